@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <memory>
-#include <new>
 #include <string>
 #include <utility>
 
@@ -13,20 +11,10 @@
 #include "formats/bake_file/bake_file.h"
 #include "formats/files/random_access_file.h"
 #include "formats/level/emitter.h"
+#include "runtime/clamor_context.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/mixing/block_mixer.h"
 #include "runtime/world/world.h"
-
-struct clamor_context {
-  explicit clamor_context(const clamor_options& options)
-      : caller_updates(options.caller_updates != 0),
-        update_period_s(caller_updates ? options.update_period_s : 0),
-        world(!caller_updates) {}
-
-  const bool caller_updates;
-  const double update_period_s;
-  clamor::World world;
-};
 
 namespace {
 
@@ -37,66 +25,19 @@ using clamor::OutputFormat;
 using clamor::Quaternion;
 using clamor::Result;
 using clamor::WorldListener;
+using clamor::interface::copy_from_caller;
+using clamor::interface::copy_to_caller;
+using clamor::interface::fail;
+using clamor::interface::guarded;
+using clamor::interface::hand_out;
+using clamor::interface::kMaxPosition_m;
 
 constexpr std::uint32_t kMinRate_hz = 8000, kMaxRate_hz = 192'000;
 constexpr std::uint32_t kMaxVoices = 100'000;
 constexpr std::uint32_t kDefaultBlock_frames = 1024;
-constexpr double kMaxGain = 1e10;  // 200 dB
-constexpr double kMaxPosition_m = 1e9;
+constexpr double kMaxOutputGain = 1e10;  // 200 dB
 constexpr double kMaxUpdatePeriod_s = 0.1;
-
-// Writes a failure where the caller wants it.
-clamor_result fail(clamor_error* error, clamor_result code, const std::string& sentence = "") {
-  if (error == nullptr) return code;
-  const std::string text = sentence.empty() ? clamor_result_text(code) : sentence;
-  error->code = code;
-  const std::size_t length = std::min(text.size(), sizeof(error->sentence) - 1);
-  std::memcpy(error->sentence, text.data(), length);
-  error->sentence[length] = 0;
-  return code;
-}
-
-// Runs what an interface function does; no exception leaves it.
-template <class Act>
-clamor_result guarded(clamor_error* error, const Act& act) noexcept {
-  try {
-    if (error != nullptr) *error = {};
-    return act();
-  } catch (const std::bad_alloc&) {
-    return fail(error, CLAMOR_ERROR_MEMORY);
-  } catch (const std::exception& thrown) {
-    return fail(error, CLAMOR_ERROR_INTERNAL, thrown.what());
-  } catch (...) {
-    return fail(error, CLAMOR_ERROR_INTERNAL);
-  }
-}
-
-// Copies a structure of the caller's, which may be of an older version and shorter, or of a newer
-// one whose further members are all 0. False if it is neither.
-template <class T>
-bool copy_from_caller(const T* given, T& copy) {
-  copy = {};
-  if (given == nullptr) return true;
-  const std::size_t bytes = given->bytes;
-  if (bytes < sizeof(given->bytes)) return false;
-  std::memcpy(&copy, given, std::min(bytes, sizeof(T)));
-  const auto* const all = reinterpret_cast<const unsigned char*>(given);
-  for (std::size_t i = sizeof(T); i < bytes; ++i)
-    if (all[i] != 0) return false;
-  return true;
-}
-
-// Writes a result into a structure of the caller's, as much of it as it has room for.
-template <class T>
-bool copy_to_caller(T filled, T* into) {
-  if (into == nullptr || into->bytes < sizeof(into->bytes)) return false;
-  filled.bytes = into->bytes;
-  const std::size_t room = into->bytes;
-  if (room > sizeof(T))
-    std::memset(reinterpret_cast<unsigned char*>(into) + sizeof(T), 0, room - sizeof(T));
-  std::memcpy(into, &filled, std::min(room, sizeof(T)));
-  return true;
-}
+constexpr std::uint32_t kDefaultSources = 1024, kDefaultSounds = 256;
 
 bool read_pose(const clamor_pose& pose, Listener& listener) {
   for (const double metre : pose.position_m)
@@ -138,15 +79,15 @@ bool complete(clamor_listener_options& options) {
   double* const orientation = options.pose.orientation;
   if (std::all_of(orientation, orientation + 4, [](double part) { return part == 0; }))
     orientation[3] = 1;
-  return options.output <= CLAMOR_OUTPUT_RECEIVERS && options.rate_hz >= kMinRate_hz &&
+  return options.output <= CLAMOR_OUTPUT_NONE && options.rate_hz >= kMinRate_hz &&
          options.rate_hz <= kMaxRate_hz &&
          options.max_block_frames <= static_cast<std::uint32_t>(clamor::kLargestBlock_frames) &&
-         options.voices <= kMaxVoices && options.gain > 0 && options.gain <= kMaxGain;
+         options.voices <= kMaxVoices && options.gain > 0 && options.gain <= kMaxOutputGain;
 }
 
 // The auralizer's options. The largest block is one of the mixer's frames, of which a slower output
 // takes more.
-clamor::AuralizerOptions auralizer_options(const clamor_context& context,
+clamor::AuralizerOptions auralizer_options(clamor_context& context,
                                            const clamor_listener_options& options,
                                            OutputFormat output) {
   clamor::AuralizerOptions made;
@@ -162,14 +103,19 @@ clamor::AuralizerOptions auralizer_options(const clamor_context& context,
   made.tracks_head = options.offline == 0;
   made.own_threads = !context.caller_updates;
   made.sampler_period_s = context.update_period_s;
+  made.moving.max_sources = context.world.sources().max_sources();
+  made.moving.signal_slots = context.world.sources().max_sounds();
+  made.keeps_keyframe = options.reports_voices != 0;
+  made.mixes_voices = options.output != CLAMOR_OUTPUT_NONE;
   return made;
 }
 
 clamor_result add_level(clamor_context& context, Result<clamor::BakeFile> file, clamor_level* level,
                         clamor_error* error) {
   if (!file.ok()) return fail(error, CLAMOR_ERROR_FILE, file.error().message);
-  *level = context.world.add_level(std::make_shared<const clamor::BakeFile>(std::move(*file)));
-  return *level == 0 ? fail(error, CLAMOR_ERROR_FULL) : CLAMOR_OK;
+  return hand_out(
+      context.world.add_level(std::make_shared<const clamor::BakeFile>(std::move(*file))), level,
+      error);
 }
 
 // Enters the listener for one block on the audio thread.
@@ -238,6 +184,12 @@ clamor_result clamor_create(const clamor_options* options, clamor_context** cont
     if (chosen.update_period_s == 0) chosen.update_period_s = 1.0 / 30;
     if (!(chosen.update_period_s > 0 && chosen.update_period_s <= kMaxUpdatePeriod_s))
       return fail(error, CLAMOR_ERROR_ARGUMENT, "update_period_s must lie between 0 and 0.1 s");
+    if (chosen.max_sources == 0) chosen.max_sources = kDefaultSources;
+    if (chosen.max_sounds == 0) chosen.max_sounds = kDefaultSounds;
+    if (chosen.max_sources > clamor::kMaxWorldSources ||
+        chosen.max_sounds > clamor::kMaxWorldSounds)
+      return fail(error, CLAMOR_ERROR_ARGUMENT,
+                  "there may be at most 65 536 sources and 4096 sounds");
     *context = new clamor_context(chosen);
     return clamor_result{CLAMOR_OK};
   });
@@ -337,10 +289,10 @@ clamor_result clamor_create_listener(clamor_context* context, clamor_level level
     if (!output.ok()) return fail(error, CLAMOR_ERROR_FILE, output.error().message);
     made.auralizer = auralizer_options(*context, chosen, std::move(*output));
     made.rate_hz = static_cast<int>(chosen.rate_hz);
-    auto created = WorldListener::create(file, made);
+    made.sources = &context->world.sources();
+    auto created = WorldListener::create({file, level}, made);
     if (!created.ok()) return fail(error, CLAMOR_ERROR_FILE, created.error().message);
-    *listener = context->world.add_listener(std::move(*created));
-    return *listener == 0 ? fail(error, CLAMOR_ERROR_FULL) : CLAMOR_OK;
+    return hand_out(context->world.add_listener(std::move(*created)), listener, error);
   });
 }
 
@@ -358,7 +310,7 @@ clamor_result clamor_enter_level(clamor_context* context, clamor_listener listen
     const auto mover = context->world.listener(listener);
     const auto file = context->world.level(level);
     if (mover == nullptr || file == nullptr) return fail(error, CLAMOR_ERROR_HANDLE);
-    const auto entered = mover->enter(file);
+    const auto entered = mover->enter({file, level});
     if (!entered.ok()) return fail(error, CLAMOR_ERROR_FILE, entered.error().message);
     return clamor_result{CLAMOR_OK};
   });

@@ -170,6 +170,17 @@ Result<Sound> decode(std::span<const std::byte> file, const std::string& name, C
 
 }  // namespace
 
+Result<std::vector<float>> resampled(std::span<const float> samples, int rate_hz) {
+  if (rate_hz < kMinRate_hz || rate_hz > kMaxRate_hz)
+    return Error(fmt::format("has a rate of {} Hz; rates lie between {} and {} Hz", rate_hz,
+                             kMinRate_hz, kMaxRate_hz));
+  std::vector<float> made;
+  Resampler resampler(rate_hz);
+  if (!resampler.append(samples, made) || !resampler.append({}, made))
+    return Error("cannot be resampled");
+  return made;
+}
+
 Result<std::vector<float>> read_audio(const std::string& path) {
   const auto bytes = read_whole_file(path);
   if (!bytes.ok()) return bytes.error();

@@ -20,6 +20,9 @@ Result<std::vector<float>> read_audio(const std::string& path);
 Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name,
                                         int* channels = nullptr);
 
+// Resamples as read_audio() does. The Error is a predicate: "has an unusable rate".
+Result<std::vector<float>> resampled(std::span<const float> samples, int rate_hz);
+
 // "all but the mean of the 2 channels of 'x.wav' ...": what the import ignores of a sound.
 std::string downmix_note(const std::string& name, int channels);
 

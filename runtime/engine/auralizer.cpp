@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/engine/keyframe_pacing.h"
+#include "runtime/engine/replaceable_signals.h"
 #include "runtime/engine/sample_schedule.h"
 #include "runtime/engine/sampling_pipeline.h"
 #include "runtime/engine/signal_store.h"
@@ -84,19 +86,25 @@ struct Auralizer::State {
         file(std::move(opened)),
         output(options),
         store(file.get(), input, output.mode, options),
+        slots(options.moving.signal_slots, static_cast<std::uint32_t>(store.signals().size()),
+              output.mode),
+        first_kind(input.emitters.size() - kinds_of(options.moving)),
         radiation(
             input.emitters, input.materials, input.air,
             LateBoost(input.decay, file == nullptr ? input.sources.size() : file->source_count())),
-        pipeline(input, file.get(), radiation, store.signals(), store.budget_bytes(), options),
+        pipeline(input, file.get(), radiation, store.signals(), store.budget_bytes(),
+                 slots.weights(), options),
         schedule(pipeline, options),
         maker(radiation, slots_for(pipeline.sampler()), output.receivers(), output.hrtf,
-              onset_signals(input)),
+              onset_signals(input, slots.slots())),
         pacing(options, pipeline.sampler().capacity(),
                schedule.shares_samples() ? kKeyframesToSettle : 1),
         receivers(options.output.receivers),
+        keeps_keyframe(options.keeps_keyframe),
+        mixes_voices(options.mixes_voices),
         rotation(rotation_for(options, maker.itd_table(), radiation)),
-        mixer(store.signals(), slots_for(pipeline.sampler()), output.mode, output.panner.get(),
-              output.hrtf.get(), store.loader(),
+        mixer({store.signals(), slots.playable()}, slots_for(pipeline.sampler()), output.mode,
+              output.panner.get(), output.hrtf.get(), store.loader(),
               {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,
                options.adapt, options.block_frames, options.audio_clock, rotation.get()}) {
     schedule.stop_when(options.stop);
@@ -122,9 +130,11 @@ struct Auralizer::State {
   const std::shared_ptr<const BakeFile> file;  // or null
   const OutputStage output;
   SignalStore store;
-  const RadiationModel radiation;
 
   // Used by the sampler thread.
+  ReplaceableSignals slots;
+  const std::size_t first_kind;  // emitter of the first kind of moving sources
+  RadiationModel radiation;
   SamplingPipeline pipeline;
   SampleSchedule schedule;
   KeyframeMaker maker;
@@ -133,6 +143,9 @@ struct Auralizer::State {
   ListenerMotion motion{kKeyframe_s};
   std::uint64_t made = 0;         // keyframes
   std::uint64_t held_frames = 0;  // by which keyframes are due later than their number says
+  const bool keeps_keyframe, mixes_voices;
+  Keyframe newest;  // if it is kept
+  double newest_time_s = 0;
 
   const std::unique_ptr<const HeadRotation> rotation;  // null unless head rotation is tracked
   BlockMixer mixer;
@@ -217,9 +230,10 @@ void Auralizer::make_keyframe(const Listener& at) {
   const double start_s = state.pacing.now_s();
   const bool samples = state.schedule.is_due(state.made);
   const Listener listener = state.motion.next(at);
+  const double keyframe_s = next_keyframe_time_s();
   const Reception reception(state.receivers, listener);
-  state.maker.make(state.schedule.sample(state.made, listener, reception, next_keyframe_time_s()),
-                   listener, *keyframe, reception, state.held_frames);
+  state.maker.make(state.schedule.sample(state.made, listener, reception, keyframe_s), listener,
+                   *keyframe, reception, state.held_frames);
   keyframe->facing = listener_axes(listener);
   state.store.play(*keyframe);
   if (samples) state.pipeline.improve_occlusion();
@@ -229,7 +243,13 @@ void Auralizer::make_keyframe(const Listener& at) {
     state.pipeline.sampler().set_voice_count(state.pacing.voices());
   state.count_keyframe(keyframe->voices.size(), own_s);
   ++state.made;
+  if (state.keeps_keyframe) {
+    state.newest = *keyframe;
+    state.newest_time_s = keyframe_s;
+  }
+  if (!state.mixes_voices) keyframe->voices.clear();
   state.mixer.publish(*keyframe);
+  state.slots.made(*keyframe, state.made - state.mixer.waiting());
 }
 
 bool Auralizer::load() {
@@ -249,6 +269,37 @@ void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
 }
 
 MovingSources* Auralizer::moving() { return state_->schedule.moving(); }
+
+ReplaceableSignals& Auralizer::signal_slots() { return state_->slots; }
+const ReplaceableSignals& Auralizer::signal_slots() const { return state_->slots; }
+
+void Auralizer::set_signal(std::size_t slot, SlotSignal signal) {
+  ReplaceableSignals& slots = state_->slots;
+  slots.set(slot, std::move(signal));
+  state_->maker.set_onset(slots.signal_of(slot), slots.onset_of(slot));
+}
+
+void Auralizer::set_kind(std::uint32_t kind, std::size_t slot, const Bands& directivity) {
+  const std::size_t index = state_->first_kind + kind;
+  Emitter& emitter = state_->input.emitters[index];
+  emitter.signal = state_->slots.signal_of(slot);
+  emitter.directivity = directivity;
+  state_->radiation.update_signal(index);
+}
+
+void Auralizer::limit_group(std::uint16_t group, double share) {
+  const double voices = share * static_cast<double>(state_->pacing.voices());
+  state_->pipeline.limit_group(group, share >= 1 ? std::numeric_limits<std::size_t>::max()
+                                                 : static_cast<std::size_t>(std::ceil(voices)));
+}
+
+double Auralizer::newest_keyframe_time_s() const { return state_->newest_time_s; }
+
+const MixMode& Auralizer::mode() const { return state_->output.mode; }
+
+const Keyframe* Auralizer::newest_keyframe() const {
+  return state_->keeps_keyframe && state_->made > 0 ? &state_->newest : nullptr;
+}
 
 int Auralizer::channels() const noexcept REALTIME {
   return static_cast<int>(state_->mixer.channels());

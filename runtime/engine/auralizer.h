@@ -21,9 +21,11 @@
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 
+#include "common/bands.h"
 #include "common/result.h"
 #include "runtime/realtime/realtime.h"
 
@@ -31,10 +33,14 @@ namespace clamor {
 
 class BakeFile;
 class MovingSources;
+struct MixMode;
+class ReplaceableSignals;
 struct AuralizerInput;       // auralizer_input.h
 struct AuralizerOptions;     // auralizer_options.h
 struct AuralizerStatistics;  // auralizer_statistics.h
+struct Keyframe;
 struct Listener;
+struct SlotSignal;  // replaceable_signals.h
 
 inline constexpr int kOutputChannels = 2;  // of the default output format
 
@@ -80,6 +86,21 @@ class Auralizer {
 
   // Sources that the caller moves, on the caller's thread; null unless the options ask for any.
   MovingSources* moving();
+
+  // Signals that the caller brings, in MovingOptions::signal_slots. Sampler thread.
+  ReplaceableSignals& signal_slots();
+  const ReplaceableSignals& signal_slots() const;
+  // Sets a slot's signal, prepared for mode(). The slot must be free.
+  void set_signal(std::size_t slot, SlotSignal signal);
+  // Sets what kind `kind` plays, after the kinds that the options name. No source may be of it.
+  void set_kind(std::uint32_t kind, std::size_t slot, const Bands& directivity);
+  const MixMode& mode() const;
+  // Limits a group of moving sources to a share of the voices, 0 to 1.
+  void limit_group(std::uint16_t group, double share);
+
+  // The newest keyframe; null before the first, and unless the options keep it. Sampler thread.
+  const Keyframe* newest_keyframe() const;
+  double newest_keyframe_time_s() const;
 
  private:
   struct State;

@@ -94,12 +94,20 @@ Result<void> add_onsets(const MovingOptions& moving, AuralizerInput& input, cons
 
 }  // namespace
 
-OnsetSignals onset_signals(const AuralizerInput& input) {
+std::size_t kinds_of(const MovingOptions& moving) {
+  return moving.kinds.size() + (moving.signal_slots > 0 ? moving.max_sources : 0);
+}
+
+OnsetSignals onset_signals(const AuralizerInput& input, std::size_t slots) {
   OnsetSignals onsets(signal_count(input), kNoOnset);
   for (std::uint32_t s = 0; s < onsets.size(); ++s)
     if (!is_loop(input, s)) onsets[s] = s;
   for (std::size_t i = 0; i < input.onsets.size(); ++i)
     onsets[input.loop_of_onset[i]] = static_cast<std::uint32_t>(onsets.size() + i);
+  if (slots == 0) return onsets;
+  onsets.resize(onsets.size() + input.onsets.size(), kNoOnset);
+  for (std::size_t i = 0; i < 2 * slots; ++i)
+    onsets.push_back(static_cast<std::uint32_t>(onsets.size()));
   return onsets;
 }
 
@@ -126,7 +134,12 @@ Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input, const
       input.envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
     input.signals.push_back(signal);
   }
-  return add_onsets(moving, input, file);
+  if (const auto added = add_onsets(moving, input, file); !added.ok()) return added;
+  if (moving.signal_slots == 0) return {};
+  Emitter of_slot;
+  of_slot.signal = static_cast<std::uint32_t>(signal_count(input) + input.onsets.size());
+  input.emitters.insert(input.emitters.end(), moving.max_sources, of_slot);
+  return {};
 }
 
 Result<void> check(const AuralizerInput& input) {

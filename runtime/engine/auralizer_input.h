@@ -57,6 +57,10 @@ Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input,
                        const BakeFile* file = nullptr);
 
 // By signal: the signal that plays its beginning. Onsets are numbered after all signals.
-OnsetSignals onset_signals(const AuralizerInput& input);
+// Two signals for each of `slots` follow, which are their own onsets (replaceable_signals.h).
+OnsetSignals onset_signals(const AuralizerInput& input, std::size_t slots = 0);
+
+// The number of kinds of moving sources, those of slots included.
+std::size_t kinds_of(const MovingOptions& moving);
 
 }  // namespace clamor

@@ -55,6 +55,8 @@ struct AuralizerOptions {
   bool adapt = false;
   LoadClock sampler_clock{}, audio_clock{};
   MovingOptions moving{};
+  bool keeps_keyframe = false;             // for newest_keyframe()
+  bool mixes_voices = true;                // otherwise the output is silent, and costs nothing
   std::shared_ptr<MovingScript> script{};  // moves sources instead of the caller; sets `moving`
   // Once true, keyframes in progress end early. Must outlive the auralizer.
   const std::atomic<bool>* stop = nullptr;

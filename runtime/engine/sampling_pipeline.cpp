@@ -49,11 +49,14 @@ SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
 SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
                                    const RadiationModel& radiation,
                                    std::span<const PreparedSignal> signals,
-                                   std::uint64_t sounds_bytes, const AuralizerOptions& options)
+                                   std::uint64_t sounds_bytes,
+                                   std::shared_ptr<std::vector<LoudnessTrack>> slot_weights,
+                                   const AuralizerOptions& options)
     : weights_(strategy_options_of(options).needs_list()
                    ? mean_weights(signals)
                    : weights_over_time(input, options.voices)),
       max_weights_(file == nullptr ? weights_ : max_over_instances(weights_, file->signal_maps())) {
+  weights_.slots = std::move(slot_weights);
   add_occlusion(input, radiation, options);
   SourceList* list = nullptr;
   if (file != nullptr) {
@@ -97,9 +100,9 @@ void SamplingPipeline::improve_occlusion() {
 void SamplingPipeline::add_moving(const AuralizerInput& input, const RadiationModel& radiation,
                                   const MovingOptions& options) {
   if (options.max_sources == 0) return;
-  moving_ = std::make_unique<MovingSources>(options.max_sources, options.kinds.size());
-  moving_list_ = std::make_unique<MovingSourceList>(*moving_, radiation, weights_.by_signal,
-                                                    input.emitters, options.kinds.size());
+  moving_ = std::make_unique<MovingSources>(options.max_sources, kinds_of(options));
+  moving_list_ = std::make_unique<MovingSourceList>(*moving_, radiation, weights_, input.emitters,
+                                                    kinds_of(options));
   joined_ = std::make_unique<CombinedPool>(*pool_, *moving_list_);
 }
 

@@ -32,15 +32,21 @@ SignalWeights mean_weights(std::span<const PreparedSignal> signals);
 class SamplingPipeline {
  public:
   // From a file, whose pages may use the memory that `sounds_bytes` leaves, or without one from the
-  // input's sources, which are moved out of it. All references must outlive this.
+  // input's sources, which are moved out of it. `slot_weights` are those of SignalWeights::slots.
+  // All references must outlive this.
   SamplingPipeline(AuralizerInput& input, const BakeFile* file, const RadiationModel& radiation,
                    std::span<const PreparedSignal> signals, std::uint64_t sounds_bytes,
+                   std::shared_ptr<std::vector<LoudnessTrack>> slot_weights,
                    const AuralizerOptions& options);
 
   Sampler& sampler() const { return *sampler_; }
 
   // Sources that the caller moves, on any one thread; null if there are none.
   MovingSources* moving() const { return moving_.get(); }
+
+  void limit_group(std::uint16_t group, std::size_t max_voices) {
+    moving_list_->limit_group(group, max_voices);
+  }
 
   // Call after each sample: builds the full acceleration structure for rays if that was put off.
   void improve_occlusion();
@@ -54,7 +60,7 @@ class SamplingPipeline {
   void add_moving(const AuralizerInput& input, const RadiationModel& radiation,
                   const MovingOptions& options);
 
-  const SignalWeights weights_;
+  SignalWeights weights_;
   const SignalWeights max_weights_;  // over all instances that play a signal (signal_maps.h)
   std::unique_ptr<OcclusionGeometry> surfaces_;
   std::unique_ptr<VisibilityCache> occlusion_;

@@ -23,9 +23,9 @@ std::size_t max_keyframes_ahead(int block_frames) {
   return keyframes_ahead(std::max(block_frames, kLargestUnexpected_frames));
 }
 
-BlockMixer::BlockMixer(std::span<const PreparedSignal> signals, std::size_t slots,
-                       const MixMode& mode, const Panner* panner, const Hrtf* head,
-                       SoundLoader* sounds, const BlockOptions& options)
+BlockMixer::BlockMixer(PlayableSignals signals, std::size_t slots, const MixMode& mode,
+                       const Panner* panner, const Hrtf* head, SoundLoader* sounds,
+                       const BlockOptions& options)
     : options_(options),
       sounds_(sounds),
       demand_(options.block_frames),

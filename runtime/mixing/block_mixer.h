@@ -65,10 +65,9 @@ struct BlockStatistics {
 
 class BlockMixer {
  public:
-  // `signals`, and `sounds`, `panner` and `head` if not null, must outlive this.
-  BlockMixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode,
-             const Panner* panner, const Hrtf* head, SoundLoader* sounds,
-             const BlockOptions& options);
+  // What `signals` refers to, and `sounds`, `panner` and `head` if not null, must outlive this.
+  BlockMixer(PlayableSignals signals, std::size_t slots, const MixMode& mode, const Panner* panner,
+             const Hrtf* head, SoundLoader* sounds, const BlockOptions& options);
 
   std::size_t channels() const noexcept REALTIME {
     return static_cast<std::size_t>(mixer_.channels());
@@ -80,7 +79,8 @@ class BlockMixer {
   std::uint64_t held_blocks() const {
     return counters_.held_blocks.load(std::memory_order_relaxed);
   }
-  Keyframe* writable() { return queue_.writable(); }  // null if none is free
+  Keyframe* writable() { return queue_.writable(); }     // null if none is free
+  std::size_t waiting() const { return queue_.size(); }  // keyframes that the mixer has not loaded
   void publish(const Keyframe& written);
 
   void turn_head(const ListenerAxes& axes) { axes_.publish(axes); }

@@ -70,6 +70,9 @@ class KeyframeMaker {
   void make(std::span<const SampledSource> sample, const Listener& listener, Keyframe& keyframe,
             const Reception& reception = Reception(), std::uint64_t held_frames = 0);
 
+  // The signal that plays the beginning of another, as in the constructor's table.
+  void set_onset(std::uint32_t signal, std::uint32_t onset) { onsets_[signal] = onset; }
+
   // ITDs of the HRTF, or null.
   const ItdTable* itd_table() const { return itd_table_.get(); }
 
@@ -151,7 +154,7 @@ class KeyframeMaker {
 
   const Receivers receivers_;
   const std::unique_ptr<const ItdTable> itd_table_;  // null without an HRTF
-  const OnsetSignals onsets_;
+  OnsetSignals onsets_;
   Reception reception_;
   ListenerStep listener_;
   VoiceTable table_;

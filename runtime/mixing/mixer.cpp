@@ -24,8 +24,8 @@ MixMode without_head(MixMode mode) {
 
 }  // namespace
 
-Mixer::Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode,
-             const Panner* panner, const Hrtf* head, const HeadRotation* turns)
+Mixer::Mixer(PlayableSignals signals, std::size_t slots, const MixMode& mode, const Panner* panner,
+             const Hrtf* head, const HeadRotation* turns)
     : signals_(signals),
       mode_(mode),
       layout_{without_head(mode), without_head(mode).gain_lanes(),

@@ -57,7 +57,7 @@
 #include "runtime/mixing/panner.h"
 #include "runtime/mixing/voice_shedding.h"
 #include "runtime/realtime/realtime.h"
-#include "runtime/streaming/prepared_signal.h"
+#include "runtime/streaming/playable_signals.h"
 #include "runtime/voices/gain_ramp_kernel.h"
 #include "runtime/voices/keyframe.h"
 #include "runtime/voices/mix_kernel.h"
@@ -72,7 +72,7 @@ class Mixer {
   // mode; `panner` must have the mode's channels; `head` is needed for a binaural mode. Without
   // panner and head, a voice has its own gains for two channels. Keyframes may use slots 0 to slots
   // - 1. With `turns`, turn_head() is followed.
-  Mixer(std::span<const PreparedSignal> signals, std::size_t slots, const MixMode& mode = {},
+  Mixer(PlayableSignals signals, std::size_t slots, const MixMode& mode = {},
         const Panner* panner = nullptr, const Hrtf* head = nullptr,
         const HeadRotation* turns = nullptr);
 
@@ -268,7 +268,7 @@ class Mixer {
     BusGains gains;
   };
 
-  const std::span<const PreparedSignal> signals_;
+  const PlayableSignals signals_;
   const MixMode mode_;
   const BusLayout layout_;
   const Panner* const panner_;

@@ -27,8 +27,7 @@ bool Mixer::is_resident(std::uint32_t s, const std::array<std::int64_t, kEars>& 
     first = std::min(first, at - 2);
     last = std::max(last, at + frames + 2 - static_cast<std::int64_t>(change_frames[e]));
   }
-  const std::int64_t near = signal.near(first);
-  return signal.is_resident(near, near + (last - first));
+  return signal.is_resident(first, last);
 }
 
 // Returns whether a voice may be audible in the segment that begins. If not, it counts as late.

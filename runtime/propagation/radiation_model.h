@@ -14,7 +14,7 @@
 // grow with cos o, so that the maximum over directions is at the largest cos o. An emitter has a
 // lobe only, ((1 + cos a) / 2)^p <= exp(-p (1 - cos a) / 2), on all sides.
 //
-// Immutable, so any thread may call it.
+// Any thread may call it, but for the emitters that update_signal() changes.
 #pragma once
 
 #include <cstdint>
@@ -44,6 +44,10 @@ class RadiationModel {
   std::size_t emitter_count() const { return emitters_.size(); }
   std::uint32_t signal(const Source& source) const { return signal(source.emitter); }
   std::uint32_t signal(std::uint32_t emitter) const { return timings_[emitter].signal; }
+
+  // Takes over the signal of an emitter that has changed. Meanwhile no other thread may use its
+  // sources.
+  void update_signal(std::size_t emitter) { timings_[emitter].signal = emitters_[emitter].signal; }
 
   // Intensity per band at `place`: the square of an amplitude.
   Bands intensity(const Source& source, const Vec3& place) const {

@@ -139,6 +139,12 @@ LoudnessTrack::LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frame
                                 [&](const Bands& moment) { return moment == max_; });
 }
 
+LoudnessTrack::LoudnessTrack(const Bands& weights, const Bands& max)
+    : loop_(true), steady_(true), moments_per_s_(1), by_moment_{weights}, max_(max) {
+  const Bands shares = shares_of(weights);
+  shares_ = {*std::max_element(shares.begin(), shares.end())};
+}
+
 // Rounded up, because the fractions are upper bounds.
 Bands LoudnessTrack::shares_of(const Bands& moment) const {
   constexpr float kRoundUp = 1.0001f;
@@ -234,6 +240,11 @@ Bands LoudnessTrack::max_between(double from_s, double to_s) const {
     }
   }
   return max;
+}
+
+LoudnessTrack make_loudness_track(const TimedEnvelope& signal,
+                                  const EnvelopeSmoothing& smoothing) {
+  return {signal.envelope, signal.frames, signal.loop, loudness_weights(), smoothing};
 }
 
 SignalWeights make_signal_weights(std::span<const TimedEnvelope> signals,

@@ -39,6 +39,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -62,6 +63,9 @@ class LoudnessTrack {
  public:
   LoudnessTrack(const SignalEnvelope& envelope, std::uint64_t frames, bool loop,
                 const Bands& loudness, const EnvelopeSmoothing& smoothing);
+
+  // Constant weights of at most `max`.
+  LoudnessTrack(const Bands& weights, const Bands& max);
 
   // The weights at a time, and an upper bound of each as a fraction of max().
   struct Moment {
@@ -121,8 +125,22 @@ class LoudnessTrack {
 struct SignalWeights {
   std::vector<Bands> by_signal;         // maxima over time
   std::vector<LoudnessTrack> tracks{};  // per signal; empty if all signals are steady
+  // Weights of the signals that follow those: slots whose signals are replaced while others play
+  // (replaceable_signals.h). Copies share them; the sampler's thread writes them. May be null.
+  std::shared_ptr<std::vector<LoudnessTrack>> slots{};
 
   bool steady() const { return tracks.empty(); }
+
+  // The weights of a signal at a time of its own, and their maxima over time.
+  LoudnessTrack::Moment at(std::uint32_t signal, double time_s) const {
+    if (signal >= by_signal.size()) return (*slots)[signal - by_signal.size()].at(time_s);
+    if (steady()) return {by_signal[signal], 1};
+    return tracks[signal].at(time_s);
+  }
+  const Bands& max(std::uint32_t signal) const {
+    return signal < by_signal.size() ? by_signal[signal]
+                                     : (*slots)[signal - by_signal.size()].max();
+  }
 };
 
 // A signal's envelope with its length.
@@ -132,6 +150,8 @@ struct TimedEnvelope {
   bool loop = false;
 };
 
+LoudnessTrack make_loudness_track(const TimedEnvelope& signal,
+                                  const EnvelopeSmoothing& smoothing = {});
 SignalWeights make_signal_weights(std::span<const TimedEnvelope> signals,
                                   const EnvelopeSmoothing& smoothing = {});
 

@@ -41,8 +41,8 @@ inline LoudnessTrack::Moment weights_at_distance(const RadiationModel& radiation
                                                  const SignalWeights& weights, std::uint32_t signal,
                                                  const Source& source, double distance_m,
                                                  double time_s) {
-  if (weights.steady()) return {weights.by_signal[signal], 1};
-  return weights.tracks[signal].at(time_s - radiation.delay_s(source, distance_m));
+  if (weights.steady() && signal < weights.by_signal.size()) return {weights.by_signal[signal], 1};
+  return weights.at(signal, time_s - radiation.delay_s(source, distance_m));
 }
 
 // Weights of a signal as received at a time and place.

@@ -33,6 +33,7 @@ struct FoundSource {
   // number for both. `velocity_mps` is that at `source`, the place that its sound left.
   std::uint64_t voice = 0;
   Vec3f velocity_mps{};
+  double min_scale = 1;  // of its power, if it stands for others of its group
 };
 
 // The late boost of a source, and the upper bound of its priority, whose culler assumed `max_boost`

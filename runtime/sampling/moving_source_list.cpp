@@ -7,6 +7,7 @@
 #include "common/random.h"
 #include "formats/level/emitter.h"
 #include "runtime/propagation/source_bound.h"
+#include "runtime/propagation/source_weight.h"
 #include "runtime/voices/keyframe.h"
 
 namespace clamor {
@@ -27,6 +28,8 @@ constexpr std::uint32_t kSeedOfU = 0x6d6f7665;
 std::uint64_t number_of(std::size_t slot, std::uint32_t generation) {
   return kMovingSourceBit | std::uint64_t{generation & 0x7fffffffu} << 32 | slot;
 }
+
+std::size_t slot_of(std::uint64_t number) { return number & 0xffffffffu; }
 
 // Hash of the cell that a source is in.
 std::uint64_t cell_of(const Vec3f& position_m, const Vec3& place) {
@@ -56,8 +59,8 @@ MovingSourceList::Columns::Columns(std::size_t slots)
       emission_of(slots) {}
 
 MovingSourceList::MovingSourceList(MovingSources& sources, const RadiationModel& radiation,
-                                   std::span<const Bands> weights,
-                                   std::span<const Emitter> emitters, std::size_t kinds)
+                                   const SignalWeights& weights, std::span<const Emitter> emitters,
+                                   std::size_t kinds)
     : moving_(sources),
       radiation_(radiation),
       weights_(weights),
@@ -68,7 +71,9 @@ MovingSourceList::MovingSourceList(MovingSources& sources, const RadiationModel&
 
 bool MovingSourceList::refresh() {
   newest_.snapshot = &moving_.latest();
-  if (newest_.snapshot->commits == newest_.commits) return in_motion_;
+  // Signals in slots are not known to be steady.
+  const bool may_change = weights_.slots != nullptr && newest_.snapshot->count > 0;
+  if (newest_.snapshot->commits == newest_.commits) return in_motion_ || may_change;
   newest_.commits = newest_.snapshot->commits;
   newest_.is_unused = true;
   return true;
@@ -102,7 +107,7 @@ void MovingSourceList::set(std::size_t slot, double time_s) {
     added_.push_back(static_cast<std::uint32_t>(slot));
   }
   const RadiationModel::UpperBound bound =
-      radiation_.upper_bound(source, weights_[radiation_.signal(source)]);
+      radiation_.upper_bound(source, weights_.max(radiation_.signal(source)));
   columns_.max_priority[slot] = static_cast<float>(static_cast<double>(bound.diffuse + bound.lobe) *
                                                    kBoundSlack / std::max(source.u, kMinU));
 }
@@ -162,6 +167,7 @@ void MovingSourceList::find_emission(std::size_t slot, const Vec3& listener_m) {
 
 void MovingSourceList::find_above(const Vec3& place, double threshold,
                                   std::vector<FoundSource>& found) {
+  const std::size_t before = found.size();
   const Vec3f from(place);
   const auto min_priority = static_cast<float>(threshold * kThresholdSlack);
   constexpr auto kMinDistance2_m2 = static_cast<float>(kEmitterRadius_m * kEmitterRadius_m);
@@ -194,6 +200,36 @@ void MovingSourceList::find_above(const Vec3& place, double threshold,
                        columns_.velocity_mps[i]});
     }
   }
+  if (limits_.any()) apply_limits(place, before, found);
+}
+
+// Keeps the sources of highest priority of groups that are limited, by what is known of a priority
+// without occlusion: its upper bound at the level of the moment.
+void MovingSourceList::apply_limits(const Vec3& place, std::size_t first,
+                                    std::vector<FoundSource>& found) {
+  const auto group_of = [this](const FoundSource& one) {
+    return newest_.snapshot->settings[slot_of(one.voice)].group;
+  };
+  const auto priority_of = [&](const FoundSource& one) {
+    const double distance_m = length(place - Vec3(one.source->position_m));
+    return one.upper_bound *
+           static_cast<double>(weights_at_distance(radiation_, weights_, one.signal, *one.source,
+                                                   distance_m, time_s_.value_or(0))
+                                   .share);
+  };
+  limits_.begin();
+  for (std::size_t i = first; i < found.size(); ++i)
+    limits_.count(group_of(found[i]), priority_of(found[i]));
+  limits_.end();
+  const auto is_over_limit = [&](FoundSource& one) {
+    const double threshold = limits_.threshold(group_of(one));
+    if (threshold == 0) return false;
+    const double priority = priority_of(one);
+    one.min_scale = std::max(1.0, threshold / (priority * static_cast<double>(one.source->u)));
+    return priority <= threshold;
+  };
+  const auto added = found.begin() + static_cast<std::ptrdiff_t>(first);
+  found.erase(std::remove_if(added, found.end(), is_over_limit), found.end());
 }
 
 double MovingSourceList::upper_bound(const Vec3& place) const {

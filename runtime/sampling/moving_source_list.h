@@ -24,8 +24,10 @@
 #include "common/bands.h"
 #include "common/vec.h"
 #include "runtime/propagation/radiation_model.h"
+#include "runtime/propagation/signal_weights.h"
 #include "runtime/propagation/source_number.h"
 #include "runtime/query/source_pool.h"
+#include "runtime/sampling/group_limits.h"
 #include "runtime/sampling/moving_sources.h"
 #include "runtime/sampling/position_history.h"
 
@@ -33,10 +35,9 @@ namespace clamor {
 
 class MovingSourceList {
  public:
-  // The last `kinds` emitters are the kinds of moving sources; `weights` are the maximum of each
-  // signal. All arguments must outlive the list.
+  // The last `kinds` emitters are the kinds of moving sources. All arguments must outlive the list.
   MovingSourceList(MovingSources& sources, const RadiationModel& radiation,
-                   std::span<const Bands> weights, std::span<const Emitter> emitters,
+                   const SignalWeights& weights, std::span<const Emitter> emitters,
                    std::size_t kinds);
 
   // Takes the newest commit. Returns whether a sample might differ from the last one.
@@ -48,6 +49,9 @@ class MovingSourceList {
   // As in SourcePool.
   void find_above(const Vec3& place, double threshold, std::vector<FoundSource>& found);
   double upper_bound(const Vec3& place) const;
+
+  // Limits how many sources of a group are found (group_limits.h).
+  void limit_group(std::uint16_t group, std::size_t max_voices) { limits_.set(group, max_voices); }
 
   std::size_t max_sources() const { return moving_.max_sources(); }
 
@@ -75,10 +79,11 @@ class MovingSourceList {
   void set(std::size_t slot, double time_s);
   void move_all(double time_s);
   void find_emission(std::size_t slot, const Vec3& listener_m);
+  void apply_limits(const Vec3& place, std::size_t first, std::vector<FoundSource>& found);
 
   MovingSources& moving_;
   const RadiationModel& radiation_;
-  const std::span<const Bands> weights_;
+  const SignalWeights& weights_;
   const std::span<const Emitter> kinds_;
   const std::uint32_t first_emitter_;
   Newest newest_;
@@ -87,6 +92,7 @@ class MovingSourceList {
   std::uint32_t sample_ = 0;  // counts samples
   Columns columns_;
   PositionHistory history_;
+  GroupLimits limits_;
   std::vector<std::uint32_t> added_;  // slots, since the last sample
 };
 

@@ -89,6 +89,7 @@ void MovingSources::set(std::size_t slot, const MovingSource& source) {
   settings.axis = Vec3f(normalize(source.axis));
   settings.kind = source.kind;
   settings.start_s = source.start_s;
+  settings.group = source.group;
   settings.present = true;
   mark_changed(slot);
   set_motion(slot, source.position_m, source.velocity_mps);

@@ -53,6 +53,9 @@ struct MovingOptions {
   std::size_t max_sources = 0;  // at a time
   std::vector<MovingKind> kinds{};
   std::vector<Signal> signals{};  // besides those of the bake
+  // Signals that are set and replaced while others play (Auralizer::set_signal()). If there are
+  // any, max_sources more kinds follow those above, which Auralizer::set_kind() describes.
+  std::size_t signal_slots = 0;
 };
 
 struct MovingSource {
@@ -65,6 +68,7 @@ struct MovingSource {
   // the first keyframe after the commit, as a game that plays a sound now expects, although
   // keyframes are made ahead of time.
   double start_s = 0;
+  std::uint16_t group = 0;  // whose share of the voices may be limited (group_limits.h); 0: none
 };
 inline constexpr double kStartsWhenHeard = std::numeric_limits<double>::quiet_NaN();
 
@@ -102,6 +106,7 @@ class MovingSources {
     std::uint32_t generation = 0;  // grows with every add and every change of the signal
     std::uint32_t version = 0;     // grows with every change
     double start_s = 0;
+    std::uint16_t group = 0;
     bool present = false;
   };
   // The first `count` slots; positions as columns.

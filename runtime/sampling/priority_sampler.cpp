@@ -102,7 +102,7 @@ class PrioritySampler final : public Sampler {
       const Candidate& chosen = candidates_[c];
       const FoundSource& found = candidates_.source_of(chosen);
       const Source& source = *found.source;
-      double scale = std::max(1.0, tau / (chosen.weight * found.boost));
+      double scale = std::max(found.min_scale, tau / (chosen.weight * found.boost));
       if (const double key = inputs_.pool.missing_key(found, tau); key > 0)
         scale =
             std::max(scale, key / std::accumulate(source.power.begin(), source.power.end(), 0.0));

@@ -45,6 +45,19 @@ void write_guarded(const std::vector<double>& samples, std::size_t size, std::si
   }
 }
 
+// The layers of a window as the mixer reads them.
+OctaveFilterBank::Layers layers_of(std::vector<double> window, const MixMode& mode,
+                                   bool phase_undone) {
+  OctaveFilterBank::Layers layers;
+  if (mode.two_layers())
+    layers = OctaveFilterBank::part_window(std::move(window), phase_undone);
+  else
+    layers.high = std::move(window);
+  if (mode.interpolation == Interpolation::kCubic) to_spline(layers.high, false);
+  to_spline(layers.low, false);
+  return layers;
+}
+
 }  // namespace
 
 PreparedSignal::PreparedSignal(std::uint64_t frames, bool loop, const MixMode& mode,
@@ -94,6 +107,41 @@ PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode)
   bad_samples_ = static_cast<std::uint64_t>(
       std::count_if(signal.samples.begin(), signal.samples.end(),
                     [](float sample) { return !std::isfinite(sample); }));
+}
+
+PreparedSignal PreparedSignal::live(const MixMode& mode) {
+  // A level of -20 dB in each band, by which the mixer ranks the signals of voices.
+  PreparedSignal signal(static_cast<std::uint64_t>(kRing_frames), true, mode,
+                        same_in_all_bands(0.01f));
+  signal.layout_.pieces = 1;
+  signal.resident_ = nullptr;
+  signal.use_memory(std::make_shared<SoundMemory>(signal.memory_bytes()), 0);
+  signal.commit(0);
+  signal.live_ = std::make_unique<LiveRange>();
+  signal.set_live_range(kLiveMargin_frames - kRing_frames, 0);
+  return signal;
+}
+
+void PreparedSignal::make_live(std::int64_t first, std::size_t frames, std::vector<double> window) {
+  assert(first % kLowRate == 0 && frames % kLowRate == 0);
+  assert(window.size() == frames + 2 * kLiveWindow_frames);
+  const OctaveFilterBank::Layers layers = layers_of(std::move(window), mode_, false);
+  // Frames near either end of the ring are repeated in the guard beyond the other.
+  const auto write = [&](const std::vector<double>& layer, float* ring, std::int64_t rate) {
+    const std::int64_t size = kRing_frames / rate, guard = kGuardFrames / rate;
+    const auto count = static_cast<std::int64_t>(frames) / rate;
+    const std::size_t behind = kLiveWindow_frames / static_cast<std::size_t>(rate);
+    for (std::int64_t i = 0; i < count + (kLiveMargin_frames + kReach) / rate; ++i) {
+      const std::int64_t at = ((first / rate + i) % size + size) % size;
+      const float sample =
+          i < count ? static_cast<float>(layer[behind + static_cast<std::size_t>(i)]) : 0.0f;
+      ring[at] = sample;
+      if (at < guard) ring[at + size] = sample;
+      if (at >= size - guard) ring[at - size] = sample;
+    }
+  };
+  write(layers.high, buffer_.high, 1);
+  if (mode_.two_layers()) write(layers.low, buffer_.low, kLowRate);
 }
 
 void PreparedSignal::use_memory(std::shared_ptr<SoundMemory> memory, std::size_t offset) {
@@ -187,14 +235,7 @@ void PreparedSignal::make_whole(std::vector<double> samples) {
 }
 
 void PreparedSignal::make_part(std::size_t piece, std::vector<double> window) {
-  OctaveFilterBank::Layers layers;
-  if (mode_.two_layers())
-    layers = OctaveFilterBank::part_window(std::move(window), !mode_.head);
-  else
-    layers.high = std::move(window);
-  if (mode_.interpolation == Interpolation::kCubic) to_spline(layers.high, false);
-  to_spline(layers.low, false);
-
+  const OctaveFilterBank::Layers layers = layers_of(std::move(window), mode_, !mode_.head);
   const auto write = [&](const std::vector<double>& layer, float* buffer, int rate) {
     const std::size_t first = piece * kPieceFrames;
     const std::size_t end =

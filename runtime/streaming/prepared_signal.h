@@ -10,8 +10,11 @@
 // -150 dB). A piece therefore has the same bits whether it is prepared with all others or streamed
 // (sound_loader.h). All pieces of a signal are contiguous in memory.
 //
+// A live signal (live_signal.h) is a ring of its newest kRing_frames, read like a loop. Its range
+// of frames that may be read moves on as it is written.
+//
 // Threads: any may read resident pieces. Of a streamed signal, one thread at a time may write a
-// piece that is not resident.
+// piece that is not resident, and of a live one frames outside the range that may be read.
 #pragma once
 
 #include <algorithm>
@@ -34,6 +37,7 @@ namespace clamor {
 
 inline constexpr std::uint64_t kMaxWholeSignal_frames = kMaxSingleBlock_frames;  // 20 s
 inline constexpr std::size_t kPieceFrames = std::size_t{1} << 17;
+inline constexpr std::int64_t kRing_frames = std::int64_t{1} << 17;  // 2.7 s
 
 class PreparedSignal {
  public:
@@ -43,6 +47,9 @@ class PreparedSignal {
   // memory_bytes() bytes at an offset of whole pages.
   PreparedSignal(std::uint64_t frames, bool loop, const MixMode& mode,
                  const Bands& mean_square = {});
+  // A live signal, silent so far. Frame 0 is the next.
+  static PreparedSignal live(const MixMode& mode);
+
   std::size_t memory_bytes() const { return layout_.high_bytes + layout_.low_bytes; }
   void use_memory(std::shared_ptr<SoundMemory> memory, std::size_t offset);
 
@@ -77,7 +84,7 @@ class PreparedSignal {
   const Bands& mean_square() const noexcept REALTIME { return mean_square_; }
   std::uint64_t bad_samples() const { return bad_samples_; }
 
-  bool streams() const noexcept REALTIME { return resident_ != nullptr; }
+  bool streams() const noexcept REALTIME { return resident_ != nullptr || live_ != nullptr; }
   std::size_t pieces() const noexcept REALTIME { return layout_.pieces; }
 
   // Calls visit(piece) for all pieces that a voice reads between two frames, until it returns
@@ -97,6 +104,9 @@ class PreparedSignal {
   // Returns whether all pieces between two frames are resident. The audio thread may then read them
   // until its next SoundLoader::mark_quiescent().
   bool is_resident(std::int64_t from, std::int64_t to) const noexcept REALTIME {
+    if (live_ != nullptr)
+      return from - kReach >= live_->first.load(std::memory_order_seq_cst) &&
+             to + kReach <= live_->end.load(std::memory_order_seq_cst) + kLiveMargin_frames;
     return for_pieces(from, to, [this](std::size_t piece) noexcept REALTIME {
       return resident_[piece].load(std::memory_order_seq_cst);
     });
@@ -116,6 +126,21 @@ class PreparedSignal {
 
   // Prepares a piece from the samples in its window. commit() must come before.
   void make(std::size_t piece, std::vector<double> samples);
+
+  // Prepares `frames` frames of a live signal from `first` on, and silence behind them; all are
+  // multiples of kLowRate. The window holds kLiveWindow_frames more samples at either end. While it
+  // works, none of those frames may be in the range that may be read.
+  void make_live(std::int64_t first, std::size_t frames, std::vector<double> window);
+  // Sets which frames of a live signal may be read.
+  void set_live_range(std::int64_t first, std::int64_t end) {
+    live_->first.store(first, std::memory_order_seq_cst);
+    live_->end.store(end, std::memory_order_seq_cst);
+  }
+  // Frames behind the end that read as silence. The mixer looks a period ahead of what it reads to
+  // fade voices out in time; that period of a live signal has not arrived yet.
+  static constexpr std::int64_t kLiveMargin_frames = 2048;
+  // How far the layer split and the spline look ahead and back.
+  static constexpr std::size_t kLiveWindow_frames = 1280;
 
   // Size of a piece's memory, and calls to fault it in (returns whether it is locked) and to
   // release it.
@@ -179,6 +204,12 @@ class PreparedSignal {
   std::unique_ptr<std::atomic<bool>[]> resident_;  // by piece; null unless the signal is streamed
   Bands mean_square_{};
   std::uint64_t bad_samples_ = 0;
+
+  // The frames of a live signal that may be read.
+  struct LiveRange {
+    std::atomic<std::int64_t> first{0}, end{0};
+  };
+  std::unique_ptr<LiveRange> live_;  // null otherwise
 };
 
 std::vector<PreparedSignal> prepare_signals(std::span<const Signal> signals,

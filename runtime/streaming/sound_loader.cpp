@@ -173,6 +173,7 @@ void SoundLoader::play(std::span<const Voice> voices) {
   if (shared_->settled.load(std::memory_order_relaxed)) return;
   constexpr double kMaxSignal_frames = 1 << 30;  // same limit as the mixer's
   for (const Voice& voice : voices) {
+    if (voice.signal >= signals_.size()) continue;  // in a slot, and in memory
     double min_frames = std::min(voice.delay_frames[0], voice.delay_frames[1]);
     double max_frames = std::max(voice.delay_frames[0], voice.delay_frames[1]);
     if (voice.starts) {

@@ -27,11 +27,14 @@ class HandleTable {
   // `tag` distinguishes tables; 16 bits of it count.
   HandleTable(std::size_t capacity, std::uint64_t tag) : slots_(capacity), tag_(tag << 48) {}
 
-  // Returns the new object's handle, which is not 0; or 0 if the table is full.
+  // Returns the new object's handle, which is not 0; or 0 if the table is full. Slots are taken in
+  // turn, so that one that became free is not taken again at once.
   std::uint64_t insert(std::shared_ptr<T> object) {
-    for (std::size_t i = 0; i < slots_.size(); ++i) {
+    for (std::size_t tried = 0; tried < slots_.size(); ++tried) {
+      const std::size_t i = (next_ + tried) % slots_.size();
       Slot& slot = slots_[i];
       if (slot.object != nullptr) continue;
+      next_ = i + 1;
       slot.object = std::move(object);
       slot.generation = (slot.generation + 1) & kGenerations;
       if (slot.generation == 0) slot.generation = 1;  // so that no handle is 0
@@ -64,6 +67,16 @@ class HandleTable {
     for (const Slot& slot : slots_)
       if (slot.object != nullptr) act(slot.object);
   }
+
+  template <class Act>
+  void for_each_handle(const Act& act) const {
+    for (std::size_t i = 0; i < slots_.size(); ++i)
+      if (slots_[i].object != nullptr) act(tag_ | slots_[i].generation << 16 | i);
+  }
+
+  std::size_t capacity() const { return slots_.size(); }
+  // The slot that a handle names, below the capacity.
+  static std::size_t slot_number(std::uint64_t handle) { return handle & kSlots; }
 
   enum class Entry : std::uint8_t { kEntered, kBusy, kUnknown };
   // If the object is entered, leave() must follow.
@@ -104,6 +117,7 @@ class HandleTable {
   }
 
   std::vector<Slot> slots_;
+  std::size_t next_ = 0;
   const std::uint64_t tag_;
 };
 

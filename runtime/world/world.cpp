@@ -18,15 +18,16 @@ std::uint64_t tag_of(const World* world, std::uint64_t table) {
   const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
   std::uint64_t mixed = reinterpret_cast<std::uintptr_t>(world) ^ static_cast<std::uint64_t>(now);
   mixed = (mixed ^ (mixed >> 33)) * 0xff51afd7ed558ccdu;
-  return ((mixed >> 40) << 2 | table) & 0xffff;
+  return ((mixed >> 40) << 3 | table) & 0xffff;
 }
 
 }  // namespace
 
-World::World(bool own_thread)
+World::World(bool own_thread, std::size_t max_sources, std::size_t max_sounds)
     : own_thread_(own_thread),
-      levels_(kMaxLevels, tag_of(this, 1)),
-      listeners_(kMaxListeners, tag_of(this, 2)) {
+      levels_(kMaxLevels, tag_of(this, 0)),
+      sources_(max_sources, max_sounds, tag_of(this, 2)),
+      listeners_(kMaxListeners, tag_of(this, 1)) {
   if (!own_thread) return;
   sampler_ = std::jthread([this](const std::stop_token& stop) {
     name_thread("sampler");
@@ -90,6 +91,10 @@ std::size_t World::update(double loading_s) {
     if (Clock::now() >= end) break;
   }
   return made;
+}
+
+void World::prepare(WorldSound& sound) const {
+  for (const auto& listener : present()) (void)sound.for_mode(listener->mode());
 }
 
 Result<std::shared_ptr<const Hrtf>> World::head(const std::string& sofa) {

@@ -16,6 +16,7 @@
 #include "common/result.h"
 #include "runtime/world/handle_table.h"
 #include "runtime/world/world_listener.h"
+#include "runtime/world/world_sources.h"
 
 namespace clamor {
 
@@ -28,7 +29,7 @@ class World {
 
   // With `own_thread`, keyframes are made on a thread of the world's. Otherwise the caller calls
   // update().
-  explicit World(bool own_thread);
+  World(bool own_thread, std::size_t max_sources, std::size_t max_sounds);
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
@@ -50,6 +51,10 @@ class World {
   // thread at a time.
   std::size_t update(double loading_s);
 
+  WorldSources& sources() { return sources_; }
+  // Prepares a sound for all listeners, so that the sampler does not have to.
+  void prepare(WorldSound& sound) const;
+
   // The head of a SOFA file, read once; the head that Clamor brings if the path is empty.
   Result<std::shared_ptr<const Hrtf>> head(const std::string& sofa);
 
@@ -64,6 +69,7 @@ class World {
   const bool own_thread_;
   mutable std::mutex tables_;  // guards the tables, and is held for moments only
   HandleTable<const BakeFile> levels_;
+  WorldSources sources_;
   HandleTable<WorldListener> listeners_;
   std::mutex heads_mutex_;
   std::map<std::string, std::shared_ptr<const Hrtf>> heads_;

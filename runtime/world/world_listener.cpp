@@ -14,11 +14,12 @@ constexpr std::size_t kPart_frames = 256;  // rendered at a time into planes
 
 }  // namespace
 
-WorldListener::WorldListener(std::unique_ptr<Auralizer> first, const Options& options,
+WorldListener::WorldListener(Ears first, const Options& options,
                              std::unique_ptr<Resampler> resampler)
-    : options_(options.auralizer),
+    : options_(options),
+      mode_(first.auralizer->mode()),
       current_(std::move(first)),
-      mixed_(*current_),
+      mixed_(*current_.auralizer),
       resampler_(std::move(resampler)),
       part_(kPart_frames * mixed_.channels()) {
   moved_.publish(options.listener);
@@ -26,26 +27,45 @@ WorldListener::WorldListener(std::unique_ptr<Auralizer> first, const Options& op
 
 WorldListener::~WorldListener() = default;
 
-Result<std::shared_ptr<WorldListener>> WorldListener::create(std::shared_ptr<const BakeFile> level,
-                                                             const Options& options) {
-  auto auralizer = Auralizer::create(std::move(level), options.auralizer);
+Result<WorldListener::Ears> WorldListener::listen(const Place& place, const Options& options,
+                                                  double start_s) {
+  auto auralizer = Auralizer::create(place.level, options.auralizer);
   if (!auralizer.ok()) return auralizer.error();
+  Ears ears{std::move(*auralizer), nullptr};
+  if (options.sources == nullptr) return ears;
+  const bool offline = options.auralizer.wait_for_pages;
+  ears.sources = std::make_unique<SourceMirror>(*ears.auralizer, *options.sources, place.handle,
+                                                offline ? std::optional(start_s) : std::nullopt);
+  // Prepared here, so that the sampler does not have to.
+  for (const auto& sound : options.sources->all_sounds())
+    (void)sound->for_mode(ears.auralizer->mode());
+  return ears;
+}
+
+Result<std::shared_ptr<WorldListener>> WorldListener::create(const Place& place,
+                                                             const Options& options) {
+  auto ears = listen(place, options, 0);
+  if (!ears.ok()) return ears.error();
   std::unique_ptr<Resampler> resampler;
   if (options.rate_hz != kSampleRate_hz) {
-    auto made = Resampler::create((*auralizer)->channels(), kSampleRate_hz, options.rate_hz);
+    auto made = Resampler::create(ears->auralizer->channels(), kSampleRate_hz, options.rate_hz);
     if (!made.ok()) return made.error();
     resampler = std::move(*made);
   }
   std::shared_ptr<WorldListener> listener(
-      new WorldListener(std::move(*auralizer), options, std::move(resampler)));
+      new WorldListener(std::move(*ears), options, std::move(resampler)));
   // In real time, sound begins with the first block. An offline listener's poses come first.
-  if (!options.auralizer.wait_for_pages)
-    make_first_keyframes(*listener->current_, options.listener);
+  if (!options.auralizer.wait_for_pages) make_first_keyframes(listener->current_, options.listener);
   return listener;
 }
 
-Result<void> WorldListener::enter(std::shared_ptr<const BakeFile> level) {
-  auto next = Auralizer::create(std::move(level), options_);
+Result<void> WorldListener::enter(const Place& place) {
+  double start_s = 0;
+  if (options_.sources != nullptr) {
+    const std::lock_guard lock(making_);
+    start_s = current_.sources->start_s() + current_.auralizer->next_keyframe_time_s();
+  }
+  auto next = listen(place, options_, start_s);
   if (!next.ok()) return next.error();
   const std::lock_guard lock(making_);
   incoming_ = std::move(*next);
@@ -54,44 +74,51 @@ Result<void> WorldListener::enter(std::shared_ptr<const BakeFile> level) {
 
 AuralizerStatistics WorldListener::statistics() {
   const std::lock_guard lock(making_);
-  return current_->statistics();
+  return current_.auralizer->statistics();
 }
 
-void WorldListener::make_first_keyframes(Auralizer& auralizer, const Listener& listener) {
+bool WorldListener::make_keyframe(Ears& ears, const Listener& listener) {
+  Auralizer& auralizer = *ears.auralizer;
   auralizer.turn_head(listener);
-  while (auralizer.wants_keyframe()) auralizer.make_keyframe(listener);
+  if (!auralizer.wants_keyframe()) return false;
+  if (ears.sources != nullptr) ears.sources->update();
+  auralizer.make_keyframe(listener);
+  return true;
+}
+
+void WorldListener::make_first_keyframes(Ears& ears, const Listener& listener) {
+  while (make_keyframe(ears, listener)) {
+  }
 }
 
 bool WorldListener::make_keyframes() {
   const std::lock_guard lock(making_);
   const Listener& listener = moved_.latest();
-  if (outgoing_ != nullptr && mixed_.has_faded()) outgoing_.reset();
-  if (incoming_ != nullptr && outgoing_ == nullptr) {
-    make_first_keyframes(*incoming_, listener);
+  if (outgoing_.auralizer != nullptr && mixed_.has_faded()) outgoing_ = {};
+  if (incoming_.auralizer != nullptr && outgoing_.auralizer == nullptr) {
+    make_first_keyframes(incoming_, listener);
     outgoing_ = std::exchange(current_, std::move(incoming_));
-    mixed_.fade_to(*current_);
+    incoming_ = {};
+    mixed_.fade_to(*current_.auralizer);
   }
   bool made = false;
-  for (Auralizer* const heard : {current_.get(), outgoing_.get()}) {
-    if (heard == nullptr) continue;
-    heard->turn_head(listener);
-    if (!heard->wants_keyframe()) continue;
-    heard->make_keyframe(listener);
-    made = true;
-  }
+  for (Ears* const heard : {&current_, &outgoing_})
+    made = (heard->auralizer != nullptr && make_keyframe(*heard, listener)) || made;
   return made;
 }
 
 std::optional<double> WorldListener::wanted_keyframe_s() {
   const std::lock_guard lock(making_);
-  if (!current_->wants_keyframe()) return {};
-  return current_->next_keyframe_time_s();
+  if (!current_.auralizer->wants_keyframe()) return {};
+  const bool knows_start = current_.sources != nullptr && options_.auralizer.wait_for_pages;
+  return current_.auralizer->next_keyframe_time_s() +
+         (knows_start ? current_.sources->start_s() : 0);
 }
 
 bool WorldListener::load() {
   const std::lock_guard lock(making_);
-  for (Auralizer* const heard : {current_.get(), outgoing_.get()})
-    if (heard != nullptr && heard->load()) return true;
+  for (const Ears* const heard : {&current_, &outgoing_})
+    if (heard->auralizer != nullptr && heard->auralizer->load()) return true;
   return false;
 }
 

@@ -14,12 +14,15 @@
 #include "common/listener.h"
 #include "common/result.h"
 #include "common/sample_rate.h"
+#include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_crossfade.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/mixing/resampler.h"
 #include "runtime/realtime/latest_value.h"
 #include "runtime/realtime/realtime.h"
+#include "runtime/voices/mix_kernel.h"
+#include "runtime/world/source_mirror.h"
 
 namespace clamor {
 
@@ -27,20 +30,26 @@ class BakeFile;
 
 class WorldListener {
  public:
+  // A level and its handle.
+  struct Place {
+    std::shared_ptr<const BakeFile> level;
+    std::uint64_t handle = 0;
+  };
+
   struct Options {
     AuralizerOptions auralizer;
-    int rate_hz = kSampleRate_hz;  // of the output
-    Listener listener;             // at first
+    int rate_hz = kSampleRate_hz;     // of the output
+    Listener listener;                // at first
+    WorldSources* sources = nullptr;  // of the world; must outlive the listener
   };
 
   // Errors are those of Auralizer::create() and Resampler::create().
-  static Result<std::shared_ptr<WorldListener>> create(std::shared_ptr<const BakeFile> level,
-                                                       const Options& options);
+  static Result<std::shared_ptr<WorldListener>> create(const Place& place, const Options& options);
   ~WorldListener();
 
   // Crossfades to another level in a tenth of a second, once a fade under way has ended. Takes as
   // long as opening the level, during which the old one plays on. After an Error it plays on, too.
-  Result<void> enter(std::shared_ptr<const BakeFile> level);
+  Result<void> enter(const Place& place);
 
   void move(const Listener& listener) {
     const std::lock_guard lock(moving_);
@@ -49,11 +58,26 @@ class WorldListener {
 
   AuralizerStatistics statistics();
 
+  // Calls act(keyframe, time_s, first_slot, sound_of) with the newest keyframe, unless there is
+  // none yet. Its signals from `first_slot` on are the application's sounds: sound_of(slot) is a
+  // handle.
+  bool reports_voices() const { return options_.auralizer.keeps_keyframe; }
+  template <class Act>
+  void visit_voices(const Act& act) {
+    const std::lock_guard lock(making_);
+    const Auralizer& auralizer = *current_.auralizer;
+    const Keyframe* const keyframe = auralizer.newest_keyframe();
+    if (keyframe == nullptr) return;
+    act(*keyframe, auralizer.newest_keyframe_time_s(), auralizer.signal_slots().signal_of(0),
+        [this](std::size_t slot) { return current_.sources->sound_of(slot); });
+  }
+  const MixMode& mode() const { return mode_; }  // of all levels
+
   // Makes the keyframes that are wanted now, at most one for each level that is heard. Returns
   // whether it made any.
   bool make_keyframes();
-  // The time that the next keyframe of the level is for, in seconds since the level was entered, if
-  // one is wanted.
+  // The time that the next keyframe is for, if one is wanted: in seconds since the listener was
+  // created if it is offline, since it entered its level otherwise.
   std::optional<double> wanted_keyframe_s();
   // Loads one page or one piece of a sound, for auralizers without threads; false if none is
   // requested.
@@ -66,16 +90,24 @@ class WorldListener {
   void render(float* const* planes, std::size_t frames) noexcept REALTIME;
 
  private:
-  WorldListener(std::unique_ptr<Auralizer> first, const Options& options,
-                std::unique_ptr<Resampler> resampler);
-  static void make_first_keyframes(Auralizer& auralizer, const Listener& listener);
+  // What a listener hears of a level.
+  struct Ears {
+    std::unique_ptr<Auralizer> auralizer;
+    std::unique_ptr<SourceMirror> sources;
+  };
 
-  const AuralizerOptions options_;
+  WorldListener(Ears first, const Options& options, std::unique_ptr<Resampler> resampler);
+  static Result<Ears> listen(const Place& place, const Options& options, double start_s);
+  static bool make_keyframe(Ears& ears, const Listener& listener);
+  static void make_first_keyframes(Ears& ears, const Listener& listener);
+
+  const Options options_;
+  const MixMode mode_;
   std::mutex making_;  // held by the sampler at work, and while the caller changes what it works on
-  std::unique_ptr<Auralizer> current_;
-  std::unique_ptr<Auralizer> outgoing_;  // during a fade
-  std::unique_ptr<Auralizer> incoming_;  // once that fade has ended
-  std::mutex moving_;                    // held by move() alone, which does not wait for a keyframe
+  Ears current_;
+  Ears outgoing_;      // during a fade; empty otherwise
+  Ears incoming_;      // once that fade has ended
+  std::mutex moving_;  // held by move() alone, which does not wait for a keyframe
   LatestValue<Listener> moved_;
 
   // Used by the audio thread.

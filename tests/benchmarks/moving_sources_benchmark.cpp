@@ -22,7 +22,7 @@ void moving_keyframe(benchmark::State& state) {
   SignalWeights weights;
   weights.by_signal = {same_in_all_bands(1)};
   MovingSources moving(count, 1);
-  MovingSourceList list(moving, radiation, weights.by_signal, emitters, 1);
+  MovingSourceList list(moving, radiation, weights, emitters, 1);
   SourceList none(radiation, weights, {});
   CombinedPool pool(none, list);
   const auto sampler = make_priority_sampler(radiation, weights, pool, 2000);

@@ -12,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "common/air.h"
 #include "formats/level/walk_file.h"
 #include "runtime/clamor.h"
 #include "runtime/engine/auralizer.h"
@@ -268,7 +269,7 @@ TEST(ClamorInterface, RejectsArgumentsOutOfRange) {
   };
   using Options = clamor_listener_options;
   EXPECT_EQ(created([](Options& o) { o.bytes = 2; }), CLAMOR_ERROR_ARGUMENT);
-  EXPECT_EQ(created([](Options& o) { o.output = 4; }), CLAMOR_ERROR_ARGUMENT);
+  EXPECT_EQ(created([](Options& o) { o.output = 5; }), CLAMOR_ERROR_ARGUMENT);
   EXPECT_EQ(created([](Options& o) { o.rate_hz = 7999; }), CLAMOR_ERROR_ARGUMENT);
   EXPECT_EQ(created([](Options& o) { o.voices = 100'001; }), CLAMOR_ERROR_ARGUMENT);
   EXPECT_EQ(created([](Options& o) { o.gain = -1; }), CLAMOR_ERROR_ARGUMENT);
@@ -404,6 +405,35 @@ TEST(ClamorInterface, StartsNoThreadToPlayWhereTheCallerUpdates) {
   EXPECT_EQ(statistics.failures, 0u);
   EXPECT_EQ(statistics.held_blocks, 0u);
   EXPECT_GT(statistics.sound_bytes, 0u);
+}
+
+// The emitter of gain 1 stands at (2, 3, 1.2); the reflections of the room come later.
+TEST(ClamorInterface, MeasuresResponsesWhoseFirstArrivalIsTheDirectSound) {
+  const Context context = make_context();
+  const clamor_level level = open_level(context);
+  const std::array<double, 6> places = {2, 5, 1.2, 4, 3, 1.2};
+  constexpr uint64_t kFrames = 4'800;
+  std::vector<float> samples(2 * kFrames);
+  uint64_t whole = 0;
+  ASSERT_EQ(clamor_measure_responses(context.get(), level, 0, places.data(), 2, samples.data(),
+                                     kFrames, &whole, nullptr),
+            CLAMOR_OK);
+  EXPECT_GT(whole, kFrames);
+  const double delay_frames = 2 / speed_of_sound_mps(Air{}) * kSampleRate_hz;
+  for (int i = 0; i < 2; ++i) {
+    const std::span response = std::span(samples).subspan(i * kFrames, kFrames);
+    const auto before = response.first(static_cast<std::size_t>(delay_frames) - 40);
+    EXPECT_LT(*std::max_element(before.begin(), before.end()), 0.01f);
+    double sum = 0;  // of the pulse, between whole frames
+    for (int k = -8; k <= 8; ++k)
+      sum += response[static_cast<std::size_t>(std::lround(delay_frames) + k)];
+    EXPECT_NEAR(sum, 0.5, 0.05);
+  }
+  clamor_error error;
+  EXPECT_EQ(clamor_measure_responses(context.get(), level, 3, places.data(), 2, samples.data(),
+                                     kFrames, nullptr, &error),
+            CLAMOR_ERROR_ARGUMENT);
+  EXPECT_THAT(error.sentence, HasSubstr("no such emitter"));
 }
 
 }  // namespace

@@ -7,12 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "formats/bake_file/bake_contents.h"
-#include "formats/bake_file/bake_writer.h"
 #include "runtime/clamor.h"
-#include "tests/baked_room.h"
 #include "tests/library/library_room.h"
-#include "tests/temporary_file.h"
 
 namespace clamor {
 namespace {
@@ -23,19 +19,7 @@ using testing::make_context;
 using testing::offline;
 using testing::open_level;
 using testing::pose_of;
-
-// The bake of the room without its walls. The library would improve the tree of their surfaces on a
-// thread of its own, in TBB, which ThreadSanitizer cannot see into.
-const std::string& room_without_walls() {
-  static const testing::TemporaryFile file(".clamor");
-  static const bool written = [] {
-    BakeContents contents = testing::baked_contents(300);
-    contents.mesh = {};
-    return write_bake(file.path(), contents, 1).ok();
-  }();
-  EXPECT_TRUE(written);
-  return file.path();
-}
+using testing::room_without_walls;
 
 // Levels and listeners come and go while one listener is rendered.
 void call_on_all_threads(const Context& context, const std::string& path) {

@@ -9,7 +9,7 @@
 #include "bake/trace/photon_tracer.h"
 #include "common/air.h"
 #include "tests/rooms.h"
-#include "tools/analysis/energy_response.h"
+#include "runtime/response/energy_response.h"
 
 namespace clamor {
 namespace {

@@ -16,8 +16,8 @@
 #include "formats/gltf/level_import.h"
 #include "tests/build_paths.h"
 #include "tests/sanitized.h"
-#include "tools/analysis/energy_response.h"
-#include "tools/analysis/impulse_response.h"
+#include "runtime/response/energy_response.h"
+#include "runtime/response/impulse_response.h"
 
 namespace clamor {
 namespace {

@@ -15,7 +15,7 @@
 #include "common/random.h"
 #include "common/reflection.h"
 #include "tests/rooms.h"
-#include "tools/analysis/energy_response.h"
+#include "runtime/response/energy_response.h"
 
 namespace clamor {
 namespace {

@@ -9,7 +9,7 @@
 #include "bake/bake.h"
 #include "formats/gltf/level_import.h"
 #include "tests/build_paths.h"
-#include "tools/analysis/energy_response.h"
+#include "runtime/response/energy_response.h"
 #include "tools/analysis/room_parameters.h"
 
 namespace clamor {

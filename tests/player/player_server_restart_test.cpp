@@ -92,8 +92,10 @@ TYPED_TEST(SoundServer, ThatIsKilledAndRestartedIsSurvivedAndSoundIsBackEachTime
     ASSERT_TRUE(this->server->sounds()) << "restart " << i;
     const double took_s = seconds_since(start);
     EXPECT_GT(this->player->statistics().time_s, before_s);
-    EXPECT_TRUE(
-        comes_true([&] { return this->output().reopenings == static_cast<std::uint64_t>(i) + 1; }));
+    EXPECT_TRUE(comes_true([&] {
+      const OutputStatistics now = this->output();
+      return now.has_device && now.reopenings == now.losses;
+    }));
     longest_s = std::max(longest_s, took_s);
     sum_s += took_s;
   }
@@ -102,7 +104,8 @@ TYPED_TEST(SoundServer, ThatIsKilledAndRestartedIsSurvivedAndSoundIsBackEachTime
             << " s on average, after " << longest_s << " s at the longest; "
             << figures.failed_openings << " attempts in vain, " << figures.hung_closings
             << " closings hung\n";
-  EXPECT_EQ(figures.losses, static_cast<std::uint64_t>(times));
+  // On a busy machine a server may be so slow that its device is lost once more.
+  EXPECT_GE(figures.losses, static_cast<std::uint64_t>(times));
   const auto start = Clock::now();
   EXPECT_TRUE(this->player->stop().ok());
   EXPECT_LT(seconds_since(start), 5);  // does not hang

@@ -42,6 +42,7 @@ SourceFile read_source(const std::string& file) {
   static const std::regex kInclude(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
   static const std::regex kType(
       R"(^( *)(?:struct|class|enum class|union|using) (?:\[\[nodiscard\]\] )?(\w+)( :| \{|;| final| =))");
+  static const std::regex kOpaqueC(R"(^typedef struct (\w+) \w+;)");
   SourceFile source;
   for (const std::string& line : lines_of(read_text(kRoot / file))) {
     std::smatch match;
@@ -50,6 +51,7 @@ SourceFile read_source(const std::string& file) {
       continue;
     }
     const std::string code = code_of(line);
+    if (std::regex_search(code, match, kOpaqueC)) source.forward_types.insert(match[1]);
     if (std::regex_search(code, match, kType))
       (match[3] == ";"          ? source.forward_types
        : match[1].length() == 0 ? source.types

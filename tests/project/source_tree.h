@@ -24,7 +24,7 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
     {"bake", {"mesh", "trace", "octree", "instances", "journal", "report"}},
     {"runtime",
      {"realtime", "voices", "propagation", "occlusion", "streaming", "query", "sampling", "hrtf",
-      "mixing", "engine", "world", "output", "player", "examples"}},
+      "mixing", "engine", "response", "world", "output", "player", "examples"}},
     {"tools", {"program", "strategies", "analysis", "bench", "experiments", "commands"}},
 };
 

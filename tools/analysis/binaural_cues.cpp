@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "tools/analysis/octave_filter.h"
+#include "runtime/response/octave_filter.h"
 
 namespace clamor {
 

@@ -7,7 +7,7 @@
 #include "common/decay_curve.h"
 #include "common/directivity.h"
 #include "common/sample_rate.h"
-#include "tools/analysis/octave_filter.h"
+#include "runtime/response/octave_filter.h"
 
 namespace clamor {
 

@@ -26,7 +26,7 @@
 
 #include "common/bands.h"
 #include "formats/level/emitter.h"
-#include "tools/analysis/energy_response.h"
+#include "runtime/response/energy_response.h"
 
 namespace clamor {
 

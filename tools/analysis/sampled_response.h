@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "tools/analysis/energy_response.h"
+#include "runtime/response/energy_response.h"
 #include "tools/strategies/strategies.h"
 
 namespace clamor {

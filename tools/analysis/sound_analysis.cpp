@@ -9,7 +9,7 @@
 #include "common/sample_rate.h"
 #include "tools/analysis/echo_density.h"
 #include "tools/analysis/erb_spectrum.h"
-#include "tools/analysis/octave_filter.h"
+#include "runtime/response/octave_filter.h"
 #include "tools/analysis/sound_spectrum.h"
 
 namespace clamor {

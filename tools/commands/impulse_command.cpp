@@ -18,7 +18,7 @@
 #include "formats/level/mesh.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/occlusion/occlusion_geometry.h"
-#include "tools/analysis/impulse_response.h"
+#include "runtime/response/impulse_response.h"
 #include "tools/analysis/room_parameters.h"
 #include "tools/analysis/sampled_response.h"
 #include "tools/commands/audibility_warnings.h"

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/analysis/impulse_response.h"
+#include "runtime/response/impulse_response.h"
 #include "tools/analysis/sampled_response.h"
 #include "tools/experiments/experiments.h"
 

@@ -12,7 +12,7 @@
 #include "runtime/occlusion/fresnel_visibility.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/runtime/two_rooms.h"
-#include "tools/analysis/energy_response.h"
+#include "runtime/response/energy_response.h"
 #include "tools/strategies/all_sampler.h"
 
 namespace clamor {

@@ -37,9 +37,9 @@ struct Stage {
     EXPECT_TRUE(add_kinds(options, input).ok());
     return input;
   }
-  const std::vector<Bands>& by_signal() {
+  const SignalWeights& by_signal() {
     weights.by_signal.assign(input.signals.size(), {1, 2, 3, 4, 5, 4, 3, 2});
-    return weights.by_signal;
+    return weights;
   }
   MovingHandle add(std::uint32_t i, double gain = 1) {
     MovingSource source;

@@ -6,7 +6,7 @@
 
 #include "common/decay_curve.h"
 #include "common/random.h"
-#include "tools/analysis/impulse_response.h"
+#include "runtime/response/impulse_response.h"
 
 namespace clamor {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/analysis/energy_response.h"
+#include "runtime/response/energy_response.h"
 
 #include <algorithm>
 

@@ -11,7 +11,7 @@
 #include <span>
 #include <vector>
 
-#include "tools/analysis/energy_response.h"
+#include "runtime/response/energy_response.h"
 
 namespace clamor {
 

@@ -1,4 +1,4 @@
-#include "tools/analysis/impulse_response.h"
+#include "runtime/response/impulse_response.h"
 
 #include <algorithm>
 #include <cmath>

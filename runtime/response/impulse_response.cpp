@@ -1,11 +1,11 @@
-#include "tools/analysis/impulse_response.h"
+#include "runtime/response/impulse_response.h"
 
 #include <array>
 #include <cmath>
 #include <numbers>
 
 #include "common/sample_rate.h"
-#include "tools/analysis/octave_filter.h"
+#include "runtime/response/octave_filter.h"
 
 namespace clamor {
 

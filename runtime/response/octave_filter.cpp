@@ -1,4 +1,4 @@
-#include "tools/analysis/octave_filter.h"
+#include "runtime/response/octave_filter.h"
 
 #include <algorithm>
 #include <cassert>

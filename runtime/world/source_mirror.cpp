@@ -1,0 +1,156 @@
+#include "runtime/world/source_mirror.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/engine/auralizer.h"
+#include "runtime/engine/replaceable_signals.h"
+#include "runtime/voices/keyframe.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kJump_s = 0.1, kSmoothing = 0.01;
+// A keyframe's voices read this far beyond its time: binaural filters and the mixer's blocks.
+constexpr std::int64_t kReadAhead_frames = 1536;
+
+std::size_t sound_slot(const WorldSources::Committed& source) {
+  return HandleTable<WorldSound>::slot_number(source.sound_handle);
+}
+
+}  // namespace
+
+SourceMirror::SourceMirror(Auralizer& auralizer, WorldSources& sources, std::uint64_t level,
+                           std::optional<double> start_s)
+    : auralizer_(auralizer),
+      sources_(sources),
+      level_(level),
+      offline_(start_s.has_value()),
+      start_s_(start_s),
+      slots_(sources.max_sources()),
+      sound_slots_(sources.max_sounds()),
+      voice_shares_(kMaxWorldGroups + 1, 1.0) {}
+
+void SourceMirror::update_start(double keyframe_s) {
+  if (offline_) return;
+  const double measured_s = WorldSources::now_s() - keyframe_s;
+  if (!start_s_ || std::abs(measured_s - *start_s_) > kJump_s)
+    start_s_ = measured_s;
+  else
+    *start_s_ += kSmoothing * (measured_s - *start_s_);
+}
+
+void SourceMirror::update() {
+  const double keyframe_s = auralizer_.next_keyframe_time_s();
+  update_start(keyframe_s);
+  sources_.visit([&](const WorldSources::Commit& commit) {
+    if (commit.number == commits_ && complete_) return;
+    commits_ = commit.number;
+    complete_ = take_over(commit, keyframe_s);
+    auralizer_.moving()->commit(commit.time.of(offline_) - *start_s_);
+  });
+  produce(keyframe_s);
+}
+
+// Returns whether all sources could be taken over. Others wait for a slot to become free.
+bool SourceMirror::take_over(const WorldSources::Commit& commit, double keyframe_s) {
+  MovingSources& moving = *auralizer_.moving();
+  bool complete = true;
+  for (std::size_t group = 1; group < commit.voice_shares.size(); ++group) {
+    if (commit.voice_shares[group] == voice_shares_[group]) continue;
+    voice_shares_[group] = commit.voice_shares[group];
+    auralizer_.limit_group(static_cast<std::uint16_t>(group), voice_shares_[group]);
+  }
+  for (std::size_t i = 0; i < commit.sources.size(); ++i) {
+    const WorldSources::Committed& source = commit.sources[i];
+    Slot& slot = slots_[i];
+    const bool is_heard = source.identity != 0 && (source.level == 0 || source.level == level_);
+    if (slot.identity != 0 && (!is_heard || slot.identity != source.identity)) {
+      (void)moving.remove(slot.handle);
+      slot = {};
+    }
+    if (!is_heard) continue;
+    complete = has_sound(source, keyframe_s) && add(i, source, keyframe_s) && complete;
+  }
+  for (std::size_t i = 0; i < sound_slots_.size(); ++i)
+    if (sound_slots_[i].handle != commit.sounds[i]) clear_sound(i);
+  return complete;
+}
+
+// Brings the sound of a source into its slot; false if the slot is not free yet.
+bool SourceMirror::has_sound(const WorldSources::Committed& source, double keyframe_s) {
+  const std::size_t i = sound_slot(source);
+  SoundSlot& slot = sound_slots_[i];
+  if (slot.handle == source.sound_handle) return true;
+  clear_sound(i);
+  if (!auralizer_.signal_slots().is_free(i)) return false;
+  slot.handle = source.sound_handle;
+  slot.sound = source.sound;
+  auralizer_.set_signal(i, source.sound->for_mode(auralizer_.mode()));
+  // The newest samples of a live sound leave its sources with this keyframe.
+  const double arrived_s = static_cast<double>(source.sound->produced()) / kSampleRate_hz;
+  slot.live_start_s = keyframe_s - arrived_s;
+  return true;
+}
+
+bool SourceMirror::add(std::size_t i, const WorldSources::Committed& source, double keyframe_s) {
+  MovingSources& moving = *auralizer_.moving();
+  Slot& slot = slots_[i];
+  const bool is_new = slot.identity == 0;
+  if (!is_new && slot.version == source.version) {
+    if (slot.position_m == source.position_m && slot.velocity_mps == source.velocity_mps)
+      return true;
+    slot.position_m = source.position_m;
+    slot.velocity_mps = source.velocity_mps;
+    return moving.move(slot.handle, source.position_m, source.velocity_mps).ok();
+  }
+  MovingSource moved;
+  moved.kind = static_cast<std::uint32_t>(i);
+  moved.position_m = source.position_m;
+  moved.velocity_mps = source.velocity_mps;
+  moved.axis = source.axis;
+  moved.gain = source.gain;
+  moved.group = source.group;
+  if (is_new) slot.start_s = start_of(source, keyframe_s);
+  moved.start_s = slot.start_s;
+  auralizer_.set_kind(moved.kind, sound_slot(source), source.directivity);
+  if (is_new) {
+    const auto added = moving.add(moved);
+    if (!added.ok()) return false;
+    slot.handle = *added;
+  } else if (!moving.change(slot.handle, moved).ok()) {
+    return false;
+  }
+  slot.identity = source.identity;
+  slot.version = source.version;
+  slot.position_m = source.position_m;
+  slot.velocity_mps = source.velocity_mps;
+  return true;
+}
+
+// When a sound begins on the auralizer's clock.
+double SourceMirror::start_of(const WorldSources::Committed& source, double keyframe_s) const {
+  if (source.sound->is_live()) return sound_slots_[sound_slot(source)].live_start_s;
+  const double start_s = source.begin.of(offline_) - *start_s_;
+  // A sound that begins now has its first sample with the next keyframe, whatever the clocks say.
+  return !offline_ && std::abs(start_s - keyframe_s) < kJump_s ? kStartsWhenHeard : start_s;
+}
+
+void SourceMirror::clear_sound(std::size_t i) {
+  if (sound_slots_[i].handle == 0) return;
+  sound_slots_[i] = {};
+  auralizer_.signal_slots().clear(i);
+}
+
+void SourceMirror::produce(double keyframe_s) {
+  for (std::size_t i = 0; i < sound_slots_.size(); ++i) {
+    const SoundSlot& slot = sound_slots_[i];
+    if (slot.handle == 0 || !slot.sound->is_live()) continue;
+    const double read_s = keyframe_s - slot.live_start_s;
+    slot.sound->produce(std::llround(read_s * kSampleRate_hz) + kReadAhead_frames);
+    auralizer_.signal_slots().set_weights(i, slot.sound->live_weights());
+  }
+}
+
+}  // namespace clamor

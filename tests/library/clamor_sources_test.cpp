@@ -1,0 +1,418 @@
+// clamor_sources_test.cpp: sounds, streams, sources and groups of the C interface, in a free field.
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "common/air.h"
+#include "formats/audio/audio_file.h"
+#include "runtime/clamor.h"
+#include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/sampling/moving_sources.h"
+#include "tests/library/library_room.h"
+#include "tests/temporary_file.h"
+
+namespace clamor {
+namespace {
+
+using testing::add_listener;
+using testing::Context;
+using testing::make_context;
+using testing::offline;
+using testing::open_level;
+using testing::silent_field;
+
+constexpr std::size_t kSecond = kSampleRate_hz;
+
+std::vector<float> tone(double frequency_hz, std::size_t frames, float amplitude = 0.5f) {
+  std::vector<float> samples(frames);
+  for (std::size_t i = 0; i < frames; ++i)
+    samples[i] = amplitude * static_cast<float>(std::sin(2 * std::numbers::pi * frequency_hz *
+                                                         static_cast<double>(i) / kSampleRate_hz));
+  return samples;
+}
+
+// A context with one offline listener at the origin.
+struct Field {
+  explicit Field(uint32_t output = CLAMOR_OUTPUT_RECEIVERS, uint32_t voices = 100) {
+    clamor_listener_options options = offline();
+    options.pose = {};
+    options.output = output;
+    options.voices = voices;
+    options.reports_voices = 1;
+    listener = add_listener(context, level, options);
+  }
+
+  clamor_sound add(const std::vector<float>& samples, bool loops = false) const {
+    clamor_sound_options options{};
+    options.bytes = sizeof(options);
+    options.loops = loops;
+    clamor_sound sound = 0;
+    EXPECT_EQ(
+        clamor_add_sound(context.get(), samples.data(), samples.size(), &options, &sound, nullptr),
+        CLAMOR_OK);
+    return sound;
+  }
+  static clamor_source_options at(clamor_sound sound, const Vec3& position_m) {
+    clamor_source_options options{};
+    options.bytes = sizeof(options);
+    options.sound = sound;
+    options.motion = {{position_m.x, position_m.y, position_m.z}, {}, {}};
+    return options;
+  }
+  clamor_source add(const clamor_source_options& options) const {
+    clamor_source source = 0;
+    EXPECT_EQ(clamor_add_source(context.get(), &options, &source), CLAMOR_OK);
+    return source;
+  }
+
+  // The first channel of what is heard; before_keyframe(time_s) precedes each keyframe and commit.
+  std::vector<float> heard(std::size_t frames,
+                           const std::function<void(double)>& before_keyframe = {}) {
+    std::vector<float> left, block(2 * 480);
+    while (left.size() < frames) {
+      uint32_t wanted = 0;
+      double time_s = 0;
+      while (clamor_next_keyframe(context.get(), listener, &wanted, &time_s) == CLAMOR_OK &&
+             wanted) {
+        if (before_keyframe) before_keyframe(time_s);
+        EXPECT_EQ(clamor_commit(context.get(), time_s), CLAMOR_OK);
+        EXPECT_EQ(clamor_update(context.get(), 0, nullptr), CLAMOR_OK);
+      }
+      EXPECT_EQ(clamor_render(context.get(), listener, block.data(), 480), CLAMOR_OK);
+      for (std::size_t f = 0; f < block.size(); f += 2) left.push_back(block[f]);
+    }
+    left.resize(frames);
+    return left;
+  }
+
+  std::vector<clamor_voice> voices() const {
+    clamor_voices asked{};
+    asked.bytes = sizeof(asked);
+    std::vector<clamor_voice> voices(1000);
+    asked.voices = voices.data();
+    asked.capacity = 1000;
+    EXPECT_EQ(clamor_get_voices(context.get(), listener, &asked), CLAMOR_OK);
+    voices.resize(asked.count);
+    return voices;
+  }
+
+  Context context = make_context();
+  clamor_level level = open_level(context, silent_field());
+  clamor_listener listener = 0;
+};
+
+double rms(std::span<const float> samples) {
+  double sum = 0;
+  for (const float sample : samples) sum += static_cast<double>(sample) * sample;
+  return std::sqrt(sum / static_cast<double>(samples.size()));
+}
+
+double rms_between(const std::vector<float>& samples, double from_s, double to_s) {
+  const auto frame = [](double s) { return static_cast<std::size_t>(s * kSampleRate_hz); };
+  return rms(std::span(samples).subspan(frame(from_s), frame(to_s) - frame(from_s)));
+}
+
+double db(double ratio) { return 20 * std::log10(ratio); }
+
+// The frequency of a tone, from its zero crossings.
+double frequency_hz(std::span<const float> samples) {
+  double first = -1, last = -1, periods = -1;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    if (!(samples[i - 1] < 0 && samples[i] >= 0)) continue;
+    last = static_cast<double>(i) - samples[i] / (samples[i] - samples[i - 1]);
+    if (first < 0) first = last;
+    ++periods;
+  }
+  return periods * kSampleRate_hz / (last - first);
+}
+
+// Oracle: the auralizer with the same sound as one of its own.
+TEST(ClamorSources, AreHeardAsTheAuralizersOwnMovingSources) {
+  const std::vector<float> samples = tone(500, kSecond / 2);
+  const auto place = [](double t) { return Vec3{3 - 4 * t, 1, -5}; };
+  for (const bool loops : {false, true}) {
+    Field field;
+    clamor_source source = 0;
+    const clamor_sound sound = field.add(samples, loops);
+    const std::vector<float> heard = field.heard(kSecond, [&](double t) {
+      clamor_source_options options = Field::at(sound, place(t));
+      options.motion.velocity_mps[0] = -4;
+      if (source == 0) {
+        source = field.add(options);
+      } else {
+        EXPECT_EQ(clamor_move_source(field.context.get(), source, &options.motion), CLAMOR_OK);
+      }
+    });
+
+    AuralizerOptions options;
+    options.voices = 100;
+    options.wait_for_pages = true;
+    options.moving.max_sources = 1;
+    options.moving.signals = {{"tone", samples, loops}};
+    options.moving.kinds = {{"tone", 3, {}}};
+    const auto auralizer = *Auralizer::create(
+        std::make_shared<const BakeFile>(std::move(*BakeFile::open(silent_field()))), options);
+    MovingHandle handle;
+    std::vector<float> expected, block(2 * 480);
+    while (expected.size() < kSecond) {
+      while (auralizer->wants_keyframe()) {
+        const double t = auralizer->next_keyframe_time_s();
+        MovingSource moved;
+        moved.position_m = place(t);
+        moved.velocity_mps = {-4, 0, 0};
+        if (handle.generation == 0)
+          handle = *auralizer->moving()->add(moved);
+        else
+          (void)auralizer->moving()->move(handle, moved.position_m, moved.velocity_mps);
+        auralizer->moving()->commit(t);
+        auralizer->make_keyframe({});
+      }
+      auralizer->mix(block);
+      for (std::size_t f = 0; f < block.size(); f += 2) expected.push_back(block[f]);
+    }
+    EXPECT_GT(rms(expected), 0.01);
+    EXPECT_EQ(heard, expected) << loops;
+  }
+}
+
+TEST(ClamorSources, HaveDopplerWithoutTellingTheirVelocity) {
+  Field field;
+  const clamor_sound sound = field.add(tone(1000, kSecond), true);
+  clamor_source source = 0;
+  const std::vector<float> heard = field.heard(kSecond, [&](double t) {
+    const clamor_source_options options = Field::at(sound, {0, 0, -60 + 30 * t});
+    if (source == 0) source = field.add(options);
+    EXPECT_EQ(clamor_move_source(field.context.get(), source, &options.motion), CLAMOR_OK);
+  });
+  const double c = speed_of_sound_mps(Air{});
+  EXPECT_NEAR(frequency_hz(std::span(heard).subspan(kSecond / 2)), 1000 / (1 - 30 / c), 0.05);
+}
+
+// A stream arrives in pieces, and is prepared in pieces; a sound is prepared whole.
+TEST(ClamorSources, StreamsSoundLikeTheSameSoundInMemory) {
+  std::vector<float> samples(kSecond);
+  for (std::size_t i = 0; i < samples.size(); ++i)  // noise of all frequencies
+    samples[i] =
+        static_cast<float>(std::sin(1e-4 * static_cast<double>(i * i % 99'991) * 0.37)) / 4;
+  struct Player {
+    const std::vector<float>& samples;
+    std::size_t played = 0;
+  } player{samples};
+  clamor_stream stream{};
+  stream.bytes = sizeof(stream);
+  stream.user = &player;
+  stream.pull = [](void* user, float* into, uint32_t frames) -> uint32_t {
+    auto& from = *static_cast<Player*>(user);
+    const std::size_t count = std::min<std::size_t>(frames, from.samples.size() - from.played);
+    std::copy_n(from.samples.begin() + static_cast<std::ptrdiff_t>(from.played), count, into);
+    from.played += count;
+    return static_cast<uint32_t>(count);
+  };
+  // One after the other, because reading a head takes a second.
+  Field field(CLAMOR_OUTPUT_BINAURAL);
+  clamor_sound streamed = 0;
+  ASSERT_EQ(clamor_add_stream(field.context.get(), &stream, &streamed, nullptr), CLAMOR_OK);
+  const clamor_sound whole = field.add(samples);
+  clamor_source first = 0, second = 0;
+  const std::vector<float> heard = field.heard(4 * kSecond, [&](double t) {
+    if (first == 0) first = field.add(Field::at(whole, {2, 0, -6}));
+    if (second == 0 && t > 1.99) second = field.add(Field::at(streamed, {2, 0, -6}));
+  });
+  const std::span expected(heard.data(), 3 * kSecond / 2),
+      got(&heard[2 * kSecond], 3 * kSecond / 2);
+  EXPECT_GT(rms(expected), 0.005);
+  std::vector<float> difference(expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) difference[i] = got[i] - expected[i];
+  // Delays are floats, which 2 s rounds to 1e-7 s.
+  EXPECT_LT(db(rms(difference) / rms(expected)), -60);
+}
+
+TEST(ClamorSources, StreamsThatAreWrittenAreHeardOnceAndMissingSamplesAreSilence) {
+  Field field;
+  clamor_stream stream{};
+  stream.bytes = sizeof(stream);
+  stream.rate_hz = 24'000;
+  clamor_sound sound = 0;
+  ASSERT_EQ(clamor_add_stream(field.context.get(), &stream, &sound, nullptr), CLAMOR_OK);
+  const std::vector<float> samples = tone(1000, 20'000);  // at 24 kHz: 2 kHz as 1 kHz
+  uint32_t taken = 0;
+  ASSERT_EQ(clamor_write_stream(field.context.get(), sound, samples.data(), 20'000, &taken),
+            CLAMOR_OK);
+  EXPECT_EQ(taken, 20'000u);
+  ASSERT_EQ(clamor_write_stream(field.context.get(), sound, samples.data(), 20'000, &taken),
+            CLAMOR_OK);
+  EXPECT_EQ(taken, 4'000u) << "the buffer is a second long";
+  field.add(Field::at(sound, {0, 0, -2}));
+  const std::vector<float> heard = field.heard(2 * kSecond);
+  EXPECT_NEAR(frequency_hz(std::span(heard).subspan(kSecond / 4, kSecond / 2)), 500, 0.05);
+  EXPECT_NEAR(rms_between(heard, 0.25, 0.75), 0.25 / std::sqrt(2.0), 0.001);
+  EXPECT_LT(rms_between(heard, 1.5, 2), 1e-6);
+}
+
+TEST(ClamorSources, AreReadFromFilesAndLevels) {
+  const testing::TemporaryFile file(".flac");
+  const auto flac = encode_flac(tone(500, kSecond / 4));
+  ASSERT_TRUE(flac.ok());
+  std::ofstream(file.path(), std::ios::binary)
+      .write(reinterpret_cast<const char*>(flac->data()),
+             static_cast<std::streamsize>(flac->size()));
+  Field field;
+  clamor_sound sound = 0, of_level = 0;
+  ASSERT_EQ(clamor_read_sound(field.context.get(), file.path().c_str(), nullptr, &sound, nullptr),
+            CLAMOR_OK);
+  const clamor_level room = open_level(field.context);
+  ASSERT_EQ(clamor_read_level_sound(field.context.get(), room, 1, &of_level, nullptr), CLAMOR_OK);
+  EXPECT_EQ(clamor_read_level_sound(field.context.get(), room, 3, &of_level, nullptr),
+            CLAMOR_ERROR_ARGUMENT);
+  clamor_error error;
+  EXPECT_EQ(clamor_read_sound(field.context.get(), "/no/such.flac", nullptr, &sound, &error),
+            CLAMOR_ERROR_FILE);
+  EXPECT_NE(std::string(error.sentence).find("/no/such.flac"), std::string::npos);
+  field.add(Field::at(sound, {0, 0, -2}));
+  const std::vector<float> first = field.heard(kSecond / 2);
+  EXPECT_NEAR(frequency_hz(std::span(first).subspan(2'000, 8'000)), 500, 0.1);
+  field.add(Field::at(of_level, {0, 0, -2}));
+  const std::vector<float> second = field.heard(kSecond / 2);
+  EXPECT_NEAR(frequency_hz(std::span(second).subspan(12'000, 8'000)), 997, 0.1);
+}
+
+TEST(ClamorSources, OfAGroupHaveItsGainAndStandStillWhileItIsPaused) {
+  Field field;
+  clamor_group_options bus{};
+  bus.bytes = sizeof(bus);
+  clamor_group group = 0;
+  ASSERT_EQ(clamor_add_group(field.context.get(), &bus, &group), CLAMOR_OK);
+  clamor_source_options options = Field::at(field.add(tone(500, kSecond)), {0, 0, -2});
+  options.group = group;
+  field.add(options);
+  // Full for 0.3 s, -12 dB to 0.6 s, muted to 0.9 s, full to 1.2 s, and paused to 1.8 s: the second
+  // of sound is over at 1.6 s.
+  const std::vector<float> heard = field.heard(2 * kSecond, [&](double t) {
+    bus.has_gain = t > 0.3 && t < 0.59;
+    bus.gain = 0.25;
+    bus.is_muted = t > 0.59 && t < 0.89;
+    bus.is_paused = t > 0.99 - 0.3 && t < 1.29;
+    EXPECT_EQ(clamor_change_group(field.context.get(), group, &bus), CLAMOR_OK);
+  });
+  const double level = rms_between(heard, 0.05, 0.28);
+  EXPECT_NEAR(db(rms_between(heard, 0.4, 0.55) / level), -12.04, 0.05);
+  EXPECT_LT(rms_between(heard, 0.85, 1.25), 1e-5);
+  // It was paused after 0.7 s, and has 0.3 s left from 1.3 s on.
+  EXPECT_NEAR(db(rms_between(heard, 1.42, 1.58) / level), 0, 0.1);
+  EXPECT_LT(rms_between(heard, 1.65, 2), 1e-5);
+}
+
+TEST(ClamorSources, OfAGroupTakeNoMoreThanItsShareOfTheVoices) {
+  Field field(CLAMOR_OUTPUT_RECEIVERS, 40);
+  clamor_group_options bus{};
+  bus.bytes = sizeof(bus);
+  bus.max_voices = 0.25;
+  clamor_group group = 0;
+  ASSERT_EQ(clamor_add_group(field.context.get(), &bus, &group), CLAMOR_OK);
+  const clamor_sound steps = field.add(tone(500, kSecond), true),
+                     speech = field.add(tone(700, kSecond), true);
+  for (int i = 0; i < 60; ++i) {
+    clamor_source_options options = Field::at(steps, {0.1 * i - 3, 0, -3});
+    options.group = group;
+    field.add(options);
+  }
+  for (int i = 0; i < 5; ++i) field.add(Field::at(speech, {0.1 * i, 0, -10}));
+  field.heard(kSecond / 2);
+  std::size_t of_group = 0, others = 0;
+  for (const clamor_voice& voice : field.voices()) {
+    of_group += voice.sound == steps;
+    others += voice.sound == speech;
+  }
+  EXPECT_EQ(of_group, 10u);
+  EXPECT_EQ(others, 5u);
+}
+
+TEST(ClamorSources, AreToldWithTheirDirectionDelayAndGains) {
+  Field field;
+  const clamor_sound sound = field.add(tone(500, kSecond), true);
+  clamor_source_options options = Field::at(sound, {3, 0, -4});
+  options.gain = 2;
+  field.add(options);
+  field.heard(kSecond / 5);
+  const std::vector<clamor_voice> voices = field.voices();
+  ASSERT_EQ(voices.size(), 1u);
+  EXPECT_EQ(voices[0].sound, sound);
+  EXPECT_EQ(voices[0].level_sound, 0xffffffffu);
+  EXPECT_NEAR(voices[0].direction[0], 0.6, 0.02);  // receivers stand beside the centre
+  EXPECT_NEAR(voices[0].direction[1], 0, 1e-3);
+  EXPECT_NEAR(voices[0].direction[2], -0.8, 0.02);
+  EXPECT_NEAR(voices[0].delay_s, 5 / speed_of_sound_mps(Air{}), 1e-4);
+  for (const float gain : voices[0].band_gains) EXPECT_NEAR(db(gain / (2.0 / 5)), 0, 0.6);  // air
+}
+
+TEST(ClamorSources, EndWithTheirSoundTheirHandleAndTheirLevel) {
+  Field field;
+  const clamor_sound sound = field.add(tone(500, 4'800));
+  clamor_source_options shot = Field::at(sound, {0, 0, -2}), elsewhere = shot;
+  shot.ends_with_sound = 1;
+  elsewhere.level = open_level(field.context);
+  elsewhere.gain = 1000;
+  const clamor_source once = field.add(shot), unheard = field.add(elsewhere);
+  EXPECT_LT(rms(field.heard(kSecond / 4)), 1);
+  EXPECT_EQ(clamor_remove_source(field.context.get(), unheard), CLAMOR_OK);
+  EXPECT_EQ(clamor_remove_source(field.context.get(), unheard), CLAMOR_ERROR_HANDLE);
+  const clamor_source kept = field.add(Field::at(sound, {0, 0, -2}));
+  EXPECT_EQ(clamor_remove_sound(field.context.get(), sound), CLAMOR_OK);
+  EXPECT_EQ(clamor_remove_source(field.context.get(), kept), CLAMOR_ERROR_HANDLE);
+  EXPECT_EQ(clamor_remove_source(field.context.get(), once), CLAMOR_ERROR_HANDLE);
+  EXPECT_LT(rms(field.heard(kSecond / 2)), 1e-12);
+}
+
+TEST(ClamorSources, AreAsManyAsTheContextAllows) {
+  clamor_options options{};
+  options.bytes = sizeof(options);
+  options.max_sources = 2;
+  options.max_sounds = 3;
+  clamor_context* made = nullptr;
+  ASSERT_EQ(clamor_create(&options, &made, nullptr), CLAMOR_OK);
+  const Context context(made);
+  const std::vector<float> samples = tone(500, 480);
+  clamor_sound sound = 0;
+  const auto add_sound = [&] {
+    return clamor_add_sound(made, samples.data(), samples.size(), nullptr, &sound, nullptr);
+  };
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(add_sound(), CLAMOR_OK);
+  EXPECT_EQ(clamor_remove_sound(made, sound), CLAMOR_OK);
+  EXPECT_EQ(add_sound(), CLAMOR_OK);
+  EXPECT_EQ(add_sound(), CLAMOR_ERROR_FULL);
+  const clamor_source_options source = Field::at(sound, {0, 0, -1});
+  clamor_source added = 0;
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(clamor_add_source(made, &source, &added), CLAMOR_OK);
+  EXPECT_EQ(clamor_add_source(made, &source, &added), CLAMOR_ERROR_FULL);
+}
+
+TEST(ClamorSources, RefuseWrongArguments) {
+  Field field;
+  clamor_context* const context = field.context.get();
+  const clamor_sound sound = field.add(tone(500, 480));
+  clamor_source source = 0;
+  clamor_source_options options = Field::at(sound, {0, 0, NAN});
+  EXPECT_EQ(clamor_add_source(context, &options, &source), CLAMOR_ERROR_ARGUMENT);
+  options = Field::at(sound + 1, {0, 0, 0});
+  EXPECT_EQ(clamor_add_source(context, &options, &source), CLAMOR_ERROR_HANDLE);
+  options = Field::at(sound, {0, 0, 0});
+  options.directivity[3] = -1;
+  EXPECT_EQ(clamor_add_source(context, &options, &source), CLAMOR_ERROR_ARGUMENT);
+  const Context other = make_context();
+  options = Field::at(sound, {0, 0, 0});
+  EXPECT_EQ(clamor_add_source(other.get(), &options, &source), CLAMOR_ERROR_HANDLE);
+  EXPECT_EQ(clamor_commit(context, NAN), CLAMOR_ERROR_ARGUMENT);
+  float sample = 0;
+  EXPECT_EQ(clamor_write_stream(context, sound, &sample, 1, nullptr), CLAMOR_ERROR_STATE);
+  EXPECT_EQ(clamor_write_stream(context, 77, &sample, 1, nullptr), CLAMOR_ERROR_HANDLE);
+}
+
+}  // namespace
+}  // namespace clamor
