@@ -15,6 +15,7 @@
 #include "formats/level/emitter.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/mixing/block_mixer.h"
+#include "runtime/realtime/prefault_stack.h"
 #include "runtime/world/world.h"
 
 struct clamor_context {
@@ -44,6 +45,8 @@ constexpr std::uint32_t kDefaultBlock_frames = 1024;
 constexpr double kMaxGain = 1e10;  // 200 dB
 constexpr double kMaxPosition_m = 1e9;
 constexpr double kMaxUpdatePeriod_s = 0.1;
+// A size above it was never set. Believing it would read or write far beyond the structure.
+constexpr std::uint32_t kMaxStructure_bytes = 4096;
 
 // Writes a failure where the caller wants it.
 clamor_result fail(clamor_error* error, clamor_result code, const std::string& sentence = "") {
@@ -78,7 +81,7 @@ bool copy_from_caller(const T* given, T& copy) {
   copy = {};
   if (given == nullptr) return true;
   const std::size_t bytes = given->bytes;
-  if (bytes < sizeof(given->bytes)) return false;
+  if (bytes < sizeof(given->bytes) || bytes > kMaxStructure_bytes) return false;
   std::memcpy(&copy, given, std::min(bytes, sizeof(T)));
   const auto* const all = reinterpret_cast<const unsigned char*>(given);
   for (std::size_t i = sizeof(T); i < bytes; ++i)
@@ -89,7 +92,8 @@ bool copy_from_caller(const T* given, T& copy) {
 // Writes a result into a structure of the caller's, as much of it as it has room for.
 template <class T>
 bool copy_to_caller(T filled, T* into) {
-  if (into == nullptr || into->bytes < sizeof(into->bytes)) return false;
+  if (into == nullptr || into->bytes < sizeof(into->bytes) || into->bytes > kMaxStructure_bytes)
+    return false;
   filled.bytes = into->bytes;
   const std::size_t room = into->bytes;
   if (room > sizeof(T))
@@ -168,8 +172,11 @@ clamor::AuralizerOptions auralizer_options(const clamor_context& context,
 clamor_result add_level(clamor_context& context, Result<clamor::BakeFile> file, clamor_level* level,
                         clamor_error* error) {
   if (!file.ok()) return fail(error, CLAMOR_ERROR_FILE, file.error().message);
-  *level = context.world.add_level(std::make_shared<const clamor::BakeFile>(std::move(*file)));
-  return *level == 0 ? fail(error, CLAMOR_ERROR_FULL) : CLAMOR_OK;
+  const clamor_level added =
+      context.world.add_level(std::make_shared<const clamor::BakeFile>(std::move(*file)));
+  if (added == 0) return fail(error, CLAMOR_ERROR_FULL);
+  *level = added;
+  return CLAMOR_OK;
 }
 
 // Enters the listener for one block on the audio thread.
@@ -178,6 +185,7 @@ clamor_result rendered(clamor_context* context, clamor_listener handle,
                        const Render& render) noexcept {
   using Table = clamor::HandleTable<WorldListener>;
   if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+  clamor::prefault_stack();
   Table& table = context->world.rendered();
   WorldListener* listener = nullptr;
   switch (table.enter(handle, listener)) {
@@ -339,8 +347,10 @@ clamor_result clamor_create_listener(clamor_context* context, clamor_level level
     made.rate_hz = static_cast<int>(chosen.rate_hz);
     auto created = WorldListener::create(file, made);
     if (!created.ok()) return fail(error, CLAMOR_ERROR_FILE, created.error().message);
-    *listener = context->world.add_listener(std::move(*created));
-    return *listener == 0 ? fail(error, CLAMOR_ERROR_FULL) : CLAMOR_OK;
+    const clamor_listener added = context->world.add_listener(std::move(*created));
+    if (added == 0) return fail(error, CLAMOR_ERROR_FULL);
+    *listener = added;
+    return clamor_result{CLAMOR_OK};
   });
 }
 

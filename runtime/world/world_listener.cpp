@@ -5,6 +5,7 @@
 
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/realtime/prefault_code.h"
 
 namespace clamor {
 
@@ -30,6 +31,7 @@ Result<std::shared_ptr<WorldListener>> WorldListener::create(std::shared_ptr<con
                                                              const Options& options) {
   auto auralizer = Auralizer::create(std::move(level), options.auralizer);
   if (!auralizer.ok()) return auralizer.error();
+  prefault_library_code();
   std::unique_ptr<Resampler> resampler;
   if (options.rate_hz != kSampleRate_hz) {
     auto made = Resampler::create((*auralizer)->channels(), kSampleRate_hz, options.rate_hz);
