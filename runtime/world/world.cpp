@@ -14,7 +14,7 @@ namespace {
 
 constexpr auto kSamplerNap = std::chrono::milliseconds(1);
 
-// Distinguishes the worlds of the process; numbers return after 16 384 worlds.
+// Distinguishes the worlds of the process; numbers return after 8192 worlds.
 std::uint64_t next_number() {
   static constinit std::atomic<std::uint64_t> next{0};
   return next.fetch_add(1, std::memory_order_relaxed);

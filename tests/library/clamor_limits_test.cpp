@@ -60,6 +60,19 @@ TEST(ClamorLimits, HandlesOfAllContextsDiffer) {
   }
 }
 
+TEST(ClamorLimits, AHandleWithAnyOneBitChangedIsNone) {
+  const Context context = make_context();
+  const clamor_listener listener = add_listener(context, open_level(context));
+  std::array<float, 32> block{};
+  uint32_t channels = 0;
+  ASSERT_EQ(clamor_render(context.get(), listener, block.data(), 16), CLAMOR_OK);
+  for (int bit = 0; bit < 64; ++bit) {
+    const clamor_listener wrong = listener ^ uint64_t { 1 } << bit;
+    EXPECT_EQ(clamor_render(context.get(), wrong, block.data(), 16), CLAMOR_ERROR_HANDLE) << bit;
+    EXPECT_EQ(clamor_get_channels(context.get(), wrong, &channels), CLAMOR_ERROR_HANDLE) << bit;
+  }
+}
+
 TEST(ClamorLimits, LoudspeakersAreAPairUnlessALayoutIsNamed) {
   const Context context = make_context();
   clamor_listener_options options = offline();

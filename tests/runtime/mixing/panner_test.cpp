@@ -131,7 +131,9 @@ TEST(Panner, PansAPairByTheTangentLawAheadAndKeepsThePowerAllRound) {
                        right = panner->gains({from.x, -from.y, from.z});
     EXPECT_NEAR(sums_of(pair, gains).power, 1, 1e-5);
     EXPECT_NEAR(gains[0], right[1], 1e-4);
-    if (from.y > 0.1f) EXPECT_GT(gains[0], gains[1]);
+    if (from.y > 0.1f) {
+      EXPECT_GT(gains[0], gains[1]);
+    }
   }
   for (double azimuth = -30; azimuth <= 30; azimuth += 3) {
     const Sums sums = sums_of(pair, panner->gains(around(azimuth)));
