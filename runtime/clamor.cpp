@@ -14,6 +14,7 @@
 #include "runtime/clamor_context.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/mixing/block_mixer.h"
+#include "runtime/realtime/prefault_stack.h"
 #include "runtime/world/world.h"
 
 namespace {
@@ -124,6 +125,7 @@ clamor_result rendered(clamor_context* context, clamor_listener handle,
                        const Render& render) noexcept {
   using Table = clamor::HandleTable<WorldListener>;
   if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+  clamor::prefault_stack();
   Table& table = context->world.rendered();
   WorldListener* listener = nullptr;
   switch (table.enter(handle, listener)) {

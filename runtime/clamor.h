@@ -24,8 +24,9 @@
  * HANDLES are numbers. A handle that is stale, invented or another context's is
  * CLAMOR_ERROR_HANDLE. The pointer to a context is valid until clamor_destroy().
  *
- * STRUCTURES begin with `bytes`, their size as the caller knows it: later versions append members.
- * Members that are 0 mean the default.
+ * STRUCTURES begin with `bytes`, their size as the caller knows it, at most 4096: later versions
+ * append members. Members that are 0 mean the default. Options that the library does not know are
+ * CLAMOR_ERROR_ARGUMENT unless they are 0, and results that it does not know become 0.
  *
  * UNITS. Metres and seconds. The frame is that of glTF: +X right, +Y up, and a listener whose
  * orientation is the identity looks along -Z. Samples are amplitudes, 1 at full scale.
@@ -95,7 +96,8 @@ typedef struct clamor_options {
   uint32_t max_sounds;  /* at a time, 1 to 4096 [256] */
 } clamor_options;
 
-/* Errors: ARGUMENT, MEMORY. `options` may be null. Any thread; microseconds. */
+/* Errors: ARGUMENT, MEMORY; `*context` is then null. `options` may be null. Any thread;
+ * microseconds. */
 CLAMOR_API clamor_result clamor_create(const clamor_options* options, clamor_context** context,
                                        clamor_error* error);
 
@@ -171,7 +173,7 @@ enum {
 typedef struct clamor_listener_options {
   uint32_t bytes;
   uint32_t output;    /* CLAMOR_OUTPUT_... [binaural] */
-  const char* layout; /* as `clamor render --layout` takes it: "stereo", "5.1", "7.1.4" */
+  const char* layout; /* as `clamor render --layout` takes it ["stereo"]: "5.1", "7.1.4" */
   const char* sofa;   /* path of a SOFA file; null: the head that the library brings */
   uint32_t rate_hz;   /* 8000 to 192000 [48000] */
   uint32_t max_block_frames; /* the largest block that is expected [1024]; larger ones are allowed */

@@ -28,6 +28,8 @@ namespace clamor::interface {
 
 constexpr double kMaxPosition_m = 1e9;
 constexpr double kMaxGain = 1e6;  // 120 dB
+// A size above it was never set. Believing it would read or write far beyond the structure.
+constexpr std::uint32_t kMaxStructure_bytes = 4096;
 
 // Writes a failure where the caller wants it.
 inline clamor_result fail(clamor_error* error, clamor_result code,
@@ -63,7 +65,7 @@ bool copy_from_caller(const T* given, T& copy) {
   copy = {};
   if (given == nullptr) return true;
   const std::size_t bytes = given->bytes;
-  if (bytes < sizeof(given->bytes)) return false;
+  if (bytes < sizeof(given->bytes) || bytes > kMaxStructure_bytes) return false;
   std::memcpy(&copy, given, std::min(bytes, sizeof(T)));
   const auto* const all = reinterpret_cast<const unsigned char*>(given);
   for (std::size_t i = sizeof(T); i < bytes; ++i)
@@ -74,7 +76,8 @@ bool copy_from_caller(const T* given, T& copy) {
 // Writes a result into a structure of the caller's, as much of it as it has room for.
 template <class T>
 bool copy_to_caller(T filled, T* into) {
-  if (into == nullptr || into->bytes < sizeof(into->bytes)) return false;
+  if (into == nullptr || into->bytes < sizeof(into->bytes) || into->bytes > kMaxStructure_bytes)
+    return false;
   filled.bytes = into->bytes;
   const std::size_t room = into->bytes;
   if (room > sizeof(T))

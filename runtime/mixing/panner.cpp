@@ -14,6 +14,7 @@ namespace {
 const std::vector<LoudspeakerLayout>& layouts() {
   using enum Speaker;
   static const std::vector<LoudspeakerLayout> kLayouts = {
+      {"stereo", {{kFrontLeft, 30, 0}, {kFrontRight, -30, 0}}},
       {"5.1",
        {{kFrontLeft, 30, 0},
         {kFrontRight, -30, 0},
@@ -52,16 +53,18 @@ class LoudspeakerPanner final : public Panner {
   explicit LoudspeakerPanner(const LoudspeakerLayout& layout)
       : channels_(static_cast<int>(layout.speakers.size())) {
     std::vector<Vec3> corners;
-    double highest = 0;
+    double highest = 0, widest_deg = 0;
     for (std::size_t c = 0; c < layout.speakers.size(); ++c) {
       if (layout.speakers[c].speaker == Speaker::kLowFrequency) continue;
       corners.push_back(Vec3(direction_of(layout.speakers[c])));
       channel_of_.push_back(c);
       highest = std::max(highest, layout.speakers[c].elevation_deg);
+      widest_deg = std::max(widest_deg, std::abs(layout.speakers[c].azimuth_deg));
     }
     real_ = corners.size();
     corners.push_back({0, 0, -1});
     if (highest == 0) corners.push_back({0, 0, 1});
+    if (widest_deg < 90) corners.push_back({-1, 0, 0});
     find_triangles(corners);
   }
 
@@ -80,7 +83,7 @@ class LoudspeakerPanner final : public Panner {
     }
     // If four corners are coplanar, both ways to split them contain the direction; take the mean.
     const float within = std::min(-1e-6f, *std::ranges::max_element(min_weight));
-    std::array<float, kMaxChannels + 2> corner_gains{};
+    std::array<float, kMaxChannels + 3> corner_gains{};
     for (std::size_t t = 0; t < triangles_; ++t) {
       if (min_weight[t] < within) continue;
       for (std::size_t k = 0; k < 3; ++k)

@@ -3,12 +3,12 @@
 // Directions are unit vectors in the listener's axes: x ahead, y to the left, z up.
 //
 // Loudspeakers: vector base amplitude panning (VBAP) over the triangles of the layout's convex
-// hull. Virtual loudspeakers above and below close layouts that have none there; their gain is
-// spread evenly over all real ones. Gains are normalised to a sum of squares of 1, so that a voice
-// is equally loud from every direction. The LFE channel is silent.
+// hull. Virtual loudspeakers above, below and behind close layouts that have none there; their gain
+// is spread evenly over all real ones. Gains are normalised to a sum of squares of 1, so that a
+// voice is equally loud from every direction. The LFE channel is silent.
 //
 // V. Pulkki. Virtual Sound Source Positioning Using Vector Base Amplitude Panning. J. Audio Eng.
-// Soc. 45(6), 1997. Loudspeaker positions: ITU-R BS.2051-3, systems B, I and J.
+// Soc. 45(6), 1997. Loudspeaker positions: ITU-R BS.2051-3, systems A, B, I and J.
 //
 // Ambisonics: the spherical harmonics themselves (spherical_harmonics.h).
 //

@@ -24,8 +24,9 @@ namespace clamor {
 template <class T>
 class HandleTable {
  public:
-  // `tag` distinguishes tables; 16 bits of it count.
-  HandleTable(std::size_t capacity, std::uint64_t tag) : slots_(capacity), tag_(tag << 48) {}
+  // `tag` distinguishes tables; 15 bits of it count.
+  HandleTable(std::size_t capacity, std::uint64_t tag)
+      : slots_(capacity), tag_((tag & kTags) << 48) {}
 
   // Returns the new object's handle, which is not 0; or 0 if the table is full. Slots are taken in
   // turn, so that one that became free is not taken again at once.
@@ -82,7 +83,7 @@ class HandleTable {
   // If the object is entered, leave() must follow.
   Entry enter(std::uint64_t handle, T*& object) noexcept REALTIME {
     const std::size_t index = handle & kSlots;
-    if (handle == 0 || index >= slots_.size()) return Entry::kUnknown;
+    if (handle == 0 || handle > kMaxHandle || index >= slots_.size()) return Entry::kUnknown;
     Slot& slot = slots_[index];
     std::uint64_t state = state_of(handle);
     if (slot.state.compare_exchange_strong(state, state | kBusy, std::memory_order_acq_rel)) {
@@ -96,7 +97,9 @@ class HandleTable {
   }
 
  private:
-  static constexpr std::uint64_t kSlots = 0xffff, kGenerations = 0x7fffffff, kBusy = 1;
+  static constexpr std::uint64_t kSlots = 0xffff, kGenerations = 0x7fffffff, kTags = 0x7fff;
+  static constexpr std::uint64_t kMaxHandle = ~std::uint64_t{0} >> 1;  // a state has a bit more
+  static constexpr std::uint64_t kBusy = 1;
 
   struct Slot {
     std::shared_ptr<T> object;

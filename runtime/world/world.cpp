@@ -1,5 +1,6 @@
 #include "runtime/world/world.h"
 
+#include <atomic>
 #include <chrono>
 #include <utility>
 
@@ -13,21 +14,22 @@ namespace {
 
 constexpr auto kSamplerNap = std::chrono::milliseconds(1);
 
-// Distinguishes the tables of all worlds of the process, as long as no 16 bits are alike by chance.
-std::uint64_t tag_of(const World* world, std::uint64_t table) {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
-  std::uint64_t mixed = reinterpret_cast<std::uintptr_t>(world) ^ static_cast<std::uint64_t>(now);
-  mixed = (mixed ^ (mixed >> 33)) * 0xff51afd7ed558ccdu;
-  return ((mixed >> 40) << 3 | table) & 0xffff;
+// Distinguishes the worlds of the process; numbers return after 4096 worlds.
+std::uint64_t next_number() {
+  static constinit std::atomic<std::uint64_t> next{0};
+  return next.fetch_add(1, std::memory_order_relaxed);
 }
+
+std::uint64_t tag_of(std::uint64_t world, std::uint64_t table) { return world << 3 | table; }
 
 }  // namespace
 
 World::World(bool own_thread, std::size_t max_sources, std::size_t max_sounds)
     : own_thread_(own_thread),
-      levels_(kMaxLevels, tag_of(this, 0)),
-      sources_(max_sources, max_sounds, tag_of(this, 2)),
-      listeners_(kMaxListeners, tag_of(this, 1)) {
+      number_(next_number()),
+      levels_(kMaxLevels, tag_of(number_, 0)),
+      sources_(max_sources, max_sounds, tag_of(number_, 2)),
+      listeners_(kMaxListeners, tag_of(number_, 1)) {
   if (!own_thread) return;
   sampler_ = std::jthread([this](const std::stop_token& stop) {
     name_thread("sampler");

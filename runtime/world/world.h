@@ -67,7 +67,8 @@ class World {
   std::vector<std::shared_ptr<WorldListener>> present() const;
 
   const bool own_thread_;
-  mutable std::mutex tables_;  // guards the tables, and is held for moments only
+  const std::uint64_t number_;  // among the process's worlds
+  mutable std::mutex tables_;   // guards the tables, and is held for moments only
   HandleTable<const BakeFile> levels_;
   WorldSources sources_;
   HandleTable<WorldListener> listeners_;

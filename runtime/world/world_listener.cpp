@@ -5,6 +5,7 @@
 
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"
+#include "runtime/realtime/prefault_code.h"
 
 namespace clamor {
 
@@ -46,6 +47,7 @@ Result<std::shared_ptr<WorldListener>> WorldListener::create(const Place& place,
                                                              const Options& options) {
   auto ears = listen(place, options, 0);
   if (!ears.ok()) return ears.error();
+  prefault_library_code();
   std::unique_ptr<Resampler> resampler;
   if (options.rate_hz != kSampleRate_hz) {
     auto made = Resampler::create(ears->auralizer->channels(), kSampleRate_hz, options.rate_hz);

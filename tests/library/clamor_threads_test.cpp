@@ -21,7 +21,8 @@ using testing::open_level;
 using testing::pose_of;
 using testing::room_without_walls;
 
-// Levels and listeners come and go while one listener is rendered.
+// Four threads call: levels and listeners come and go while listeners are rendered, moved and
+// asked.
 void call_on_all_threads(const Context& context, const std::string& path) {
   const clamor_level level = open_level(context, path);
   clamor_listener_options options = offline();
@@ -30,7 +31,10 @@ void call_on_all_threads(const Context& context, const std::string& path) {
   std::atomic<bool> stop{false};
   std::jthread audio([&] {
     std::array<float, 960> block{};
-    while (!stop) EXPECT_EQ(clamor_render(context.get(), listener, block.data(), 480), CLAMOR_OK);
+    while (!stop) {
+      const clamor_result rendered = clamor_render(context.get(), listener, block.data(), 480);
+      EXPECT_TRUE(rendered == CLAMOR_OK || rendered == CLAMOR_ERROR_BUSY) << rendered;
+    }
   });
   std::jthread mover([&] {
     for (int i = 0; !stop; ++i) {
@@ -41,11 +45,34 @@ void call_on_all_threads(const Context& context, const std::string& path) {
       EXPECT_EQ(clamor_get_listener_statistics(context.get(), listener, &statistics), CLAMOR_OK);
     }
   });
+  // Asks about what may be gone, and makes mistakes.
+  std::atomic<clamor_listener> last{listener};
+  std::jthread asker([&] {
+    std::array<float, 32> block{};
+    while (!stop) {
+      const clamor_listener asked = last;
+      uint32_t channels = 0, wanted = 0;
+      double time_s = 0;
+      for (const clamor_result result :
+           {clamor_get_channels(context.get(), asked, &channels),
+            clamor_next_keyframe(context.get(), asked, &wanted, &time_s),
+            clamor_enter_level(context.get(), asked, level, nullptr)})
+        EXPECT_TRUE(result == CLAMOR_OK || result == CLAMOR_ERROR_HANDLE) << result;
+      // The listener that the audio thread renders is busy, or was not at this moment.
+      const clamor_result rendered = clamor_render(context.get(), asked, block.data(), 16);
+      EXPECT_TRUE(rendered == CLAMOR_OK || rendered == CLAMOR_ERROR_HANDLE ||
+                  rendered == CLAMOR_ERROR_BUSY)
+          << rendered;
+      EXPECT_EQ(clamor_close_level(context.get(), asked), CLAMOR_ERROR_HANDLE);
+    }
+  });
   for (int i = 0; i < 10; ++i) {
     const clamor_level again = open_level(context, path);
     const clamor_listener other = add_listener(context, again, options);
+    last = other;
     std::array<float, 64> block{};
-    EXPECT_EQ(clamor_render(context.get(), other, block.data(), 32), CLAMOR_OK);
+    const clamor_result rendered = clamor_render(context.get(), other, block.data(), 32);
+    EXPECT_TRUE(rendered == CLAMOR_OK || rendered == CLAMOR_ERROR_BUSY) << rendered;
     EXPECT_EQ(clamor_enter_level(context.get(), listener, again, nullptr), CLAMOR_OK);
     EXPECT_EQ(clamor_close_level(context.get(), again), CLAMOR_OK);
     EXPECT_EQ(clamor_destroy_listener(context.get(), other), CLAMOR_OK);

@@ -12,7 +12,7 @@ OutputArguments::OutputArguments(Arguments& parser) {
   parser.option("--hrtf", hrtf_, "SOFA file with the HRTF; implies --headphones [unset: KEMAR]");
   parser.flag("--loudspeakers", loudspeakers_,
               "output for two loudspeakers; implies --receivers wide");
-  parser.option("--layout", layout_, "loudspeaker layout: 5.1, 7.1 or 7.1.4");
+  parser.option("--layout", layout_, "loudspeaker layout: stereo, 5.1, 7.1 or 7.1.4");
   parser.option(
       "--receivers", receivers_,
       "two virtual microphones 17 cm apart: wide (wide cardioids at 110 degrees), ortf (cardioids) "

@@ -122,6 +122,25 @@ TEST_P(LayoutPanning, ChangesGainsContinuouslyWithTheDirection) {
   }
 }
 
+// A pair has a loudspeaker neither beside the listener nor behind.
+TEST(Panner, PansAPairByTheTangentLawAheadAndKeepsThePowerAllRound) {
+  const LoudspeakerLayout pair = *find_layout("stereo");
+  const auto panner = make_loudspeaker_panner(pair);
+  for (const Vec3f& from : random_directions(5000)) {
+    const ChannelGains gains = panner->gains(from),
+                       right = panner->gains({from.x, -from.y, from.z});
+    EXPECT_NEAR(sums_of(pair, gains).power, 1, 1e-5);
+    EXPECT_NEAR(gains[0], right[1], 1e-4);
+    if (from.y > 0.1f) {
+      EXPECT_GT(gains[0], gains[1]);
+    }
+  }
+  for (double azimuth = -30; azimuth <= 30; azimuth += 3) {
+    const Sums sums = sums_of(pair, panner->gains(around(azimuth)));
+    EXPECT_LT(length(normalize(sums.velocity) - Vec3(around(azimuth))), 1e-4) << azimuth;
+  }
+}
+
 TEST(Panner, IsSilentForTheZeroVector) {
   const auto panner = make_loudspeaker_panner(*find_layout("5.1"));
   for (const float gain : panner->gains({0, 0, 0})) EXPECT_EQ(gain, 0);

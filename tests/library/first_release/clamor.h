@@ -1,0 +1,248 @@
+/* clamor.h: Clamor in a game: opens baked levels and renders what listeners hear in them.
+ *
+ *   clamor_context* clamor;
+ *   clamor_level level;
+ *   clamor_listener ears;
+ *   clamor_listener_options options = {sizeof options};
+ *   clamor_create(NULL, &clamor, NULL);
+ *   clamor_open_level(clamor, "hall.clamor", &level, NULL);
+ *   clamor_create_listener(clamor, level, &options, &ears, NULL);
+ *
+ *   game thread:   clamor_move_listener(clamor, ears, &pose);
+ *   audio thread:  clamor_render(clamor, ears, block, frames);
+ *
+ * THREADS. Each function names the threads that may call it. "Any" may be called by several threads
+ * at once: such calls take turns, and may wait for a keyframe that is being made, 5 ms for 20 000
+ * voices. "Audio" may be called by one thread at a time for each listener; it neither allocates nor
+ * locks nor calls the system, and its cost is that of the voices alone.
+ *
+ * ERRORS. Functions return CLAMOR_OK or a negative code, and have then changed nothing. Those that
+ * read files also write a sentence into a clamor_error, which may be null. No C++ exception leaves
+ * the library. It installs no signal handlers, prints nothing and reads no locale.
+ *
+ * HANDLES are numbers. A handle that is stale, invented or another context's is
+ * CLAMOR_ERROR_HANDLE. The pointer to a context is valid until clamor_destroy().
+ *
+ * STRUCTURES begin with `bytes`, their size as the caller knows it, at most 4096: later versions
+ * append members. Members that are 0 mean the default. Options that the library does not know are
+ * CLAMOR_ERROR_ARGUMENT unless they are 0, and results that it does not know become 0.
+ *
+ * UNITS. Metres and seconds. The frame is that of glTF: +X right, +Y up, and a listener whose
+ * orientation is the identity looks along -Z. Samples are amplitudes, 1 at full scale.
+ */
+#ifndef CLAMOR_H
+#define CLAMOR_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define CLAMOR_VERSION_MAJOR 0
+#define CLAMOR_VERSION_MINOR 1
+#define CLAMOR_VERSION_PATCH 0
+/* Programs run with every library of the same ABI version that is not older than their header. */
+#define CLAMOR_ABI_VERSION 0
+
+#if defined(CLAMOR_BUILDS_LIBRARY) && defined(__GNUC__)
+#define CLAMOR_API __attribute__((visibility("default")))
+#else
+#define CLAMOR_API
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- Results ------------------------------------------------------------------------------- */
+
+typedef int32_t clamor_result;
+enum {
+  CLAMOR_OK = 0,
+  CLAMOR_ERROR_ARGUMENT = -1, /* null, not finite, or out of range */
+  CLAMOR_ERROR_HANDLE = -2,   /* no such object in this context */
+  CLAMOR_ERROR_FILE = -3,     /* cannot be read, or is damaged; see the sentence */
+  CLAMOR_ERROR_MEMORY = -4,
+  CLAMOR_ERROR_FULL = -5,   /* there are as many objects as a context can hold */
+  CLAMOR_ERROR_BUSY = -6,   /* another thread is rendering this listener */
+  CLAMOR_ERROR_STATE = -7,  /* not possible now, or not with these options */
+  CLAMOR_ERROR_INTERNAL = -8 /* a fault of the library; please report it */
+};
+
+typedef struct clamor_error {
+  clamor_result code;
+  char sentence[508]; /* UTF-8, ends with a zero */
+} clamor_error;
+
+/* A short text for a code. Any thread; never null. */
+CLAMOR_API const char* clamor_result_text(clamor_result result);
+
+/* The library's version, as major << 16 | minor << 8 | patch, and its ABI version. Any thread. */
+CLAMOR_API uint32_t clamor_version(void);
+CLAMOR_API uint32_t clamor_abi_version(void);
+
+/* ---- Context ------------------------------------------------------------------------------- */
+
+/* A world: open levels, and listeners in them. Contexts do not see each other. */
+typedef struct clamor_context clamor_context;
+
+typedef struct clamor_options {
+  uint32_t bytes;
+  /* 0: the library makes keyframes on a thread of its own, and each listener has threads that load
+   * pages and sounds. 1: the caller calls clamor_update() regularly. */
+  uint32_t caller_updates;
+  /* With caller_updates: the longest time between two updates [1/30 s]. Shorter is lower latency. */
+  double update_period_s;
+} clamor_options;
+
+/* Errors: ARGUMENT, MEMORY; `*context` is then null. `options` may be null. Any thread;
+ * microseconds. */
+CLAMOR_API clamor_result clamor_create(const clamor_options* options, clamor_context** context,
+                                       clamor_error* error);
+
+/* Frees the context and all that belongs to it. No other call may be under way. Null is allowed. */
+CLAMOR_API void clamor_destroy(clamor_context* context);
+
+/* With caller_updates: makes the keyframes that listeners want now, then loads pages and sounds
+ * until none are requested or `loading_s` have passed (at least one where any are requested). Call
+ * it at least every update_period_s. One thread at a time, of any; 0.1 to 5 ms for each keyframe.
+ * Writes to `made`, which may be null, how many keyframes were made. Errors: STATE without
+ * caller_updates, ARGUMENT, MEMORY. */
+CLAMOR_API clamor_result clamor_update(clamor_context* context, double loading_s, uint32_t* made);
+
+/* ---- Levels -------------------------------------------------------------------------------- */
+
+typedef uint64_t clamor_level;
+
+/* Opens a file that `clamor bake` wrote. Reads its first page only, whatever its size.
+ * Errors: ARGUMENT, FILE, FULL (256 levels), MEMORY. Any thread; blocks on the disk. */
+CLAMOR_API clamor_result clamor_open_level(clamor_context* context, const char* path,
+                                           clamor_level* level, clamor_error* error);
+
+/* A bake in the application's own archive or in memory. */
+typedef struct clamor_reader {
+  uint32_t bytes;
+  const char* name; /* stands for the path in sentences; copied */
+  uint64_t size;    /* of the bake, in bytes */
+  void* user;
+  /* Copies `count` bytes from `offset` on into `into` and returns 0, or another number if it
+   * cannot. Called by several threads at a time; never by the audio thread. */
+  int32_t (*read)(void* user, uint64_t offset, uint64_t count, void* into);
+  const void* memory; /* instead of `read`: all bytes, which must not change until `release` */
+  /* Called once, when nothing is read any more; may be null. Not called after an error. */
+  void (*release)(void* user);
+} clamor_reader;
+
+/* As clamor_open_level(). */
+CLAMOR_API clamor_result clamor_open_level_with(clamor_context* context,
+                                                const clamor_reader* reader, clamor_level* level,
+                                                clamor_error* error);
+
+/* Ends the handle. Listeners who are in the level hear it until they enter another one.
+ * Errors: HANDLE. Any thread. */
+CLAMOR_API clamor_result clamor_close_level(clamor_context* context, clamor_level level);
+
+typedef struct clamor_level_info {
+  uint32_t bytes;
+  uint32_t emitters, sounds;
+  uint64_t sources; /* emitters and secondary sources, those of instances counted each */
+} clamor_level_info;
+
+/* Errors: HANDLE, ARGUMENT. Any thread. */
+CLAMOR_API clamor_result clamor_get_level_info(clamor_context* context, clamor_level level,
+                                               clamor_level_info* info);
+
+/* ---- Listeners ----------------------------------------------------------------------------- */
+
+typedef uint64_t clamor_listener;
+
+typedef struct clamor_pose {
+  double position_m[3];
+  double orientation[4]; /* quaternion x, y, z, w of any length but 0 */
+} clamor_pose;
+
+enum {
+  CLAMOR_OUTPUT_BINAURAL = 0,     /* for headphones, with the head in `sofa` */
+  CLAMOR_OUTPUT_LOUDSPEAKERS = 1, /* in `layout`, panned by VBAP */
+  CLAMOR_OUTPUT_AMBISONICS = 2,   /* third order, ACN and SN3D: 16 channels */
+  CLAMOR_OUTPUT_RECEIVERS = 3     /* two omnidirectional receivers, a head's width apart */
+};
+
+typedef struct clamor_listener_options {
+  uint32_t bytes;
+  uint32_t output;    /* CLAMOR_OUTPUT_... [binaural] */
+  const char* layout; /* as `clamor render --layout` takes it ["stereo"]: "5.1", "7.1.4" */
+  const char* sofa;   /* path of a SOFA file; null: the head that the library brings */
+  uint32_t rate_hz;   /* 8000 to 192000 [48000] */
+  uint32_t max_block_frames; /* the largest block that is expected [1024]; larger ones are allowed */
+  uint32_t voices;           /* sources mixed at a time, 1 to 100 000 [2000] */
+  uint64_t memory_bytes;     /* for pages and sounds [64 000 000] */
+  double gain;               /* of the output, an amplitude [1] */
+  uint32_t limits;           /* 1: true peaks stay below -1 dBFS */
+  /* 1: an offline render. Keyframes wait for what they need and are for the times that
+   * clamor_next_keyframe() tells, so that the samples do not depend on the machine's speed. */
+  uint32_t offline;
+  clamor_pose pose; /* at first; an orientation of zeros is the identity */
+} clamor_listener_options;
+
+/* Adds a listener in a level. Errors: ARGUMENT, HANDLE, FILE, FULL (64 listeners), MEMORY. Any
+ * thread; 10 to 100 ms, and a second for the first that uses a head. */
+CLAMOR_API clamor_result clamor_create_listener(clamor_context* context, clamor_level level,
+                                                const clamor_listener_options* options,
+                                                clamor_listener* listener, clamor_error* error);
+
+/* Waits until the audio thread has left the listener. Errors: HANDLE. Any thread but the one that
+ * renders. */
+CLAMOR_API clamor_result clamor_destroy_listener(clamor_context* context, clamor_listener listener);
+
+/* Crossfades to another level within a tenth of a second, or once a crossfade under way has ended.
+ * Errors: HANDLE, FILE, MEMORY; the listener then stays where it is. Any thread; as long as
+ * clamor_create_listener(), during which the old level plays on. */
+CLAMOR_API clamor_result clamor_enter_level(clamor_context* context, clamor_listener listener,
+                                            clamor_level level, clamor_error* error);
+
+/* Moves a listener. Doppler follows the positions of successive keyframes, 20 ms apart.
+ * Errors: HANDLE, ARGUMENT. Any thread; microseconds. */
+CLAMOR_API clamor_result clamor_move_listener(clamor_context* context, clamor_listener listener,
+                                              const clamor_pose* pose);
+
+/* The time of the keyframe that the next clamor_update() makes for an offline listener, in seconds
+ * since it entered its level, so that the pose for that time can be set. `wanted` is 0 if there are
+ * keyframes enough for the next 20 ms. Errors: HANDLE, ARGUMENT. Any thread. */
+CLAMOR_API clamor_result clamor_next_keyframe(clamor_context* context, clamor_listener listener,
+                                              uint32_t* wanted, double* time_s);
+
+/* The number of output channels. Errors: HANDLE, ARGUMENT. Any thread. */
+CLAMOR_API clamor_result clamor_get_channels(clamor_context* context, clamor_listener listener,
+                                             uint32_t* channels);
+
+typedef struct clamor_listener_statistics {
+  uint32_t bytes;
+  uint32_t voices;            /* of the newest keyframe, those that fade included */
+  uint64_t keyframes;         /* made */
+  uint64_t held_blocks;       /* rendered without a keyframe that was due: updates came too late */
+  double keyframe_ms;         /* that the last keyframe took */
+  uint64_t pages, page_bytes; /* in memory */
+  uint64_t sound_bytes;       /* in memory */
+  uint64_t failures;          /* pages and sounds that could not be read */
+} clamor_listener_statistics;
+
+/* Errors: HANDLE, ARGUMENT. Any thread. */
+CLAMOR_API clamor_result clamor_get_listener_statistics(clamor_context* context,
+                                                        clamor_listener listener,
+                                                        clamor_listener_statistics* statistics);
+
+/* ---- Rendering ------------------------------------------------------------------------------ */
+
+/* Overwrites `frames` frames of all channels, interleaved; after an error they are as they were.
+ * Errors: HANDLE, ARGUMENT, BUSY. Audio; about a nanosecond for each voice and frame. */
+CLAMOR_API clamor_result clamor_render(clamor_context* context, clamor_listener listener,
+                                       float* interleaved, uint32_t frames);
+
+/* As clamor_render(), into one array for each channel. */
+CLAMOR_API clamor_result clamor_render_planar(clamor_context* context, clamor_listener listener,
+                                              float* const* planes, uint32_t frames);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
