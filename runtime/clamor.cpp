@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "common/c_structures.h"
 #include "common/listener.h"
 #include "common/sample_rate.h"
 #include "formats/bake_file/bake_file.h"
@@ -30,6 +31,8 @@ struct clamor_context {
 
 namespace {
 
+using clamor::copy_from_caller;
+using clamor::copy_to_caller;
 using clamor::Error;
 using clamor::Listener;
 using clamor::Orientation;
@@ -69,33 +72,6 @@ clamor_result guarded(clamor_error* error, const Act& act) noexcept {
   } catch (...) {
     return fail(error, CLAMOR_ERROR_INTERNAL);
   }
-}
-
-// Copies a structure of the caller's, which may be of an older version and shorter, or of a newer
-// one whose further members are all 0. False if it is neither.
-template <class T>
-bool copy_from_caller(const T* given, T& copy) {
-  copy = {};
-  if (given == nullptr) return true;
-  const std::size_t bytes = given->bytes;
-  if (bytes < sizeof(given->bytes)) return false;
-  std::memcpy(&copy, given, std::min(bytes, sizeof(T)));
-  const auto* const all = reinterpret_cast<const unsigned char*>(given);
-  for (std::size_t i = sizeof(T); i < bytes; ++i)
-    if (all[i] != 0) return false;
-  return true;
-}
-
-// Writes a result into a structure of the caller's, as much of it as it has room for.
-template <class T>
-bool copy_to_caller(T filled, T* into) {
-  if (into == nullptr || into->bytes < sizeof(into->bytes)) return false;
-  filled.bytes = into->bytes;
-  const std::size_t room = into->bytes;
-  if (room > sizeof(T))
-    std::memset(reinterpret_cast<unsigned char*>(into) + sizeof(T), 0, room - sizeof(T));
-  std::memcpy(into, &filled, std::min(room, sizeof(T)));
-  return true;
 }
 
 bool read_pose(const clamor_pose& pose, Listener& listener) {
