@@ -13,7 +13,7 @@
  * THREADS. Any thread may call any function, but those that change a level, or destroy it, must be
  * alone with it. Several threads may bake one level at once. A bake works on its own threads while
  * the calling thread waits and calls the callbacks, so that callbacks are never called elsewhere.
- * Threads of the library sleep between bakes.
+ * Threads of the library sleep between bakes, so it stays loaded after dlclose().
  *
  * ERRORS. Functions return CLAMOR_BAKE_OK or a negative code, and have then changed nothing: they
  * leave no file but the journal, and an older file is as it was. They write a sentence into a
@@ -78,7 +78,7 @@ CLAMOR_BAKE_API const char* clamor_bake_result_text(clamor_bake_result result);
 CLAMOR_BAKE_API uint32_t clamor_bake_version(void);
 CLAMOR_BAKE_API uint32_t clamor_bake_abi_version(void);
 
-/* ---- Level --------------------------------------------------------------------------------- */
+/* ---- Levels -------------------------------------------------------------------------------- */
 
 /* Triangles, materials, sounds and emitters. Levels do not see each other. */
 typedef struct clamor_bake_level clamor_bake_level;
@@ -133,8 +133,8 @@ CLAMOR_BAKE_API const char* clamor_bake_preset_name(uint32_t index);
 
 /* Adds triangles, which reflect on both sides. `vertices_m` has three floats for each vertex, at
  * most 1000 km from the origin, and `indices` three for each triangle; null: the vertices in their
- * order. Triangles without area are left out. Errors: ARGUMENT, MEMORY. 20 ms for a million
- * triangles. */
+ * order. `material` is a number that clamor_bake_add_material() wrote. Triangles without area are
+ * left out. Errors: ARGUMENT, MEMORY. 0.1 s for a million triangles. */
 CLAMOR_BAKE_API clamor_bake_result clamor_bake_add_triangles(
     clamor_bake_level* level, const float* vertices_m, uint64_t vertex_count,
     const uint32_t* indices, uint64_t triangle_count, uint32_t material, clamor_bake_error* error);
@@ -207,7 +207,7 @@ enum {
 
 typedef struct clamor_bake_progress {
   uint32_t bytes;
-  uint32_t phase;  /* CLAMOR_BAKE_PREPARING to _WRITING; a goal repeats the first three */
+  uint32_t phase;  /* CLAMOR_BAKE_PREPARING to _WRITING; a goal repeats the second and third */
   double fraction; /* share of the photons that are done, 0 to 1 */
   uint64_t photons, photons_total;
   uint64_t photons_reused; /* of `photons`: taken from the journal */
@@ -244,7 +244,8 @@ typedef struct clamor_bake_options {
   const char* journal;
   void* user; /* for the callbacks, which may be null */
   /* Called about ten times a second, also where nothing has changed. Another number than 0 cancels
-   * the bake, which then ends within a second. */
+   * the bake, which then ends within a second, or a few of them if the level has millions of
+   * triangles: some steps, as building a BVH, cannot be interrupted. */
   int32_t (*progress)(void* user, const clamor_bake_progress* progress);
   /* Called for each sentence of the report; `kind` is CLAMOR_BAKE_NOTE or CLAMOR_BAKE_WARNING. */
   void (*message)(void* user, uint32_t kind, const char* sentence);

@@ -21,7 +21,7 @@ inline const std::filesystem::path kRoot = kSourceDir;
 inline const std::map<std::string, std::vector<std::string>> kFolders = {
     {"common", {}},
     {"formats", {"files", "audio", "level", "gltf", "bake_file"}},
-    {"bake", {"mesh", "trace", "octree", "instances", "journal", "report"}},
+    {"bake", {"mesh", "trace", "octree", "instances", "journal", "report", "examples"}},
     {"runtime",
      {"realtime", "voices", "propagation", "occlusion", "streaming", "query", "sampling", "hrtf",
       "mixing", "engine", "world", "output", "player", "examples"}},
