@@ -1,0 +1,70 @@
+// python_binding_test.cpp: the Python package against the header, and against the program.
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/build_paths.h"
+#include "tests/library/binding_run.h"
+#include "tests/library/header_table.h"
+#include "tests/temporary_file.h"
+
+namespace clamor {
+namespace {
+
+using testing::run_with_libraries;
+using testing::TemporaryFile;
+
+class PythonBinding : public ::testing::Test {
+ protected:
+  // The interpreter that has numpy; a system may have several.
+  static std::string python() {
+    for (const std::string name : {"python3", "/usr/bin/python3"})
+      if (std::system((name + " -c 'import numpy' >/dev/null 2>&1").c_str()) == 0) return name;
+    return "";
+  }
+
+  void SetUp() override {
+    if (python_.empty()) GTEST_SKIP() << "not on this machine: Python 3 with numpy";
+  }
+
+  static void check(const std::string& arguments) {
+    run_with_libraries(python_ + " " + testing::kSourceDir + "/tests/library/python_binding.py " +
+                       arguments);
+  }
+
+  static inline const std::string python_ = python();
+};
+
+TEST_F(PythonBinding, DeclaresAllOfTheHeaderAsTheCompilerSeesIt) {
+  const TemporaryFile table(
+      ".txt",
+      testing::header_table(std::string(testing::kSourceDir) + "/runtime/clamor.h", "CLAMOR_API"));
+  check("interface _interface " + table.path());
+}
+
+TEST_F(PythonBinding, RendersTheSamplesOfTheProgram) {
+  const TemporaryFile walk(
+      ".json", R"({"points":[{"time_s":0,"position_m":[0,1.7,3],"yaw_deg":0},)"
+               R"({"time_s":0.08,"position_m":[1,1.7,2],"yaw_deg":170,"pitch_deg":20},)"
+               R"({"time_s":0.15,"position_m":[2,1.5,1],"yaw_deg":-90,"roll_deg":10}]})");
+  const auto compare = [&](const std::string& flags, const std::string& options) {
+    const TemporaryFile wav(".wav");
+    run_with_libraries("clamor render " + testing::violin_room() + " -o " + wav.path() +
+                       " --walk " + walk.path() + " --voices 200 " + flags);
+    check("render " + testing::violin_room() + " " + walk.path() + " " + wav.path() +
+          " '{\"voices\": 200, " + options + "}'");
+  };
+  compare("--headphones", R"("output": "binaural")");
+  compare(
+      "--layout 5.1 --seconds 0.2 --gain -6dB",
+      R"("output": "loudspeakers", "layout": "5.1", "seconds": 0.2, "gain": 0.5011872336272722)");
+  compare("--receivers omni", R"("output": "receivers")");
+}
+
+TEST_F(PythonBinding, OpensBytesRendersInRealTimeAndRaisesErrors) {
+  check("use " + testing::violin_room());
+}
+
+}  // namespace
+}  // namespace clamor
