@@ -2,6 +2,7 @@
 import ctypes
 import gc
 import json
+import subprocess
 import sys
 import threading
 
@@ -106,6 +107,69 @@ def use(level_path):
     assert failure(listener.render, 16, kind=ValueError)
     gc.collect()
     assert not sys.modules["clamor.world"]._read_by_library, "bytes are kept that nothing reads"
+
+
+def bake(gltf_path, baked_path, folder):
+    """Bakes have the bytes of `clamor bake`; numpy's triangles, cancelling and errors."""
+    progress, path = [], folder + "/level.clamor"
+    report = clamor.bake(gltf_path, path, photons=300, sources=1000, progress=progress.append)
+    with open(path, "rb") as ours, open(baked_path, "rb") as theirs:
+        data = ours.read()
+        assert data == theirs.read()
+    assert report.file_bytes == len(data) and report.photons == 300 and report.messages
+    assert progress[-1].phase in ("tracing", "sorting", "writing") and progress[-1].photons_total == 300
+
+    with clamor.BakeLevel(name="box") as room:
+        wall = room.add_material(name="wall", absorption=0.3, scattering=[0.5] * 8)
+        room.add_box([0, 0, 0], [6, 3, 8], wall)
+        noise = np.random.default_rng(1).normal(0, 0.1, 44100)
+        room.add_emitter(room.add_sound(noise, 44100, name="noise"), [2, 1.2, 3], directivity=1)
+        assert failure(room.bake, photons=10**8, progress=lambda now: False).code == -10
+        assert failure(room.bake, photons=10**8, progress=lambda now: 1 / 0, kind=ZeroDivisionError)
+        baked, report = room.bake(photons=1000, sources=1000)
+        assert "'plaster'" in str(failure(room.add_material, "plastr"))
+        assert failure(room.add_triangles, np.zeros((3, 3)), [[0, 1, 3]], wall, kind=ValueError)
+        assert failure(room.add_sound, folder + "/none.wav").code == -3
+    assert failure(room.bake, kind=ValueError)
+    with clamor.open(baked) as level:
+        sound = clamor.render_walk(level, [4, 1.5, 6], seconds=0.2, output="receivers", voices=100)
+        assert np.abs(sound).max() > 0.001 and level.info.emitters == 1
+
+
+def respond(folder):
+    """Impulse responses against the closed form of direct sound, and against `clamor impulse`."""
+    emitter, places = np.array([2, 1.2, 3]), np.array([[4, 1.5, 6], [1, 1, 1], [5, 2, 7]])
+
+    def box(absorption, **options):
+        with clamor.BakeLevel(name="box") as room:
+            wall = room.add_material(name="wall", absorption=absorption, scattering=0.5)
+            room.add_box([0, 0, 0], [6, 3, 8], wall)
+            room.add_emitter(room.add_sound("impulse", plays_once=True), emitter)
+            return room.bake(**options)
+
+    with clamor.open(box(1.0, photons=100)[0]) as level:
+        responses = clamor.impulse_responses(level, places, seconds=0.05)
+        assert responses.shape == (3, 2400) and responses.dtype == np.float32
+        distance_m = np.linalg.norm(places - emitter, axis=1)
+        # The speed of sound is 343.2 m/s, and the impulse is a sinc of sum 1.
+        assert np.abs(np.abs(responses).argmax(1) - distance_m / 343.2 * 48000).max() < 1
+        assert np.abs(responses.sum(1) * distance_m - 1).max() < 0.001
+        pairs = clamor.impulse_responses(level, places[:2], 0.05, "receivers", threads=1)
+        assert pairs.shape == (2, 2, 2400)
+        assert failure(clamor.impulse_responses, level, places[0], kind=ValueError)
+
+    path = folder + "/box.clamor"
+    box(0.3, path=path, photons=3000, sources=1000)
+    subprocess.run(["clamor", "impulse", path, "-o", folder + "/ir.wav", "--listener", "4,1.5,6",
+                    "--strategy", "all"], check=True, capture_output=True)
+    with open(folder + "/ir.wav", "rb") as file:
+        data = file.read()
+    expected = np.frombuffer(data[data.index(b"data") + 8:], "<f4").astype(float)
+    with clamor.open(path) as level:
+        response = clamor.impulse_responses(level, places[:1], 0.4)[0].astype(float)
+    for begin in (0, 2400, 7200):  # both give each arrival a sign of its own
+        decibels = 10 * np.log10((response[begin:] ** 2).sum() / (expected[begin:] ** 2).sum())
+        assert abs(decibels) < 2, (begin, decibels)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,6 @@
 // python_binding_test.cpp: the Python package against the header, and against the program.
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -60,6 +62,37 @@ TEST_F(PythonBinding, RendersTheSamplesOfTheProgram) {
       "--layout 5.1 --seconds 0.2 --gain -6dB",
       R"("output": "loudspeakers", "layout": "5.1", "seconds": 0.2, "gain": 0.5011872336272722)");
   compare("--receivers omni", R"("output": "receivers")");
+}
+
+using PythonBakeBinding = PythonBinding;
+
+TEST_F(PythonBakeBinding, DeclaresAllOfTheHeaderAsTheCompilerSeesIt) {
+  const TemporaryFile table(
+      ".txt", testing::header_table(std::string(testing::kSourceDir) + "/bake/clamor_bake.h",
+                                    "CLAMOR_BAKE_API"));
+  check("interface _bake_interface " + table.path());
+}
+
+TEST_F(PythonBakeBinding, BakesTheBytesOfTheProgramAndTheTrianglesOfArrays) {
+  const testing::EmptyFolder folder;
+  check("bake " + std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb " +
+        testing::violin_room() + " " + folder.path());
+}
+
+TEST_F(PythonBakeBinding, GivesImpulseResponsesWithDirectSoundOfTheRightDelayAndAmplitude) {
+  const testing::EmptyFolder folder;
+  check("respond " + folder.path());
+}
+
+// The example of the page is at most 30 lines, from an empty folder to sound.
+TEST_F(PythonBakeBinding, TakesThirtyLinesToImpulseResponsesAndSound) {
+  const std::string code = testing::example_of("runtime/bindings/python/README.md", "python");
+  EXPECT_LE(testing::line_count(code), 30u);
+  const testing::EmptyFolder folder;
+  std::ofstream(folder / "example.py") << code;
+  EXPECT_THAT(run_with_libraries("cd " + folder.path() + "\n" + python_ + " example.py"),
+              ::testing::StartsWith("(9, 24000) loudest: "));
+  EXPECT_GT(std::filesystem::file_size(folder / "walk.wav"), 48'000u * 2 * sizeof(float));
 }
 
 TEST_F(PythonBinding, OpensBytesRendersInRealTimeAndRaisesErrors) {
