@@ -233,7 +233,9 @@ void compact(TraceJournal& journal, const BakeOptions& options, BakeReport& repo
 Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& options,
                                         BakeReport& report) {
   const TraceSetup setup(level, options.settings);
+  if (stopped(options)) return BakeContents{};
   const auto storage = check_memory(level, setup.plan, options);
+  report.exceeds_memory = !storage.ok();
   if (!storage.ok()) return storage.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
@@ -256,6 +258,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   BakeContents contents;
   describe(level, options, setup, *traced, decay, contents);
   finish(traced->sources, level.materials);
+  if (stopped(options)) return contents;
   EmitterInstances instances =
       instance_emitters(level, options.groups, traced->tally.photons > 0, options.settings.seed);
   for (const std::uint32_t i : instances.alone)
@@ -267,6 +270,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   contents.emitters = std::move(instances.table);
   contents.prototypes = std::move(instances.trees);
   contents.signal_maps = std::move(instances.signal_maps);
+  if (stopped(options)) return contents;
   if (const auto sorted =
           sort_sources(std::move(traced->sources), instances, options, *storage, contents);
       !sorted.ok())

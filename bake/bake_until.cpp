@@ -69,7 +69,10 @@ Result<BakeContents> bake_until(const Level& level, const BakeOptions& options,
       kFirstSourcesPerRoom * emitter_rooms(Scene(level.mesh, Scene::Build::kQuick), level));
   double begun_s = seconds_since(start);
   auto best = bake(level, now, &last);
-  if (!best.ok()) return best;
+  if (!best.ok()) {
+    if (report != nullptr) *report = last;
+    return best;
+  }
   const BakeSettings first = best->settings;
   std::uint64_t times = 1;
   for (int i = 1; i < kMaxRounds; ++i) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "common/c_structures.h"
 #include "common/listener.h"
 #include "common/sample_rate.h"
 #include "formats/bake_file/bake_file.h"
@@ -19,6 +20,8 @@
 
 namespace {
 
+using clamor::copy_from_caller;
+using clamor::copy_to_caller;
 using clamor::Error;
 using clamor::Listener;
 using clamor::Orientation;
@@ -26,8 +29,6 @@ using clamor::OutputFormat;
 using clamor::Quaternion;
 using clamor::Result;
 using clamor::WorldListener;
-using clamor::interface::copy_from_caller;
-using clamor::interface::copy_to_caller;
 using clamor::interface::fail;
 using clamor::interface::guarded;
 using clamor::interface::hand_out;

@@ -28,8 +28,6 @@ namespace clamor::interface {
 
 constexpr double kMaxPosition_m = 1e9;
 constexpr double kMaxGain = 1e6;  // 120 dB
-// A size above it was never set. Believing it would read or write far beyond the structure.
-constexpr std::uint32_t kMaxStructure_bytes = 4096;
 
 // Writes a failure where the caller wants it.
 inline clamor_result fail(clamor_error* error, clamor_result code,
@@ -56,34 +54,6 @@ clamor_result guarded(clamor_error* error, const Act& act) noexcept {
   } catch (...) {
     return fail(error, CLAMOR_ERROR_INTERNAL);
   }
-}
-
-// Copies a structure of the caller's, which may be of an older version and shorter, or of a newer
-// one whose further members are all 0. False if it is neither.
-template <class T>
-bool copy_from_caller(const T* given, T& copy) {
-  copy = {};
-  if (given == nullptr) return true;
-  const std::size_t bytes = given->bytes;
-  if (bytes < sizeof(given->bytes) || bytes > kMaxStructure_bytes) return false;
-  std::memcpy(&copy, given, std::min(bytes, sizeof(T)));
-  const auto* const all = reinterpret_cast<const unsigned char*>(given);
-  for (std::size_t i = sizeof(T); i < bytes; ++i)
-    if (all[i] != 0) return false;
-  return true;
-}
-
-// Writes a result into a structure of the caller's, as much of it as it has room for.
-template <class T>
-bool copy_to_caller(T filled, T* into) {
-  if (into == nullptr || into->bytes < sizeof(into->bytes) || into->bytes > kMaxStructure_bytes)
-    return false;
-  filled.bytes = into->bytes;
-  const std::size_t room = into->bytes;
-  if (room > sizeof(T))
-    std::memset(reinterpret_cast<unsigned char*>(into) + sizeof(T), 0, room - sizeof(T));
-  std::memcpy(into, &filled, std::min(room, sizeof(T)));
-  return true;
 }
 
 // Hands out the handle of a new object; 0 means that there are as many as there can be.

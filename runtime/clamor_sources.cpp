@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "common/c_structures.h"
 #include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_file.h"
@@ -16,6 +17,7 @@
 
 namespace {
 
+using clamor::copy_from_caller;
 using clamor::LiveFeed;
 using clamor::Result;
 using clamor::Signal;
@@ -25,7 +27,6 @@ using clamor::WorldGroup;
 using clamor::WorldSound;
 using clamor::WorldSource;
 using clamor::WorldSources;
-using clamor::interface::copy_from_caller;
 using clamor::interface::fail;
 using clamor::interface::guarded;
 using clamor::interface::hand_out;

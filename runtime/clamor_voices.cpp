@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/c_structures.h"
 #include "common/sample_rate.h"
 #include "runtime/clamor.h"
 #include "runtime/clamor_context.h"
@@ -10,8 +11,8 @@
 
 namespace {
 
-using clamor::interface::copy_from_caller;
-using clamor::interface::copy_to_caller;
+using clamor::copy_from_caller;
+using clamor::copy_to_caller;
 using clamor::interface::guarded;
 
 constexpr std::uint32_t kNoLevelSound = 0xffffffff;

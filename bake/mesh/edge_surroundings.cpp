@@ -100,11 +100,11 @@ EdgeSurroundings classify_edge(const Mesh& mesh, const TriangleTree& tree, const
 
 std::vector<EdgeSurroundings> classify_edges(const Mesh& mesh, const TriangleTree& tree,
                                              std::span<const MeshEdge> edges, double touch_m,
-                                             double reach_m) {
+                                             double reach_m, const std::atomic<bool>* stop) {
   std::vector<EdgeSurroundings> all(edges.size());
   std::size_t tests = 0;
   for (const std::size_t i : longest_first(edges)) {
-    if (tests > kMaxTests) break;
+    if (tests > kMaxTests || (stop != nullptr && *stop)) break;
     all[i] = classify_edge(mesh, tree, edges[i], touch_m, reach_m, tests);
   }
   return all;

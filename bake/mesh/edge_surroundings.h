@@ -9,6 +9,7 @@
 // edges.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -31,7 +32,8 @@ struct EdgeSurroundings {
 // vertex with the edge.
 std::vector<EdgeSurroundings> classify_edges(const Mesh& mesh, const TriangleTree& tree,
                                              std::span<const MeshEdge> edges, double touch_m,
-                                             double reach_m);
+                                             double reach_m,
+                                             const std::atomic<bool>* stop = nullptr);
 
 // Triangles that touch or nearly touch others at a boundary edge, ascending and unique. A sample of
 // the edge has within `reach_m` a triangle of another sheet or one of its own sheet across a gap,

@@ -184,12 +184,16 @@ std::optional<double> LevelReport::geometric_free_path_m() const {
 }
 
 LevelReport prepare_level(Level& level, const LevelOptions& options) {
+  const auto stopped = [&] {
+    return options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
+  };
   LevelReport report;
   for (const Material& material : level.materials) report.materials.push_back({material.name});
   report.triangles_read = level.mesh.triangles.size();
   add_areas(level.mesh, report.materials, report.area_read_m2, &MaterialArea::read_m2);
 
   PreparedMesh prepared = prepare_mesh(level.mesh);
+  if (stopped()) return report;
   report.weld_m = prepared.weld_m;
   report.welded_vertices = prepared.welded_vertices;
   report.degenerate = prepared.degenerate;
@@ -210,10 +214,12 @@ LevelReport prepare_level(Level& level, const LevelOptions& options) {
   report.boundary_edges = std::move(prepared.boundary_edges);
   report.feature_edges = std::move(prepared.feature_edges);
 
+  if (stopped()) return report;
   const TriangleTree tree(level.mesh);
   const auto surroundings =
       classify_edges(level.mesh, tree, report.boundary_edges, 4 * report.weld_m,
-                     std::min(kThinGap_m, 0.01 * report.extent_m));
+                     std::min(kThinGap_m, 0.01 * report.extent_m), options.stop);
+  if (stopped()) return report;
   report.gaps = thin_gaps(report.boundary_edges, surroundings);
   std::vector<MeshEdge> free_edges;
   for (std::size_t i = 0; i < surroundings.size(); ++i) {
@@ -222,8 +228,10 @@ LevelReport prepare_level(Level& level, const LevelOptions& options) {
     if (!rests) free_edges.push_back(report.boundary_edges[i]);
   }
   const Scene scene(level.mesh, Scene::Build::kQuick);
+  if (stopped()) return report;
   const auto unheard = Audibility(scene, level.mesh, level.materials).inaudible(level.emitters);
   report.unheard_emitters = in_words(unheard, level.emitters);
+  if (stopped()) return report;
   report.openings =
       find_openings(scene, level, places_that_work_m(level.emitters, unheard), free_edges);
   return report;

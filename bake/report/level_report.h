@@ -4,6 +4,7 @@
 // twice in two materials is cheaper to fix now than after listening.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -19,6 +20,8 @@ struct Level;
 
 struct LevelOptions {
   double simplify_m = 0;  // simplification tolerance; 0: no simplification
+  // Set it to end the preparation early. Level and report are then useless.
+  const std::atomic<bool>* stop = nullptr;
 };
 
 struct MaterialArea {

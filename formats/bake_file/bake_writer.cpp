@@ -20,6 +20,7 @@
 #include "formats/bake_file/signal_envelope.h"
 #include "formats/bake_file/signal_section.h"
 #include "formats/bake_file/source_quantization.h"
+#include "formats/files/atomic_file.h"
 
 namespace clamor {
 
@@ -83,7 +84,7 @@ Error unreadable(const Error& error) {
   return Error("is not written because it would be invalid: " + error.message);
 }
 
-Result<void> write_all(AtomicFile& file, const std::string& path, const BakeContents& contents) {
+Result<void> write_all(ByteSink& file, const BakeContents& contents) {
   SectionWriter appender(file);
   BakeSections sections;
   if (const auto room = appender.append(std::vector<std::byte>(sizeof(Preamble))); !room.ok())
@@ -99,7 +100,7 @@ Result<void> write_all(AtomicFile& file, const std::string& path, const BakeCont
   sections.bytes_before_root = appender.offset();
   const std::vector<std::byte> root = encode_bake_root(contents, sections, pages.trees());
   if (const auto readable = read_bake_root(root, appender.offset()); !readable.ok())
-    return unreadable(readable.error()).in(path);
+    return unreadable(readable.error()).in(file.path());
   const auto section = appender.append(root);
   if (!section.ok()) return section.error();
 
@@ -115,18 +116,36 @@ Result<void> write_all(AtomicFile& file, const std::string& path, const BakeCont
   return file.write_at(0, bytes);
 }
 
+Result<void> write_checked(ByteSink& file, const BakeContents& contents, int threads,
+                           const std::atomic<bool>* stop) {
+  StoppableSink sink(file, stop);
+  Result<void> done;
+  const int cores = tbb::info::default_concurrency();  // TBB has no more threads than these
+  tbb::task_arena arena(threads > 0 ? std::min(threads, cores) : cores);
+  arena.execute([&] { done = write_all(sink, contents); });
+  return done;
+}
+
 }  // namespace
 
-Result<void> write_bake(const std::string& path, const BakeContents& contents, int threads) {
+Result<void> write_bake(const std::string& path, const BakeContents& contents, int threads,
+                        const std::atomic<bool>* stop) {
   if (const auto sound = check_bake(contents); !sound.ok())
     return unreadable(sound.error()).in(path);
   auto file = AtomicFile::create(path);
   if (!file.ok()) return file.error();
-  Result<void> done;
-  const int cores = tbb::info::default_concurrency();  // TBB has no more threads than these
-  tbb::task_arena arena(threads > 0 ? std::min(threads, cores) : cores);
-  arena.execute([&] { done = write_all(*file, path, contents); });
+  const auto done = write_checked(*file, contents, threads, stop);
   return done.ok() ? file->commit() : done;
+}
+
+Result<std::vector<std::byte>> bake_bytes(const std::string& name, const BakeContents& contents,
+                                          int threads, const std::atomic<bool>* stop) {
+  if (const auto sound = check_bake(contents); !sound.ok())
+    return unreadable(sound.error()).in(name);
+  MemorySink memory(name);
+  if (const auto done = write_checked(memory, contents, threads, stop); !done.ok())
+    return done.error();
+  return memory.take();
 }
 
 std::vector<std::string> file_library_versions() {

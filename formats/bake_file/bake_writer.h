@@ -1,6 +1,8 @@
 // bake_writer.h: writes a bake file. bake_format.md specifies it.
 #pragma once
 
+#include <atomic>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -12,8 +14,13 @@ struct BakeContents;
 
 // Writes the file atomically: on failure an older file at `path` is untouched. The bytes are a
 // function of `contents` alone, whatever the number of `threads`. Contents that BakeFile::open()
-// would reject are an Error by the same checks.
-Result<void> write_bake(const std::string& path, const BakeContents& contents, int threads);
+// would reject are an Error by the same checks, and so is a `stop` that is set meanwhile.
+Result<void> write_bake(const std::string& path, const BakeContents& contents, int threads,
+                        const std::atomic<bool>* stop = nullptr);
+
+// The same bytes in memory. `name` is for messages.
+Result<std::vector<std::byte>> bake_bytes(const std::string& name, const BakeContents& contents,
+                                          int threads, const std::atomic<bool>* stop = nullptr);
 
 // "zstd 1.5.4" and so on: libraries whose next version may encode the same contents differently.
 std::vector<std::string> file_library_versions();

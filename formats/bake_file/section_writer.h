@@ -9,7 +9,7 @@
 
 #include "common/result.h"
 #include "formats/bake_file/bake_layout.h"
-#include "formats/files/atomic_file.h"
+#include "formats/files/byte_sink.h"
 
 namespace clamor {
 
@@ -20,7 +20,7 @@ struct FileSection {
 
 class SectionWriter {
  public:
-  explicit SectionWriter(AtomicFile& file) : file_(file) {}
+  explicit SectionWriter(ByteSink& file) : file_(file) {}
 
   Result<FileSection> append(std::span<const std::byte> bytes) {
     const FileSection section{offset_, bytes.size(), hash_of(bytes)};
@@ -40,7 +40,7 @@ class SectionWriter {
   const std::string& path() const { return file_.path(); }
 
  private:
-  AtomicFile& file_;
+  ByteSink& file_;
   std::uint64_t offset_ = 0;
 };
 

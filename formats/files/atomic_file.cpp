@@ -62,7 +62,8 @@ AtomicFile::AtomicFile(std::string path, OutputTarget target, std::string tempor
       descriptor_(descriptor) {}
 
 AtomicFile::AtomicFile(AtomicFile&& other) noexcept
-    : path_(std::move(other.path_)),
+    : ByteSink(),
+      path_(std::move(other.path_)),
       target_(std::move(other.target_)),
       temporary_(std::move(other.temporary_)),
       descriptor_(std::exchange(other.descriptor_, -1)),

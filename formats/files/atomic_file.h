@@ -14,25 +14,26 @@
 #include <string>
 
 #include "common/result.h"
+#include "formats/files/byte_sink.h"
 #include "formats/files/output_target.h"
 
 namespace clamor {
 
-class AtomicFile {
+class AtomicFile final : public ByteSink {
  public:
   static Result<AtomicFile> create(const std::string& path);
   AtomicFile(AtomicFile&& other) noexcept;
   AtomicFile& operator=(AtomicFile&& other) noexcept;
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
-  ~AtomicFile();  // removes the temporary unless committed
+  ~AtomicFile() override;  // removes the temporary unless committed
 
-  const std::string& path() const { return path_; }  // as given to create()
+  const std::string& path() const override { return path_; }  // as given to create()
   bool is_stream() const { return target_.is_stream(); }
   int descriptor() const { return descriptor_; }  // for libraries that write it themselves
 
-  Result<void> write(std::span<const std::byte> bytes);
-  Result<void> write_at(std::size_t offset, std::span<const std::byte> bytes);
+  Result<void> write(std::span<const std::byte> bytes) override;
+  Result<void> write_at(std::size_t offset, std::span<const std::byte> bytes) override;
 
   // Moves the file to its final name before it is complete, for recordings: it then grows in place
   // with every write, and nothing removes it. A stream accepts no write_at() from then on.

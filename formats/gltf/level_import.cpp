@@ -165,30 +165,6 @@ void hash_value(InputHash& hash, const T& value) {
   hash.add(std::as_bytes(std::span(&value, 1)));
 }
 
-// Adds the imported level to the hash, so that options such as --emitter change it.
-std::uint64_t finish_hash(InputHash& hash, const Level& level) {
-  for (const Material& material : level.materials) {
-    hash.add(material.name);
-    for (const Bands* bands :
-         {&material.absorption, &material.scattering, &material.phong, &material.transmission})
-      hash_value(hash, *bands);
-  }
-  for (const Emitter& emitter : level.emitters) {
-    hash.add(emitter.name);
-    for (const Vec3* vector : {&emitter.position_m, &emitter.axis})
-      for (int i = 0; i < 3; ++i) hash_value(hash, (*vector)[i]);
-    for (const double value : {emitter.gain, emitter.delay_s}) hash_value(hash, value);
-    hash_value(hash, emitter.directivity);
-    hash_value(hash, emitter.signal);
-  }
-  for (const Signal& signal : level.signals) hash_value(hash, signal.loop);
-  hash_value(hash, level.mesh.triangles.size());
-  for (const double value :
-       {level.air.temperature_c, level.air.humidity_percent, level.air.pressure_kpa})
-    hash_value(hash, value);
-  return hash.value();
-}
-
 Result<GltfScene> read_scene(const std::string& path, LevelFolder& folder, ImportReport& report) {
   auto document = read_gltf_document(path, folder);
   if (!document.ok()) return document.error();
@@ -229,6 +205,30 @@ Result<void> import_emitters(const EmitterOrigins& origins, LevelFolder& folder,
 }
 
 }  // namespace
+
+// Options such as --emitter change it, too.
+std::uint64_t finish_hash(InputHash& hash, const Level& level) {
+  for (const Material& material : level.materials) {
+    hash.add(material.name);
+    for (const Bands* bands :
+         {&material.absorption, &material.scattering, &material.phong, &material.transmission})
+      hash_value(hash, *bands);
+  }
+  for (const Emitter& emitter : level.emitters) {
+    hash.add(emitter.name);
+    for (const Vec3* vector : {&emitter.position_m, &emitter.axis})
+      for (int i = 0; i < 3; ++i) hash_value(hash, (*vector)[i]);
+    for (const double value : {emitter.gain, emitter.delay_s}) hash_value(hash, value);
+    hash_value(hash, emitter.directivity);
+    hash_value(hash, emitter.signal);
+  }
+  for (const Signal& signal : level.signals) hash_value(hash, signal.loop);
+  hash_value(hash, level.mesh.triangles.size());
+  for (const double value :
+       {level.air.temperature_c, level.air.humidity_percent, level.air.pressure_kpa})
+    hash_value(hash, value);
+  return hash.value();
+}
 
 Result<ImportedLevel> import_level(const std::string& path, const ImportOptions& options) {
   std::vector<EmitterSpec> command_line;

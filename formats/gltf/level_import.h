@@ -16,36 +16,13 @@
 #include "common/result.h"
 #include "formats/files/input_file.h"
 #include "formats/files/output_target.h"
+#include "formats/gltf/import_options.h"
+#include "formats/gltf/import_report.h"
 #include "formats/level/level.h"
 #include "formats/level/scene_group.h"
 #include "formats/level/sidecar.h"
 
 namespace clamor {
-
-struct ImportOptions {
-  std::vector<std::string> emitters{};   // in the syntax of --emitter
-  std::optional<std::string> sidecar{};  // instead of LEVEL.acoustics.json beside the level
-  std::optional<std::string>
-      material{};              // preset for materials without acoustic data, default "plaster"
-  bool hidden_meshes = false;  // include nodes that KHR_node_visibility hides
-  std::optional<std::uint64_t> seed{};  // of random delays; default: of the sidecar, else 1
-};
-
-// Origin of the acoustic values of a material of the level.
-struct MaterialAssignment {
-  std::string material;  // its name in the level
-  std::string preset;    // assigned preset, empty for explicit values
-  std::string how;  // "CLAMOR_materials_acoustic", "extras", "sidecar 'brick*'", "name", "default"
-  std::size_t triangles = 0;
-  double area_m2 = 0;
-};
-
-struct ImportReport {
-  std::vector<MaterialAssignment> materials;
-  std::vector<std::string> found;     // "66454 triangles in 12 meshes on 14 nodes"
-  std::vector<std::string> ignored;   // "2 cameras", "textures", "distance model 'linear' of ..."
-  std::vector<std::string> warnings;  // problems for the user to check
-};
 
 struct ImportedLevel {
   Level level;
@@ -56,6 +33,11 @@ struct ImportedLevel {
   InputFiles files;               // the same files, which outputs must not replace
   std::uint64_t input_hash = 0;   // xxHash3 of all bytes read, in a fixed order, and of the result
 };
+
+class InputHash;
+
+// Adds all but the mesh and the samples to the hash of what was read, and returns it.
+std::uint64_t finish_hash(InputHash& hash, const Level& level);
 
 // Errors are sentences that name the file, the thing in it and the next step.
 Result<ImportedLevel> import_level(const std::string& path, const ImportOptions& options);

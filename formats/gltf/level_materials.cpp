@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "common/text.h"
+#include "formats/level/level.h"
 #include "formats/level/material_presets.h"
 #include "formats/level/name_match.h"
 

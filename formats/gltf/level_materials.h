@@ -14,7 +14,7 @@
 
 #include "common/result.h"
 #include "formats/gltf/gltf_scene.h"
-#include "formats/gltf/level_import.h"
+#include "formats/gltf/import_report.h"
 #include "formats/level/sidecar.h"
 
 namespace clamor {

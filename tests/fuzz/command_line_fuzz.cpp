@@ -5,7 +5,7 @@
 
 #include "formats/level/emitter_spec.h"
 #include "tests/fuzz/fuzz_target.h"
-#include "tools/commands/bake_request.h"
+#include "tools/commands/bake_arguments.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
 
@@ -16,7 +16,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   (void)parse_emitter(text);
   (void)parse_gain(text);
   (void)parse_listener(std::string(text));
-  (void)BakeRequest::from_note(std::string(text));
+  (void)request_from_note(std::string(text));
   if (text.find('/') != std::string_view::npos) return 0;
 
   std::vector<std::string> words(1);

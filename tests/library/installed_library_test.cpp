@@ -1,6 +1,5 @@
 // installed_library_test.cpp: the installed library as an application's build finds it: by CMake
 // and by pkg-config, with GCC and with clang, in C and in C++.
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -13,24 +12,15 @@
 #include "formats/audio/audio_file.h"
 #include "tests/baked_room.h"
 #include "tests/build_paths.h"
+#include "tests/library/shell.h"
 #include "tests/temporary_file.h"
 
 namespace clamor {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Runs a command and returns what it printed; a failure fails the test.
-std::string run(const std::string& command) {
-  const testing::TemporaryFile output(".txt");
-  const int result = std::system((command + " >" + output.path() + " 2>&1").c_str());
-  EXPECT_EQ(result, 0) << command << "\n" << output.bytes();
-  return output.bytes();
-}
-
-bool has(const std::string& program) {
-  return std::system(("command -v " + program + " >/dev/null").c_str()) == 0;
-}
+using testing::has;
+using testing::run;
 
 // The installed tree, and the examples built against it.
 class InstalledLibrary : public ::testing::TestWithParam<const char*> {

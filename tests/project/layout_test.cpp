@@ -33,7 +33,7 @@ TEST(Layout, HasTheFoldersOfTheDesignWithinEachLibraryAndNoneInThose) {
   for (const auto& [library, folders] : kFolders) {
     std::set<std::string> found;
     for (const auto& entry : fs::recursive_directory_iterator(kRoot / library))
-      if (entry.is_directory())
+      if (entry.is_directory() && entry.path().filename() != "__pycache__")
         found.insert(entry.path().lexically_relative(kRoot / library).generic_string());
     EXPECT_EQ(found, std::set(folders.begin(), folders.end())) << library;
   }

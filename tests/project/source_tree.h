@@ -21,10 +21,11 @@ inline const std::filesystem::path kRoot = kSourceDir;
 inline const std::map<std::string, std::vector<std::string>> kFolders = {
     {"common", {}},
     {"formats", {"files", "audio", "level", "gltf", "bake_file"}},
-    {"bake", {"mesh", "trace", "octree", "instances", "journal", "report"}},
+    {"bake", {"mesh", "trace", "octree", "instances", "journal", "report", "examples"}},
     {"runtime",
      {"realtime", "voices", "propagation", "occlusion", "streaming", "query", "sampling", "hrtf",
-      "mixing", "engine", "response", "world", "output", "player", "examples"}},
+      "mixing", "engine", "response", "world", "output", "player", "examples", "bindings",
+      "bindings/csharp", "bindings/python", "bindings/python/clamor"}},
     {"tools", {"program", "strategies", "analysis", "bench", "experiments", "commands"}},
 };
 

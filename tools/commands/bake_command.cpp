@@ -2,6 +2,7 @@
 #include <charconv>
 #include <ostream>
 
+#include "tools/commands/bake_arguments.h"
 #include "tools/commands/bake_run.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
@@ -39,7 +40,7 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
       "that well, or for that long; sets --photons and --sources");
   parser.option("--shard", shard,
                 "I/N: trace only part I of N into OUTPUT; 'clamor merge' joins the parts");
-  parser.option("--threads", run.threads,
+  parser.option("--threads", run.bake.threads,
                 "maximum number of threads, 0: all cores; does not change the output");
   parser.option("--memory", memory,
                 "limit, as in 500MB or 2GB: a bake that would need more is refused before it "
@@ -49,23 +50,24 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
   parser.option("--progress", progress,
                 "json: print progress as JSON, one object a line, for build systems");
   parser.flag("--quiet", run.quiet, "print only warnings and errors");
-  parser.flag("--strict", run.strict,
+  parser.flag("--strict", run.bake.strict,
               "treat warnings as errors: exit code 1, and nothing is written");
 }
 
 // Turns the words into options. The Error is bad usage.
 Result<void> interpret(const RunWords& words, const BakeRequest& request, BakeRunOptions& run) {
   if (const auto complaint = request.complaint()) return Error(*complaint);
-  if (run.threads < 0 || run.threads > 1024) return Error("--threads must lie between 0 and 1024");
+  if (run.bake.threads < 0 || run.bake.threads > 1024)
+    return Error("--threads must lie between 0 and 1024");
   if (words.shard) {
-    run.shard = parse_shard(*words.shard);
-    if (!run.shard)
+    run.bake.shard = parse_shard(*words.shard);
+    if (!run.bake.shard)
       return Error("--shard " + in_quotes(*words.shard) +
                    " is not a part like 1/4, the first of four");
   }
   if (words.until) {
-    run.goal = BakeGoal::from(*words.until);
-    if (!run.goal)
+    run.bake.goal = BakeGoal::from(*words.until);
+    if (!run.bake.goal)
       return Error("--until " + in_quotes(*words.until) +
                    " is neither an error like 0.5dB nor a time like 90s, 15min or 2h");
     if (request.photons || request.sources || words.shard)
@@ -78,10 +80,10 @@ Result<void> interpret(const RunWords& words, const BakeRequest& request, BakeRu
   if (words.memory) {
     const auto bytes = parse_bytes(*words.memory);
     if (!bytes.ok()) return Error("--memory " + bytes.error().message);
-    run.memory_bytes = *bytes;
+    run.bake.memory_bytes = *bytes;
   }
   run.json_progress = words.progress.has_value();
-  run.journal = !words.no_journal;
+  if (words.no_journal) run.bake.journal = "";
   return {};
 }
 
@@ -99,9 +101,9 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
       "clamor bake hall.glb -o hall.clamor --emitter "
       "\"name=violin,signal=violin.flac,at=1,1.2,-3,facing=0,0,1,directivity=2\"");
   parser.positional("level", request.level_path, "the level, a .gltf or .glb file");
-  parser.option("-o,--output", run.output, "the bake file to write, as in hall.clamor");
+  parser.option("-o,--output", run.bake.output, "the bake file to write, as in hall.clamor");
   parser.required("-o");
-  request.add_options(parser);
+  add_bake_options(parser, request);
   words.add_options(parser, run);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (const auto right = interpret(words, request, run); !right.ok())

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "common/version.h"
 #include "formats/bake_file/signal_envelope.h"
 #include "formats/level/mesh.h"
 #include "formats/level/signal.h"
@@ -21,6 +22,7 @@ namespace clamor {
 namespace {
 
 std::string command_of(const BakeFile& file) {
+  if (file.provenance().tool.starts_with(kLibraryTool)) return "";
   std::string command = "clamor bake " + shell_quoted(file.provenance().level) + " -o " +
                         shell_quoted(std::filesystem::path(file.path()).filename().string());
   for (const std::string& word : file.provenance().arguments) command += " " + shell_quoted(word);

@@ -42,7 +42,7 @@ struct BakeOverview {
   std::uint64_t emitter_count = 0, secondary = 0;  // including instances
   std::vector<EmitterGroup> emitters;
   std::vector<MaterialGroup> materials;
-  std::string command;  // reproduces the file
+  std::string command;  // reproduces the file; "": an application made its level
 };
 
 // Reads pages only if there are instances and the root does not say whether anything was traced.

@@ -2,31 +2,19 @@
 // shared by clamor bake and clamor merge.
 #pragma once
 
-#include <cstdint>
 #include <iosfwd>
-#include <optional>
 #include <string>
-#include <vector>
 
-#include "bake/bake.h"
-#include "bake/bake_until.h"
-#include "tools/commands/bake_request.h"
+#include "bake/bake_request.h"
+#include "bake/level_bake.h"
 
 namespace clamor {
 
-// Options of the run. Except for the goal, none of them changes the output.
 struct BakeRunOptions {
-  std::string command;  // "bake" or "merge", for messages
-  std::string output;
-  int threads = 0;
-  std::uint64_t memory_bytes = 0;  // 0: no limit
-  bool journal = true;
-  bool quiet = false;               // print only warnings and errors
-  bool json_progress = false;       // print JSON lines, and otherwise only errors
-  bool strict = false;              // a warning is an error, and nothing is written
-  std::optional<BakeGoal> goal;     // sets the number of photons and sources
-  std::optional<Shard> shard;       // then `output` is that shard
-  std::vector<std::string> shards;  // shards to merge
+  std::string command;         // "bake" or "merge", for messages
+  bool quiet = false;          // print only warnings and errors
+  bool json_progress = false;  // print JSON lines, and otherwise only errors
+  LevelBakeOptions bake;
 };
 
 // Imports the level, bakes it, writes the file and prints the report. Returns an exit code.

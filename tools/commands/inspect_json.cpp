@@ -69,6 +69,7 @@ void add_making(const BakeFile& file, const BakeOverview& overview, nlohmann::or
                         {"input_hash", fmt::format("{:016x}", file.provenance().input_hash)},
                         {"libraries", file.provenance().libraries},
                         {"command", overview.command}};
+  if (overview.command.empty()) json["provenance"]["command"] = nullptr;
   json["provenance"]["inputs"] = nlohmann::ordered_json::array();
   for (const InputFile& input : file.provenance().inputs)
     json["provenance"]["inputs"].push_back({{"name", input.name},

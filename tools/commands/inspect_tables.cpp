@@ -99,7 +99,9 @@ void print_making(const BakeFile& file, const BakeOverview& overview, std::ostre
   const BakeSettings& settings = file.settings();
   const BakeStatistics& statistics = file.statistics();
   fmt::print(out, "\nhow it was made (inputs {:016x})\n", file.provenance().input_hash);
-  fmt::print(out, "  {:<10}{}\n", "by", printable(overview.command));
+  fmt::print(out, "  {:<10}{}\n", "by",
+             overview.command.empty() ? "an application, through libclamor_bake"
+                                      : printable(overview.command));
   print_list("from", inputs_of(file.provenance()), out);
   print_list("using", file.provenance().libraries, out);
   fmt::print(out, "  {:<10}seed {}, {}, up to {}, roulette exponent {}, paths up to {} s\n",

@@ -5,6 +5,7 @@
 #include <fmt/ostream.h>
 
 #include "bake/journal/trace_journal.h"
+#include "tools/commands/bake_arguments.h"
 #include "tools/commands/bake_run.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
@@ -14,7 +15,7 @@ namespace clamor {
 int run_merge(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   BakeRunOptions run;
   run.command = "merge";
-  run.journal = false;
+  run.bake.journal = "";
   std::optional<std::string> level;
 
   Arguments parser(
@@ -22,21 +23,21 @@ int run_merge(std::span<const std::string> arguments, std::ostream& out, std::os
       "Joins the shards of a bake, in any order, into the same bytes as a bake on one machine. The "
       "level is read again from the path that the shards were made from, or from --level.",
       "clamor merge hall.1.shard hall.2.shard -o hall.clamor");
-  parser.positional("shards", run.shards, "files written by 'clamor bake --shard I/N'");
-  parser.option("-o,--output", run.output, "the bake file to write, as in hall.clamor");
+  parser.positional("shards", run.bake.shards, "files written by 'clamor bake --shard I/N'");
+  parser.option("-o,--output", run.bake.output, "the bake file to write, as in hall.clamor");
   parser.required("-o");
   parser.option("--level", level, "path of the level on this machine");
-  parser.option("--threads", run.threads,
+  parser.option("--threads", run.bake.threads,
                 "maximum number of threads, 0: all cores; does not change the output");
   parser.flag("--quiet", run.quiet, "print only warnings and errors");
-  parser.flag("--strict", run.strict,
+  parser.flag("--strict", run.bake.strict,
               "treat warnings as errors: exit code 1, and nothing is written");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  if (run.threads < 0 || run.threads > 1024)
+  if (run.bake.threads < 0 || run.bake.threads > 1024)
     return parser.bad_usage(err, "--threads must lie between 0 and 1024");
 
   std::string note;
-  for (const std::string& shard : run.shards) {
+  for (const std::string& shard : run.bake.shards) {
     const auto opened = TraceJournal::open_to_read(shard, 0);
     if (!opened.ok()) {
       fmt::print(err, "clamor merge: {}\n", opened.error().message);
@@ -48,17 +49,17 @@ int run_merge(std::span<const std::string> arguments, std::ostream& out, std::os
                      ? "is not a shard, or its bake was stopped before it began; make it with "
                        "'clamor bake "
                        "--shard I/N'"
-                     : "was made with other options than " + run.shards[0] +
+                     : "was made with other options than " + run.bake.shards[0] +
                            "; the shards of one bake may differ only in --shard and -o");
       return kBadInput;
     }
     note = opened->note();
   }
-  auto request = BakeRequest::from_note(note);
+  auto request = request_from_note(note);
   if (!request) {
     fmt::print(
         err, "clamor merge: {}: the options that it was made with cannot be read; trace it again\n",
-        run.shards[0]);
+        run.bake.shards[0]);
     return kBadInput;
   }
   if (level) request->level_path = *level;

@@ -1,0 +1,192 @@
+#include "bake/level_bake.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "bake/report/level_report.h"
+#include "formats/bake_file/bake_writer.h"
+#include "formats/gltf/level_import.h"
+
+namespace clamor {
+
+namespace {
+
+std::uint64_t number_or(const std::optional<std::string>& typed, std::uint64_t otherwise) {
+  return typed ? *whole_number(*typed) : otherwise;
+}
+
+}  // namespace
+
+LevelBake::LevelBake(const BakeRequest& request, const LevelBakeOptions& options,
+                     BakeObserver& observer)
+    : request_(request), options_(options), observer_(observer) {}
+
+LevelBake::~LevelBake() = default;
+
+Result<void> LevelBake::find_output() {
+  if (options_.output.empty()) {
+    journal_ = options_.journal.value_or("");
+    return {};
+  }
+  auto target = OutputTarget::find(options_.output);
+  if (!target.ok()) return target.error();
+  target_ = std::move(*target);
+  if (options_.shard && target_->is_stream())
+    return Error(options_.output +
+                 ": a shard is written while it is traced; name a file, not a device or pipe");
+  journal_ = options_.shard         ? options_.output
+             : options_.journal     ? *options_.journal
+             : target_->is_stream() ? ""
+                                    : options_.output + ".journal";
+  return {};
+}
+
+// Checks that neither the output nor its journal would replace an input.
+Result<void> LevelBake::spare_inputs() const {
+  InputFiles inputs = imported_->files;
+  for (const std::string& shard : options_.shards) inputs.add(shard);
+  for (const std::string& output : {options_.output, journal_}) {
+    if (output.empty()) continue;
+    if (const auto safe = OutputTarget::find(output, inputs); !safe.ok()) return safe.error();
+  }
+  return {};
+}
+
+Result<void> LevelBake::read() {
+  if (auto found = find_output(); !found.ok()) return found;
+  import_ = request_.import;
+  if (request_.seed) import_.seed = *whole_number(*request_.seed);
+  auto imported = import_level(request_.level_path, import_);
+  if (!imported.ok()) return imported.error();
+  file_hash_ = imported->input_hash;
+  imported_ = std::make_unique<ImportedLevel>(std::move(*imported));
+  return spare_inputs();
+}
+
+Result<void> LevelBake::take(ImportedLevel level, std::optional<std::uint64_t> file_hash) {
+  if (auto found = find_output(); !found.ok()) return found;
+  import_ = request_.import;
+  if (request_.seed) import_.seed = *whole_number(*request_.seed);
+  file_hash_ = file_hash;
+  imported_ = std::make_unique<ImportedLevel>(std::move(level));
+  return spare_inputs();
+}
+
+void LevelBake::warn(const std::string& text) {
+  ++warnings_;
+  observer_.on_warning(text);
+}
+
+void LevelBake::warn_and_keep(const std::vector<std::string>& texts) {
+  for (const std::string& text : texts) warn(text);
+  kept_warnings_.insert(kept_warnings_.end(), texts.begin(), texts.end());
+}
+
+// An Error if warnings are errors and there were any.
+Result<void> LevelBake::check_strict() {
+  if (!options_.strict || warnings_ == 0) return {};
+  failed_strict_ = true;
+  return Error((warnings_ == 1 ? "1 warning" : std::to_string(warnings_) + " warnings") +
+               " above, and --strict treats warnings as errors; nothing was written");
+}
+
+Result<void> LevelBake::prepare() {
+  observer_.on_import(imported_->level.name, imported_->report);
+  warn_and_keep(imported_->report.warnings);
+  const LevelReport prepared =
+      prepare_level(imported_->level, {request_.simplify_m, options_.stop});
+  if (stopped()) return Error("stopped before the level was prepared");
+  observer_.on_prepared(prepared);
+  warn_and_keep(report_warnings(prepared));
+  return check_strict();
+}
+
+BakeOptions LevelBake::bake_options() const {
+  const ImportedSettings& wanted = imported_->settings;
+  BakeOptions options;
+  options.settings.seed = number_or(request_.seed, wanted.seed.value_or(1));
+  options.settings.photons = number_or(request_.photons, wanted.photons.value_or(0));
+  options.settings.sources = number_or(request_.sources, 0);
+  options.settings.roulette_exponent = request_.kappa;
+  options.settings.longest_path_s = request_.longest_s;
+  options.settings.air = imported_->level.air;
+  if (request_.instances == "on") options.groups = imported_->groups;
+  options.threads = options_.threads;
+  options.memory_bytes = options_.memory_bytes;
+  if (target_) options.spill = target_->temporary_prefix();
+  options.shards = options_.shards;
+  options.journal = journal_;
+  options.note = options_.note;
+  options.stop = options_.stop;
+  if (options_.reports_progress)
+    options.on_progress = [this](const BakeProgress& done) { observer_.on_progress(done); };
+  return options;
+}
+
+Result<BakeReport> LevelBake::trace_shard() {
+  auto report = bake_shard(imported_->level, bake_options(), *options_.shard);
+  if (!report.ok()) return report.error().in(request_.level_path);
+  return report;
+}
+
+// Checks that the level is still what was baked.
+Result<void> LevelBake::check_unchanged() const {
+  if (!file_hash_) return {};
+  const auto again = import_level(request_.level_path, import_);
+  if (again.ok() && again->input_hash == *file_hash_) return {};
+  return Error(
+      request_.level_path +
+      ": the level, or a file it uses, changed during the bake, so nothing was written; run the "
+      "same command again");
+}
+
+// The options that reproduce the bake: with a goal, the numbers of photons and sources that it
+// reached.
+std::vector<std::string> LevelBake::words() const {
+  if (!options_.goal) return request_.words();
+  BakeRequest request = request_;
+  request.photons = std::to_string(contents_.settings.photons);
+  request.sources = std::to_string(contents_.settings.sources);
+  return request.words();
+}
+
+Result<void> LevelBake::write_contents() {
+  observer_.on_writing();
+  if (!options_.output.empty())
+    return write_bake(options_.output, contents_, options_.threads, options_.stop);
+  auto bytes = bake_bytes(imported_->level.name, contents_, options_.threads, options_.stop);
+  if (!bytes.ok()) return bytes.error();
+  bytes_ = std::move(*bytes);
+  return {};
+}
+
+std::uint64_t LevelBake::file_bytes() const {
+  if (options_.output.empty()) return bytes_.size();
+  std::error_code gone;
+  const auto bytes = std::filesystem::file_size(options_.output, gone);
+  return gone ? 0 : bytes;
+}
+
+Result<void> LevelBake::write() {
+  const Level& level = imported_->level;
+  auto contents = options_.goal
+                      ? bake_until(level, bake_options(), *options_.goal, &report_, &missed_goal_)
+                      : bake(level, bake_options(), &report_);
+  if (!contents.ok())
+    return contents.error().in(request_.level_path.empty() ? level.name : request_.level_path);
+  contents_ = std::move(*contents);
+  if (!options_.tool.empty()) contents_.provenance.tool = options_.tool;
+  contents_.provenance.level = level.name;
+  contents_.provenance.input_hash = imported_->input_hash;
+  contents_.provenance.inputs = imported_->inputs;
+  contents_.provenance.arguments = words();
+  if (auto unchanged = check_unchanged(); !unchanged.ok()) return unchanged;
+  warn_and_keep(contents_.statistics.warnings);
+  contents_.statistics.warnings = kept_warnings_;
+  if (!report_.journal_warning.empty()) warn(report_.journal_warning);
+  if (!missed_goal_.empty()) warn("--until was not reached: " + missed_goal_);
+  if (auto strict = check_strict(); !strict.ok()) return strict;
+  return write_contents();
+}
+
+}  // namespace clamor

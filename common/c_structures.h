@@ -1,0 +1,42 @@
+// c_structures.h: structures of a C interface that begin with their size, `bytes`, as the caller
+// knows it, so that later versions can append members.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+
+namespace clamor {
+
+// A size above it was never set. Believing it would read or write far beyond the structure.
+inline constexpr std::uint32_t kMaxStructure_bytes = 4096;
+
+// Copies a structure of the caller's, which may be of an older version and shorter, or of a newer
+// one whose further members are all 0. False if it is neither. Null is a structure of zeros.
+template <class T>
+bool copy_from_caller(const T* given, T& copy) {
+  copy = {};
+  if (given == nullptr) return true;
+  const std::size_t bytes = given->bytes;
+  if (bytes < sizeof(given->bytes) || bytes > kMaxStructure_bytes) return false;
+  std::memcpy(&copy, given, std::min(bytes, sizeof(T)));
+  const auto* const all = reinterpret_cast<const unsigned char*>(given);
+  for (std::size_t i = sizeof(T); i < bytes; ++i)
+    if (all[i] != 0) return false;
+  return true;
+}
+
+// Writes a result into a structure of the caller's, as much of it as it has room for.
+template <class T>
+bool copy_to_caller(T filled, T* into) {
+  if (into == nullptr || into->bytes < sizeof(into->bytes) || into->bytes > kMaxStructure_bytes)
+    return false;
+  filled.bytes = into->bytes;
+  const std::size_t room = into->bytes;
+  if (room > sizeof(T))
+    std::memset(reinterpret_cast<unsigned char*>(into) + sizeof(T), 0, room - sizeof(T));
+  std::memcpy(into, &filled, std::min(room, sizeof(T)));
+  return true;
+}
+
+}  // namespace clamor

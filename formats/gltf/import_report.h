@@ -1,0 +1,26 @@
+// import_report.h: what the import of a level found, and how it understood it.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace clamor {
+
+// Origin of the acoustic values of a material of the level.
+struct MaterialAssignment {
+  std::string material;  // its name in the level
+  std::string preset;    // assigned preset, empty for explicit values
+  std::string how;  // "CLAMOR_materials_acoustic", "extras", "sidecar 'brick*'", "name", "default"
+  std::size_t triangles = 0;
+  double area_m2 = 0;
+};
+
+struct ImportReport {
+  std::vector<MaterialAssignment> materials;
+  std::vector<std::string> found;     // "66454 triangles in 12 meshes on 14 nodes"
+  std::vector<std::string> ignored;   // "2 cameras", "textures", "distance model 'linear' of ..."
+  std::vector<std::string> warnings;  // problems for the user to check
+};
+
+}  // namespace clamor

@@ -1,0 +1,308 @@
+// Clamor.cs: Clamor in C#: opens baked levels and renders what listeners hear in them.
+//
+//   var clamor = new Clamor.Context();
+//   var level = clamor.OpenLevel("hall.clamor");
+//   var ears = clamor.CreateListener(level, new Clamor.ListenerOptions { RateHz = 48000 });
+//
+//   game thread:   ears.Move(new Clamor.Pose(0, 1.7, 3));
+//   audio thread:  ears.Render(samples, 0, frames);
+//
+// Functions throw ClamorException where those of clamor.h return an error, except Listener.Render(),
+// which is for the audio thread: it returns the code, allocates no managed memory and never throws.
+//
+// Needs C# 7.3, no unsafe code, no LINQ, no Span: Mono, .NET and Unity 2021 with Mono or IL2CPP.
+using System;
+using System.Runtime.InteropServices;
+using System.Text;
+#if UNITY_5_3_OR_NEWER
+using AOT;
+#endif
+
+namespace Clamor
+{
+    public sealed class ClamorException : Exception
+    {
+        public ClamorException(int code, string sentence) : base(sentence)
+        {
+            Code = code;
+        }
+
+        // One of clamor.h's, for example -3 for a file that cannot be read.
+        public int Code { get; private set; }
+
+        internal static void Check(int code)
+        {
+            if (code != Native.CLAMOR_OK)
+                throw new ClamorException(code, Marshal.PtrToStringAnsi(Native.clamor_result_text(code)));
+        }
+
+        internal static void Check(int code, byte[] error)
+        {
+            if (code == Native.CLAMOR_OK) return;
+            int end = Array.IndexOf(error, (byte)0, 4);
+            throw new ClamorException(code, Encoding.UTF8.GetString(error, 4, end - 4));
+        }
+    }
+
+    // A position in metres and an orientation, the quaternion of any length but 0 from the head's
+    // frame to the level's. The frame is that of glTF: +X right, +Y up; a listener whose orientation
+    // is the identity looks along -Z.
+    public struct Pose
+    {
+        public double X, Y, Z;
+        public double QuaternionX, QuaternionY, QuaternionZ, QuaternionW;
+
+        public Pose(double x, double y, double z, double quaternionX = 0, double quaternionY = 0,
+            double quaternionZ = 0, double quaternionW = 1)
+        {
+            X = x;
+            Y = y;
+            Z = z;
+            QuaternionX = quaternionX;
+            QuaternionY = quaternionY;
+            QuaternionZ = quaternionZ;
+            QuaternionW = quaternionW;
+        }
+
+        // From Unity's frame, which is left-handed and looks along +Z, in a scene where the importer of
+        // the level has inverted the X axis, as UnityGLTF does; its camera looks along the glTF's +Z.
+        public static Pose FromInvertedX(double x, double y, double z, double quaternionX,
+            double quaternionY, double quaternionZ, double quaternionW)
+        {
+            return new Pose(-x, y, z, quaternionZ, quaternionW, quaternionX, quaternionY);
+        }
+
+        // The same where the importer has inverted the Z axis, as UniVRM does.
+        public static Pose FromInvertedZ(double x, double y, double z, double quaternionX,
+            double quaternionY, double quaternionZ, double quaternionW)
+        {
+            return new Pose(x, y, -z, -quaternionX, -quaternionY, quaternionZ, quaternionW);
+        }
+
+        internal Native.clamor_pose ToNative()
+        {
+            return new Native.clamor_pose {
+                position_m_0 = X, position_m_1 = Y, position_m_2 = Z,
+                orientation_0 = QuaternionX, orientation_1 = QuaternionY,
+                orientation_2 = QuaternionZ, orientation_3 = QuaternionW };
+        }
+    }
+
+    public enum Output
+    {
+        Binaural = Native.CLAMOR_OUTPUT_BINAURAL,
+        Loudspeakers = Native.CLAMOR_OUTPUT_LOUDSPEAKERS,
+        Ambisonics = Native.CLAMOR_OUTPUT_AMBISONICS,
+        Receivers = Native.CLAMOR_OUTPUT_RECEIVERS
+    }
+
+    // As clamor_listener_options in clamor.h; 0 and null mean the default.
+    public sealed class ListenerOptions
+    {
+        public Output Output;
+        public string Layout, Sofa;
+        public int RateHz, MaxBlockFrames, Voices;
+        public long MemoryBytes;
+        public double Gain;
+        public bool Limits, Offline;
+        public Pose Pose = new Pose(0, 0, 0);
+    }
+
+    public struct LevelInfo
+    {
+        public int Emitters, Sounds;
+        public ulong Sources;
+    }
+
+    public struct ListenerStatistics
+    {
+        public int Voices;
+        public ulong Keyframes, HeldBlocks;
+        public double KeyframeMs;
+        public ulong Pages, PageBytes, SoundBytes, Failures;
+    }
+
+    // A bake in the application's own archive.
+    public interface ILevelReader
+    {
+        ulong Size { get; }
+        // Copies `count` bytes from `offset` on to `into`. Called by several threads at a time, never
+        // by the audio thread. What it throws makes the read fail.
+        void Read(ulong offset, ulong count, IntPtr into);
+    }
+
+    // A world: open levels, and listeners in them. Contexts do not see each other.
+    public sealed class Context : IDisposable
+    {
+        // The delegates live as long as the process, because the library keeps pointers to them.
+        private static readonly Native.ReadFunction read = Read;
+        private static readonly Native.ReleaseFunction release = Release;
+
+        internal readonly ContextHandle Handle;
+
+        // callerUpdates: false: the library makes keyframes on a thread of its own. True: Update() is
+        // called regularly, at least every `updatePeriodS` (0: 1/30 s), and no thread is started.
+        public Context(bool callerUpdates = false, double updatePeriodS = 0)
+        {
+            if (Native.clamor_abi_version() != Native.CLAMOR_ABI_VERSION)
+                throw new ClamorException(Native.CLAMOR_ERROR_STATE,
+                    "libclamor has another ABI version than Clamor.cs; install both of one version");
+            var options = new Native.clamor_options {
+                bytes = Native.clamor_options.Size, caller_updates = callerUpdates ? 1u : 0u,
+                update_period_s = updatePeriodS };
+            var error = new byte[Native.ErrorBytes];
+            IntPtr context;
+            ClamorException.Check(Native.clamor_create(ref options, out context, error), error);
+            Handle = new ContextHandle(context);
+        }
+
+        // Frees the context and all that belongs to it, once a Render() under way has returned.
+        public void Dispose()
+        {
+            Handle.Dispose();
+        }
+
+        // Makes the keyframes that listeners want now and returns how many; then loads pages and
+        // sounds until none are requested or `loadingS` seconds have passed.
+        public int Update(double loadingS = 0)
+        {
+            uint made;
+            ClamorException.Check(Native.clamor_update(Handle, loadingS, out made));
+            return (int)made;
+        }
+
+        public Level OpenLevel(string path)
+        {
+            var error = new byte[Native.ErrorBytes];
+            ulong level;
+            ClamorException.Check(
+                Native.clamor_open_level(Handle, Utf8(path), out level, error), error);
+            return new Level(this, level);
+        }
+
+        // Opens a bake in memory. The bytes stay pinned until the library no longer reads them.
+        public Level OpenLevel(byte[] bytes, string name)
+        {
+            var pinned = GCHandle.Alloc(bytes, GCHandleType.Pinned);
+            return OpenLevel(new Native.clamor_reader {
+                size = (ulong)bytes.LongLength, memory = pinned.AddrOfPinnedObject() }, name, pinned);
+        }
+
+        public Level OpenLevel(ILevelReader reader, string name)
+        {
+            return OpenLevel(new Native.clamor_reader {
+                size = reader.Size, read = Marshal.GetFunctionPointerForDelegate(read) }, name,
+                GCHandle.Alloc(reader));
+        }
+
+        private Level OpenLevel(Native.clamor_reader reader, string name, GCHandle kept)
+        {
+            var error = new byte[Native.ErrorBytes];
+            ulong level = 0;
+            int code = Native.CLAMOR_ERROR_INTERNAL;
+            using (var text = new NativeText(name)) {
+                reader.bytes = Native.clamor_reader.Size;
+                reader.name = text.Pointer;
+                reader.user = GCHandle.ToIntPtr(kept);
+                reader.release = Marshal.GetFunctionPointerForDelegate(release);
+                try {
+                    code = Native.clamor_open_level_with(Handle, ref reader, out level, error);
+                } finally {
+                    if (code != Native.CLAMOR_OK) kept.Free();
+                }
+            }
+            ClamorException.Check(code, error);
+            return new Level(this, level);
+        }
+
+        [MonoPInvokeCallback(typeof(Native.ReadFunction))]
+        private static int Read(IntPtr user, ulong offset, ulong count, IntPtr into)
+        {
+            try {
+                ((ILevelReader)GCHandle.FromIntPtr(user).Target).Read(offset, count, into);
+                return 0;
+            } catch (Exception) {  // no exception can pass through the library
+                return 1;
+            }
+        }
+
+        [MonoPInvokeCallback(typeof(Native.ReleaseFunction))]
+        private static void Release(IntPtr user)
+        {
+            GCHandle.FromIntPtr(user).Free();
+        }
+
+        public Listener CreateListener(Level level, ListenerOptions options)
+        {
+            var error = new byte[Native.ErrorBytes];
+            ulong listener;
+            using (var layout = new NativeText(options.Layout))
+            using (var sofa = new NativeText(options.Sofa)) {
+                var given = new Native.clamor_listener_options {
+                    bytes = Native.clamor_listener_options.Size, output = (uint)options.Output,
+                    layout = layout.Pointer, sofa = sofa.Pointer, rate_hz = (uint)options.RateHz,
+                    max_block_frames = (uint)options.MaxBlockFrames, voices = (uint)options.Voices,
+                    memory_bytes = (ulong)options.MemoryBytes, gain = options.Gain,
+                    limits = options.Limits ? 1u : 0u, offline = options.Offline ? 1u : 0u,
+                    pose = options.Pose.ToNative() };
+                ClamorException.Check(Native.clamor_create_listener(Handle, level.Handle, ref given,
+                    out listener, error), error);
+            }
+            return new Listener(this, listener);
+        }
+
+        internal static byte[] Utf8(string text)
+        {
+            return Encoding.UTF8.GetBytes(text + "\0");
+        }
+    }
+
+    // A string of UTF-8 outside of the managed heap; null stays null.
+    internal struct NativeText : IDisposable
+    {
+        public readonly IntPtr Pointer;
+
+        public NativeText(string text)
+        {
+            Pointer = IntPtr.Zero;
+            if (text == null) return;
+            byte[] bytes = Context.Utf8(text);
+            Pointer = Marshal.AllocHGlobal(bytes.Length);
+            Marshal.Copy(bytes, 0, Pointer, bytes.Length);
+        }
+
+        public void Dispose()
+        {
+            Marshal.FreeHGlobal(Pointer);
+        }
+    }
+
+    // An open level. Listeners who are in it hear it on after it is disposed of.
+    public sealed class Level : IDisposable
+    {
+        private readonly Context context;
+        internal ulong Handle { get; private set; }
+
+        internal Level(Context context, ulong handle)
+        {
+            this.context = context;
+            Handle = handle;
+        }
+
+        public void Dispose()
+        {
+            if (Handle != 0 && !context.Handle.IsClosed) Native.clamor_close_level(context.Handle, Handle);
+            Handle = 0;
+        }
+
+        public LevelInfo Info
+        {
+            get {
+                var info = new Native.clamor_level_info { bytes = Native.clamor_level_info.Size };
+                ClamorException.Check(Native.clamor_get_level_info(context.Handle, Handle, ref info));
+                return new LevelInfo { Emitters = (int)info.emitters, Sounds = (int)info.sounds,
+                    Sources = info.sources };
+            }
+        }
+    }
+}

@@ -1,0 +1,183 @@
+// ClamorNative.cs: clamor.h for P/Invoke: its constants, structures and functions under their names
+// there. Clamor.cs is what applications use.
+//
+// All structures are blittable, so nothing is marshalled by reflection and ahead-of-time compilers
+// (IL2CPP) need no hints. An array member a[n] is n members a_0 to a_(n-1). A test compares all of it
+// with the header.
+using System;
+using System.Runtime.InteropServices;
+
+namespace Clamor
+{
+    internal static class Native
+    {
+#if UNITY_IOS && !UNITY_EDITOR
+        private const string Library = "__Internal";
+#else
+        private const string Library = "clamor";
+#endif
+
+        public const int CLAMOR_ABI_VERSION = 0;
+
+        public const int CLAMOR_OK = 0;
+        public const int CLAMOR_ERROR_ARGUMENT = -1;
+        public const int CLAMOR_ERROR_HANDLE = -2;
+        public const int CLAMOR_ERROR_FILE = -3;
+        public const int CLAMOR_ERROR_MEMORY = -4;
+        public const int CLAMOR_ERROR_FULL = -5;
+        public const int CLAMOR_ERROR_BUSY = -6;
+        public const int CLAMOR_ERROR_STATE = -7;
+        public const int CLAMOR_ERROR_INTERNAL = -8;
+
+        public const int CLAMOR_OUTPUT_BINAURAL = 0;
+        public const int CLAMOR_OUTPUT_LOUDSPEAKERS = 1;
+        public const int CLAMOR_OUTPUT_AMBISONICS = 2;
+        public const int CLAMOR_OUTPUT_RECEIVERS = 3;
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_options
+        {
+            public const uint Size = 16;
+            public uint bytes, caller_updates;
+            public double update_period_s;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_reader
+        {
+            public const uint Size = 56;
+            public uint bytes;
+            public IntPtr name;
+            public ulong size;
+            public IntPtr user, read, memory, release;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_level_info
+        {
+            public const uint Size = 24;
+            public uint bytes, emitters, sounds;
+            public ulong sources;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_pose
+        {
+            public const uint Size = 56;
+            public double position_m_0, position_m_1, position_m_2;
+            public double orientation_0, orientation_1, orientation_2, orientation_3;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_listener_options
+        {
+            public const uint Size = 120;
+            public uint bytes, output;
+            public IntPtr layout, sofa;
+            public uint rate_hz, max_block_frames, voices;
+            public ulong memory_bytes;
+            public double gain;
+            public uint limits, offline;
+            public clamor_pose pose;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_listener_statistics
+        {
+            public const uint Size = 64;
+            public uint bytes, voices;
+            public ulong keyframes, held_blocks;
+            public double keyframe_ms;
+            public ulong pages, page_bytes, sound_bytes, failures;
+        }
+
+        // A clamor_error is the array of its bytes: an int, then the sentence.
+        public const int ErrorBytes = 512;
+
+        [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+        public delegate int ReadFunction(IntPtr user, ulong offset, ulong count, IntPtr into);
+        [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+        public delegate void ReleaseFunction(IntPtr user);
+
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern IntPtr clamor_result_text(int result);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern uint clamor_version();
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern uint clamor_abi_version();
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_create(ref clamor_options options, out IntPtr context,
+            [In, Out] byte[] error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern void clamor_destroy(IntPtr context);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_update(ContextHandle context, double loading_s, out uint made);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_open_level(ContextHandle context, byte[] path, out ulong level,
+            [In, Out] byte[] error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_open_level_with(ContextHandle context, ref clamor_reader reader,
+            out ulong level, [In, Out] byte[] error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_close_level(ContextHandle context, ulong level);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_get_level_info(ContextHandle context, ulong level,
+            ref clamor_level_info info);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_create_listener(ContextHandle context, ulong level,
+            ref clamor_listener_options options, out ulong listener, [In, Out] byte[] error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_destroy_listener(ContextHandle context, ulong listener);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_enter_level(ContextHandle context, ulong listener, ulong level,
+            [In, Out] byte[] error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_move_listener(ContextHandle context, ulong listener,
+            ref clamor_pose pose);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_next_keyframe(ContextHandle context, ulong listener,
+            out uint wanted, out double time_s);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_get_channels(ContextHandle context, ulong listener,
+            out uint channels);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_get_listener_statistics(ContextHandle context, ulong listener,
+            ref clamor_listener_statistics statistics);
+        // A reference to the first sample pins the array while the call lasts, and copies nothing.
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_render(IntPtr context, ulong listener, ref float interleaved,
+            uint frames);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_render_planar(IntPtr context, ulong listener,
+            [In] IntPtr[] planes, uint frames);
+    }
+
+    // The pointer to a context, which is destroyed once it is closed and no call uses it.
+    internal sealed class ContextHandle : SafeHandle
+    {
+        public ContextHandle(IntPtr context) : base(IntPtr.Zero, true)
+        {
+            SetHandle(context);
+        }
+
+        public override bool IsInvalid
+        {
+            get { return handle == IntPtr.Zero; }
+        }
+
+        protected override bool ReleaseHandle()
+        {
+            Native.clamor_destroy(handle);
+            return true;
+        }
+    }
+
+#if !UNITY_5_3_OR_NEWER
+    // Ahead-of-time compilers know this attribute by its name. Unity has its own, in AOT.
+    [AttributeUsage(AttributeTargets.Method)]
+    internal sealed class MonoPInvokeCallbackAttribute : Attribute
+    {
+        public MonoPInvokeCallbackAttribute(Type type) { }
+    }
+#endif
+}

@@ -1,0 +1,106 @@
+"""clamor.h for ctypes: its constants, structures and functions under their names there.
+
+A test compares all of them with the header.
+"""
+from __future__ import annotations
+
+import ctypes
+import functools
+from ctypes import (CFUNCTYPE, POINTER, c_char, c_char_p, c_double, c_float, c_int32, c_uint32,
+                    c_uint64, c_void_p)
+
+from ._library import Signatures, Structure, checker, load
+
+CLAMOR_ABI_VERSION = 0
+
+CLAMOR_OK = 0
+CLAMOR_ERROR_ARGUMENT = -1
+CLAMOR_ERROR_HANDLE = -2
+CLAMOR_ERROR_FILE = -3
+CLAMOR_ERROR_MEMORY = -4
+CLAMOR_ERROR_FULL = -5
+CLAMOR_ERROR_BUSY = -6
+CLAMOR_ERROR_STATE = -7
+CLAMOR_ERROR_INTERNAL = -8
+
+CLAMOR_OUTPUT_BINAURAL = 0
+CLAMOR_OUTPUT_LOUDSPEAKERS = 1
+CLAMOR_OUTPUT_AMBISONICS = 2
+CLAMOR_OUTPUT_RECEIVERS = 3
+
+ReadFunction = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint64, c_void_p)
+ReleaseFunction = CFUNCTYPE(None, c_void_p)
+
+
+class clamor_error(Structure):
+    _fields_ = [("code", c_int32), ("sentence", c_char * 508)]
+
+
+class clamor_options(Structure):
+    _fields_ = [("bytes", c_uint32), ("caller_updates", c_uint32), ("update_period_s", c_double)]
+
+
+class clamor_reader(Structure):
+    _fields_ = [("bytes", c_uint32), ("name", c_char_p), ("size", c_uint64), ("user", c_void_p),
+                ("read", ReadFunction), ("memory", c_void_p), ("release", ReleaseFunction)]
+
+
+class clamor_level_info(Structure):
+    _fields_ = [("bytes", c_uint32), ("emitters", c_uint32), ("sounds", c_uint32),
+                ("sources", c_uint64)]
+
+
+class clamor_pose(Structure):
+    _fields_ = [("position_m", c_double * 3), ("orientation", c_double * 4)]
+
+
+class clamor_listener_options(Structure):
+    _fields_ = [("bytes", c_uint32), ("output", c_uint32), ("layout", c_char_p),
+                ("sofa", c_char_p), ("rate_hz", c_uint32), ("max_block_frames", c_uint32),
+                ("voices", c_uint32), ("memory_bytes", c_uint64), ("gain", c_double),
+                ("limits", c_uint32), ("offline", c_uint32), ("pose", clamor_pose)]
+
+
+class clamor_listener_statistics(Structure):
+    _fields_ = [("bytes", c_uint32), ("voices", c_uint32), ("keyframes", c_uint64),
+                ("held_blocks", c_uint64), ("keyframe_ms", c_double), ("pages", c_uint64),
+                ("page_bytes", c_uint64), ("sound_bytes", c_uint64), ("failures", c_uint64)]
+
+
+_context, _handle = c_void_p, c_uint64
+_error = POINTER(clamor_error)
+
+SIGNATURES: Signatures = {
+    "clamor_result_text": (c_char_p, [c_int32]),
+    "clamor_version": (c_uint32, []),
+    "clamor_abi_version": (c_uint32, []),
+    "clamor_create": (c_int32, [POINTER(clamor_options), POINTER(c_void_p), _error]),
+    "clamor_destroy": (None, [_context]),
+    "clamor_update": (c_int32, [_context, c_double, POINTER(c_uint32)]),
+    "clamor_open_level": (c_int32, [_context, c_char_p, POINTER(c_uint64), _error]),
+    "clamor_open_level_with": (c_int32, [_context, POINTER(clamor_reader), POINTER(c_uint64),
+                                         _error]),
+    "clamor_close_level": (c_int32, [_context, _handle]),
+    "clamor_get_level_info": (c_int32, [_context, _handle, POINTER(clamor_level_info)]),
+    "clamor_create_listener": (c_int32, [_context, _handle, POINTER(clamor_listener_options),
+                                         POINTER(c_uint64), _error]),
+    "clamor_destroy_listener": (c_int32, [_context, _handle]),
+    "clamor_enter_level": (c_int32, [_context, _handle, _handle, _error]),
+    "clamor_move_listener": (c_int32, [_context, _handle, POINTER(clamor_pose)]),
+    "clamor_next_keyframe": (c_int32, [_context, _handle, POINTER(c_uint32), POINTER(c_double)]),
+    "clamor_get_channels": (c_int32, [_context, _handle, POINTER(c_uint32)]),
+    "clamor_get_listener_statistics": (c_int32, [_context, _handle,
+                                                 POINTER(clamor_listener_statistics)]),
+    "clamor_render": (c_int32, [_context, _handle, c_void_p, c_uint32]),
+    "clamor_render_planar": (c_int32, [_context, _handle, POINTER(POINTER(c_float)), c_uint32]),
+}
+
+
+@functools.lru_cache(maxsize=None)
+def library() -> ctypes.CDLL:
+    """libclamor, loaded at the first call."""
+    return load("CLAMOR_LIBRARY", ("libclamor.so", "libclamor.so.0"),
+                ("clamor_abi_version", CLAMOR_ABI_VERSION), SIGNATURES)
+
+
+check = checker(lambda: library().clamor_result_text)

@@ -1,0 +1,295 @@
+"""Bakes: clamor_bake.h with numpy arrays."""
+from __future__ import annotations
+
+import ctypes
+import os
+import weakref
+from ctypes import POINTER, byref, c_char_p, c_float, c_uint32, c_uint64, c_void_p
+from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
+
+import numpy as np
+
+from . import _bake_interface as native
+from ._bake_interface import check, library
+from ._library import utf8
+from .world import _Owner
+
+Path = Union[str, "os.PathLike[str]"]
+PHASES = ("preparing", "tracing", "sorting", "writing")
+BANDS_HZ = (63, 125, 250, 500, 1000, 2000, 4000, 8000)
+
+
+class BakeProgress(NamedTuple):
+    """How far a bake is; `phase` is one of PHASES, `fraction` the share of the photons done."""
+
+    phase: str
+    fraction: float
+    photons: int
+    photons_total: int
+    error_db: float
+    seconds: float
+
+
+class BakeReport(NamedTuple):
+    """What a bake came to. `t30_s` are decay times in seconds for each of BANDS_HZ, (8,); 0 where
+    none was measured. `messages` are the sentences of notes and warnings."""
+
+    sources: int
+    photons: int
+    photons_reused: int
+    file_bytes: int
+    error_db: float
+    missed_goal: bool
+    t30_s: np.ndarray
+    t30_error_s: np.ndarray
+    seconds: float
+    messages: List[str]
+    warnings: List[str]
+
+
+def presets() -> List[str]:
+    """The names of the material presets."""
+    names: List[str] = []
+    while (name := library().clamor_bake_preset_name(len(names))) is not None:
+        names.append(name.decode())
+    return names
+
+
+def _bands(values: Any, name: str) -> Optional[np.ndarray]:
+    if values is None:
+        return None
+    array = np.asarray(values, np.float32)
+    if array.shape not in ((), (native.CLAMOR_BAKE_BANDS,)):
+        raise ValueError(f"{name} must be a number or {native.CLAMOR_BAKE_BANDS} of them, one for "
+                         f"each band, not {array.shape}")
+    return np.ascontiguousarray(np.broadcast_to(array, native.CLAMOR_BAKE_BANDS))
+
+
+def _floats(array: Optional[np.ndarray]) -> Any:
+    return None if array is None else array.ctypes.data_as(POINTER(c_float))
+
+
+class BakeLevel(_Owner):
+    """Triangles, materials, sounds and emitters: a level to bake.
+
+    Args:
+        path: a .gltf or .glb file, with its sidecar and sounds; None: an empty level.
+        name: of an empty level; the bake tells it.
+        acoustics: path of the sidecar [PATH.acoustics.json, if it exists].
+        material: preset for materials without acoustic data [plaster].
+        emitters: more of them, as "name=violin,signal=violin.flac,at=1,1.2,-3".
+        hidden_meshes: also the meshes that the level marks as hidden.
+
+    Raises ClamorError if a file cannot be read.
+    """
+
+    def __init__(self, path: Optional[Path] = None, *, name: Optional[str] = None,
+                 acoustics: Optional[Path] = None, material: Optional[str] = None,
+                 emitters: Sequence[str] = (), hidden_meshes: bool = False):
+        level, error = c_void_p(), native.clamor_bake_error()
+        if path is None:
+            check(library().clamor_bake_create_level(utf8(name), byref(level), byref(error)), error)
+        else:
+            texts = (c_char_p * max(len(emitters), 1))(*(utf8(text) for text in emitters))
+            options = native.clamor_bake_level_options(
+                hidden_meshes=hidden_meshes, acoustics=utf8(acoustics), material=utf8(material),
+                emitters=ctypes.cast(texts, POINTER(c_char_p)) if emitters else None,
+                emitter_count=len(emitters))
+            check(library().clamor_bake_read_level(utf8(path), byref(options), byref(level),
+                                                   byref(error)), error)
+        self._pointer = level
+        self._finalizer = weakref.finalize(self, library().clamor_bake_destroy_level, level)
+
+    @property
+    def _open(self) -> c_void_p:
+        if not self._finalizer.alive:
+            raise ValueError("the level is closed")
+        return self._pointer
+
+    def add_material(self, preset: Optional[str] = None, *, name: Optional[str] = None,
+                     absorption: Any = None, scattering: Any = None, phong: Any = None,
+                     transmission: Any = None) -> int:
+        """Adds a material and returns its number.
+
+        Values are a number, or (8,) for BANDS_HZ; without a preset, `absorption` must be given.
+        absorption: share of the incident power that is not reflected, 0 to 1. scattering: share of
+        the reflected power that is diffuse, 0 to 1. phong: exponent of the specular lobe, 0 to
+        1000. transmission: share of the incident power, at most the absorption. None is the
+        preset's. Raises ClamorError for values out of range and unknown presets.
+        """
+        bands = {key: _bands(values, key)
+                 for key, values in (("absorption", absorption), ("scattering", scattering),
+                                     ("phong", phong), ("transmission", transmission))}
+        values = native.clamor_bake_material(name=utf8(name), preset=utf8(preset),
+                                             **{key: _floats(a) for key, a in bands.items()})
+        number, error = c_uint32(), native.clamor_bake_error()
+        check(library().clamor_bake_add_material(self._open, byref(values), byref(number),
+                                                 byref(error)), error)
+        return number.value
+
+    def add_triangles(self, vertices_m: Any, triangles: Any, material: int) -> None:
+        """Adds triangles, which reflect on both sides.
+
+        vertices_m: (n, 3) positions in metres. triangles: (m, 3) numbers of vertices, or None for
+        the vertices in their order. material: what add_material() returned.
+        Raises ClamorError for numbers of no vertex or material, ValueError for other shapes.
+        """
+        vertices = np.ascontiguousarray(vertices_m, np.float32)
+        if vertices.ndim != 2 or vertices.shape[1] != 3:
+            raise ValueError(f"vertices_m must have the shape (n, 3), not {vertices.shape}")
+        indices, count = None, len(vertices) // 3
+        if triangles is not None:
+            wide = np.asarray(triangles)
+            if wide.ndim != 2 or wide.shape[1] != 3 or not np.issubdtype(wide.dtype, np.integer):
+                raise ValueError(f"triangles must be whole numbers of the shape (m, 3), not "
+                                 f"{wide.dtype} {wide.shape}")
+            if wide.size and not 0 <= wide.min() <= wide.max() < len(vertices):
+                raise ValueError(f"triangles must name vertices from 0 to {len(vertices) - 1}")
+            indices, count = np.ascontiguousarray(wide, np.uint32), len(wide)
+        elif len(vertices) % 3:
+            raise ValueError("vertices_m must have three vertices for each triangle")
+        error = native.clamor_bake_error()
+        check(library().clamor_bake_add_triangles(
+            self._open, vertices.ctypes.data, len(vertices),
+            None if indices is None else indices.ctypes.data, count, material, byref(error)), error)
+
+    def add_box(self, low_m: Sequence[float], high_m: Sequence[float], material: int) -> None:
+        """Adds the twelve triangles of a box between two corners in metres: a shoebox room."""
+        corners = np.array([[(high_m if i >> axis & 1 else low_m)[axis] for axis in range(3)]
+                            for i in range(8)], np.float32)
+        sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        triangles = [(a, b, c) for a, b, c, d in sides] + [(a, c, d) for a, b, c, d in sides]
+        self.add_triangles(corners, triangles, material)
+
+    def add_sound(self, sound: Union[Path, np.ndarray], rate_hz: int = 48000, *,
+                  name: Optional[str] = None, plays_once: bool = False) -> int:
+        """Adds a sound and returns its number.
+
+        sound: a file's path, "noise" (pink), "impulse", or mono samples (frames,), 1 at full scale,
+        which are resampled from rate_hz to 48 kHz. plays_once: it does not loop.
+        Raises ClamorError if the file cannot be read.
+        """
+        values = native.clamor_bake_sound(name=utf8(name), plays_once=plays_once)
+        samples = None
+        if isinstance(sound, (str, os.PathLike)):
+            values.path = utf8(sound)
+        else:
+            samples = np.ascontiguousarray(sound, np.float32)
+            if samples.ndim != 1:
+                raise ValueError(f"sound must have the shape (frames,), not {samples.shape}")
+            values.samples, values.frames = _floats(samples), len(samples)
+            values.rate_hz = rate_hz
+        number, error = c_uint32(), native.clamor_bake_error()
+        check(library().clamor_bake_add_sound(self._open, byref(values), byref(number),
+                                              byref(error)), error)
+        return number.value
+
+    def add_emitter(self, sound: int, position_m: Sequence[float], *, name: Optional[str] = None,
+                    facing: Sequence[float] = (0, 0, -1), gain: float = 1.0,
+                    directivity: Any = 0.0, delay_s: float = 0.0) -> None:
+        """Adds an emitter at a position (3,) in metres that plays a sound.
+
+        gain: amplitude at 1 m on the axis `facing`. directivity: exponent p of the intensity
+        ((1 + cos a) / 2)^p at an angle a to the axis, a number or (8,) for BANDS_HZ: 0 is
+        omnidirectional, 1 a cardioid. delay_s: the sound's start.
+        """
+        bands = None if np.ndim(directivity) == 0 else _bands(directivity, "directivity")
+        values = native.clamor_bake_emitter(
+            sound=sound, name=utf8(name), position_m=(ctypes.c_double * 3)(*position_m),
+            facing=(ctypes.c_double * 3)(*facing), gain=gain,
+            directivity=directivity if bands is None else 0, directivity_bands=_floats(bands),
+            delay_s=delay_s)
+        error = native.clamor_bake_error()
+        check(library().clamor_bake_add_emitter(self._open, byref(values), byref(error)), error)
+
+    def set_air(self, temperature_c: float = 20, humidity_percent: float = 50,
+                pressure_kpa: float = 101.325) -> None:
+        """Sets the air, which absorbs sound and determines its speed."""
+        air = native.clamor_bake_air(temperature_c=temperature_c, humidity_percent=humidity_percent,
+                                     pressure_kpa=pressure_kpa)
+        error = native.clamor_bake_error()
+        check(library().clamor_bake_set_air(self._open, byref(air), byref(error)), error)
+
+    def bake(self, path: Optional[Path] = None, **options: Any) -> Any:
+        """Bakes the level; the options are those of bake(), and so is what it returns."""
+        return bake(self, path, **options)
+
+
+def bake(level: Union[BakeLevel, Path], path: Optional[Path] = None, *, threads: int = 0,
+         seed: int = 0, photons: int = 0, sources: int = 0, goal_error_db: float = 0,
+         goal_s: float = 0, simplify_m: float = 0, roulette_exponent: float = 0,
+         longest_path_s: float = 0, memory_bytes: int = 0, instances: bool = True,
+         strict: bool = False, journal: Optional[Path] = None,
+         progress: Optional[Callable[[BakeProgress], Any]] = None) -> Any:
+    """Bakes a level, with the bytes of `clamor bake` of the same level and options.
+
+    Args:
+        level: a BakeLevel, or the path of a .gltf or .glb file.
+        path: of the bake file; None: returns its bytes, which open() takes.
+        threads: does not change the bake. 0, here and below, is the default: all cores.
+        seed, photons, sources: of the random numbers; to trace; secondary sources to keep at most.
+        goal_error_db, goal_s: instead: until the energy decay is known this well, or for so long.
+        simplify_m: removes triangles and moves no surface further than this.
+        roulette_exponent, longest_path_s, memory_bytes, instances, strict, journal: as in
+            clamor_bake.h.
+        progress: called about ten times a second with a BakeProgress on the calling thread. If it
+            returns False or raises, the bake is cancelled; what it raised is raised again.
+
+    Returns a BakeReport, or the pair (bytes, BakeReport) without `path`. Raises ClamorError if the
+    level cannot be baked, or the bake was cancelled.
+    """
+    settings = dict(threads=threads, seed=seed, photons=photons, sources=sources,
+                    goal_error_db=goal_error_db, goal_s=goal_s, simplify_m=simplify_m,
+                    roulette_exponent=roulette_exponent, longest_path_s=longest_path_s,
+                    memory_bytes=memory_bytes, no_instances=not instances, strict=strict,
+                    journal=utf8(journal))
+    if isinstance(level, BakeLevel):
+        return _run(level, path, settings, progress)
+    with BakeLevel(level) as read:
+        return _run(read, path, settings, progress)
+
+
+def _run(level: BakeLevel, path: Optional[Path], settings: dict,
+         progress: Optional[Callable[[BakeProgress], Any]]) -> Any:
+    messages: Tuple[List[str], List[str]] = ([], [])
+    raised: List[BaseException] = []
+
+    @native.ProgressFunction
+    def report_progress(_: Any, pointer: Any) -> int:
+        if progress is None:
+            return 0
+        now = pointer.contents
+        try:
+            answer = progress(BakeProgress(PHASES[now.phase], now.fraction, now.photons,
+                                           now.photons_total, now.error_db, now.seconds))
+            return int(answer is False)
+        except BaseException as exception:  # no exception can pass through the library
+            raised.append(exception)
+            return 1
+
+    @native.MessageFunction
+    def keep_message(_: Any, kind: int, sentence: bytes) -> None:
+        messages[kind == native.CLAMOR_BAKE_WARNING].append(sentence.decode("utf-8", "replace"))
+
+    options = native.clamor_bake_options(progress=report_progress, message=keep_message, **settings)
+    report, error = native.clamor_bake_report(), native.clamor_bake_error()
+    baked, count = c_void_p(), c_uint64()
+    if path is None:
+        code = library().clamor_bake_to_memory(level._open, byref(options), byref(baked),
+                                               byref(count), byref(report), byref(error))
+    else:
+        code = library().clamor_bake_to_file(level._open, byref(options), utf8(path),
+                                             byref(report), byref(error))
+    if raised:
+        library().clamor_bake_free(baked)
+        raise raised[0]
+    check(code, error)
+    told = BakeReport(report.sources, report.photons, report.photons_reused, report.file_bytes,
+                      report.error_db, bool(report.missed_goal), np.array(report.t30_s),
+                      np.array(report.t30_error_s), report.seconds, *messages)
+    if path is not None:
+        return told
+    try:
+        return ctypes.string_at(baked, count.value), told
+    finally:
+        library().clamor_bake_free(baked)

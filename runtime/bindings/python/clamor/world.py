@@ -1,0 +1,254 @@
+"""Contexts, levels and listeners: clamor.h with owners instead of handles."""
+from __future__ import annotations
+
+import itertools
+import os
+import threading
+import weakref
+from ctypes import byref, c_double, c_uint32, c_uint64, c_void_p
+from typing import Any, Dict, NamedTuple, Optional, Union
+
+import numpy as np
+
+from . import _interface as native
+from ._interface import check, library
+from ._library import utf8
+from .walk import Pose
+
+OUTPUTS = {"binaural": native.CLAMOR_OUTPUT_BINAURAL,
+           "loudspeakers": native.CLAMOR_OUTPUT_LOUDSPEAKERS,
+           "ambisonics": native.CLAMOR_OUTPUT_AMBISONICS,
+           "receivers": native.CLAMOR_OUTPUT_RECEIVERS}
+
+# A path, or the bytes of a bake.
+Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
+
+# Bakes in memory that the library reads, by the number that it gives back when it no longer does.
+_read_by_library: Dict[int, Any] = {}
+_numbers = itertools.count(1)
+
+
+@native.ReleaseFunction
+def _release(number: int) -> None:
+    _read_by_library.pop(number, None)
+
+
+class LevelInfo(NamedTuple):
+    """What a level holds; `sources` counts emitters and secondary sources of all instances."""
+
+    emitters: int
+    sounds: int
+    sources: int
+
+
+class Statistics(NamedTuple):
+    """A listener's statistics, as clamor_listener_statistics tells them."""
+
+    voices: int
+    keyframes: int
+    held_blocks: int
+    keyframe_ms: float
+    pages: int
+    page_bytes: int
+    sound_bytes: int
+    failures: int
+
+
+class _Owner:
+    """Something that close(), the end of a `with` or the garbage collector gives back."""
+
+    _finalizer: weakref.finalize
+
+    def close(self) -> None:
+        """Gives it back. Further calls do nothing."""
+        self._finalizer()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+
+class Context(_Owner):
+    """A world of levels and listeners. Contexts do not see each other.
+
+    Args:
+        caller_updates: False: the library makes keyframes on a thread of its own. True: you call
+            update() regularly, and the library starts no thread. Offline listeners need True.
+        update_period_s: with caller_updates, the longest time between two updates; 0 means 1/30 s.
+    """
+
+    def __init__(self, caller_updates: bool = False, update_period_s: float = 0):
+        options = native.clamor_options(caller_updates=caller_updates,
+                                        update_period_s=update_period_s)
+        context, error = c_void_p(), native.clamor_error()
+        check(library().clamor_create(byref(options), byref(context), byref(error)), error)
+        self._pointer = context
+        self._finalizer = weakref.finalize(self, library().clamor_destroy, context)
+
+    @property
+    def _open(self) -> c_void_p:
+        if not self._finalizer.alive:
+            raise ValueError("the context is closed")
+        return self._pointer
+
+    def open(self, source: Source, name: str = "the level") -> "Level":
+        """Opens a bake from a path or from bytes, which must not change while it is open.
+
+        Only its first page is read. `name` stands for the path of bytes in error messages.
+        Raises ClamorError if it cannot be read or is damaged.
+        """
+        return Level(self, source, name)
+
+    def listen(self, level: "Level", pose: Any = (0.0, 0.0, 0.0), **options: Any) -> "Listener":
+        """Adds a listener in a level; the options are those of Listener."""
+        return Listener(self, level, pose, **options)
+
+    def update(self, loading_s: float = 0) -> int:
+        """Makes the keyframes that listeners want now, and returns how many.
+
+        Then it loads pages and sounds until none are requested or `loading_s` seconds have passed.
+        Only with caller_updates, on one thread at a time.
+        """
+        made = c_uint32()
+        check(library().clamor_update(self._open, loading_s, byref(made)))
+        return made.value
+
+
+def _close(context: Context, function: str, handle: int) -> None:
+    if context._finalizer.alive:  # a context takes all that belongs to it along
+        getattr(library(), function)(context._pointer, handle)
+
+
+class Level(_Owner):
+    """An open bake in a context. Listeners who are in it hear it on after it is closed."""
+
+    def __init__(self, context: Context, source: Source, name: str = "the level"):
+        handle, error = c_uint64(), native.clamor_error()
+        if isinstance(source, (str, os.PathLike)):
+            check(library().clamor_open_level(context._open, utf8(source), byref(handle),
+                                              byref(error)), error)
+        else:
+            array = np.frombuffer(source, np.uint8)  # keeps the bytes, and raises for other types
+            number = next(_numbers)
+            reader = native.clamor_reader(name=utf8(name), size=array.size, user=number,
+                                          memory=array.ctypes.data, release=_release)
+            _read_by_library[number] = array
+            result = library().clamor_open_level_with(context._open, byref(reader), byref(handle),
+                                                      byref(error))
+            if result != native.CLAMOR_OK:
+                _read_by_library.pop(number)
+            check(result, error)
+        self.context, self.source, self.name = context, source, name
+        self._handle = handle.value
+        self._finalizer = weakref.finalize(self, _close, context, "clamor_close_level", self._handle)
+        self._offline: Optional[Context] = None
+        self._offline_lock = threading.Lock()
+
+    @property
+    def info(self) -> LevelInfo:
+        """The numbers of emitters, sounds and sources."""
+        info = native.clamor_level_info()
+        check(library().clamor_get_level_info(self.context._open, self._handle, byref(info)))
+        return LevelInfo(info.emitters, info.sounds, info.sources)
+
+
+class Listener(_Owner):
+    """A listener in a level, whose sound you render.
+
+    Args:
+        context, level: where it is.
+        pose: at first: a Pose, or a position (3,) in metres.
+        output: "binaural" for headphones; "loudspeakers" in `layout`; "ambisonics" (third order,
+            ACN and SN3D, 16 channels); "receivers" (two omnidirectional ones, a head's width apart).
+        layout: of loudspeakers: "5.1", "7.1" or "7.1.4", as `clamor render --layout` takes it.
+        sofa: path of a SOFA file for "binaural"; None: the head that the library brings.
+        rate_hz: 8000 to 192000.
+        voices: sources that are mixed at a time, 1 to 100 000.
+        memory_bytes: for pages and sounds.
+        gain: of the output, an amplitude.
+        limits: keeps true peaks below -1 dBFS.
+        max_block_frames: the largest block that is expected; larger ones are allowed.
+        offline: keyframes wait for what they need and are for the times that next_keyframe_s()
+            tells, so that the samples do not depend on the machine's speed. See render_walk().
+
+    Raises ClamorError for options out of range, files that cannot be read, and a full context.
+    """
+
+    def __init__(self, context: Context, level: Level, pose: Any = (0.0, 0.0, 0.0), *,
+                 output: str = "binaural", layout: Optional[str] = None, sofa: Any = None,
+                 rate_hz: int = 48000, voices: int = 2000, memory_bytes: int = 64_000_000,
+                 gain: float = 1.0, limits: bool = False, max_block_frames: int = 1024,
+                 offline: bool = False):
+        if output not in OUTPUTS:
+            raise ValueError(f"output must be one of {', '.join(OUTPUTS)}, not {output!r}")
+        options = native.clamor_listener_options(
+            output=OUTPUTS[output], layout=utf8(layout), sofa=utf8(sofa), rate_hz=rate_hz,
+            max_block_frames=max_block_frames, voices=voices, memory_bytes=memory_bytes, gain=gain,
+            limits=limits, offline=offline, pose=_pose(pose))
+        handle, error, channels = c_uint64(), native.clamor_error(), c_uint32()
+        check(library().clamor_create_listener(context._open, level._handle, byref(options),
+                                               byref(handle), byref(error)), error)
+        self.context, self.rate_hz = context, rate_hz
+        self._handle = handle.value
+        self._finalizer = weakref.finalize(self, _close, context, "clamor_destroy_listener",
+                                           self._handle)
+        check(library().clamor_get_channels(context._open, self._handle, byref(channels)))
+        self.channels: int = channels.value
+
+    def move(self, pose: Any) -> None:
+        """Moves the listener to a Pose, or to a position (3,) in metres looking along -Z."""
+        check(library().clamor_move_listener(self.context._open, self._handle, byref(_pose(pose))))
+
+    def enter(self, level: Level) -> None:
+        """Crossfades to another level of the context within a tenth of a second."""
+        error = native.clamor_error()
+        check(library().clamor_enter_level(self.context._open, self._handle, level._handle,
+                                           byref(error)), error)
+
+    def next_keyframe_s(self) -> Optional[float]:
+        """The time of the next keyframe that an offline listener wants, or None if it wants none.
+
+        In seconds since the level was entered. Move the listener to its pose at that time, and call
+        Context.update().
+        """
+        wanted, time_s = c_uint32(), c_double()
+        check(library().clamor_next_keyframe(self.context._open, self._handle, byref(wanted),
+                                             byref(time_s)))
+        return time_s.value if wanted.value else None
+
+    def render(self, frames: Optional[int] = None, out: Optional[np.ndarray] = None) -> np.ndarray:
+        """Renders the next frames, and returns them: (frames, channels), float32, 1 at full scale.
+
+        With `out`, a C-contiguous float32 array of that shape, they are written there. The
+        interpreter's lock is released meanwhile. Raises ClamorError if another thread is rendering
+        the listener.
+        """
+        if out is None:
+            if frames is None:
+                raise ValueError("give frames or out")
+            out = np.empty((frames, self.channels), np.float32)
+        if (out.dtype != np.float32 or out.ndim != 2 or out.shape[1] != self.channels
+                or not out.flags.c_contiguous or not out.flags.writeable):
+            raise ValueError(f"out must be a C-contiguous float32 array (frames, {self.channels})")
+        if frames is not None and frames != len(out):
+            raise ValueError(f"out has {len(out)} frames, not {frames}")
+        check(library().clamor_render(self.context._open, self._handle, out.ctypes.data, len(out)))
+        return out
+
+    @property
+    def statistics(self) -> Statistics:
+        """Voices, keyframes, memory and failures so far."""
+        found = native.clamor_listener_statistics()
+        check(library().clamor_get_listener_statistics(self.context._open, self._handle,
+                                                       byref(found)))
+        return Statistics(*(getattr(found, name) for name in Statistics._fields))
+
+
+def _pose(pose: Any) -> native.clamor_pose:
+    position_m, orientation = pose if isinstance(pose, Pose) else (pose, (0.0, 0.0, 0.0, 1.0))
+    if len(position_m) != 3 or len(orientation) != 4:
+        raise ValueError("a pose is a position (3,) in metres, or a Pose with a quaternion (4,)")
+    return native.clamor_pose(position_m=(c_double * 3)(*position_m),
+                              orientation=(c_double * 4)(*orientation))

@@ -1,0 +1,66 @@
+#include "tools/commands/bake_arguments.h"
+
+#include <filesystem>
+#include <span>
+#include <sstream>
+
+namespace clamor {
+
+void add_bake_options(Arguments& parser, BakeRequest& request) {
+  parser.option(
+      "--emitter", request.import.emitters,
+      "add an emitter: name=NAME,signal=FILE|noise|impulse,at=X,Y,Z[,facing=X,Y,Z][,gain=0dB]"
+      "[,directivity=P][,delay=S][,loop=yes]; may be repeated");
+  parser.option("--acoustics", request.import.sidecar,
+                "sidecar file to use instead of LEVEL.acoustics.json");
+  parser.option("--material", request.import.material,
+                "preset for materials without acoustic data [plaster]");
+  parser.flag("--hidden", request.import.hidden_meshes,
+              "include meshes that the level marks as hidden");
+  parser.option(
+      "--photons", request.photons,
+      "photons to trace; more of them reduce noise, not the number of sources [unset: enough for "
+      "--sources]");
+  parser.option(
+      "--sources", request.sources,
+      "maximum number of secondary sources to keep [unset: 200 000 per room with emitters]");
+  parser.option("--seed", request.seed,
+                "seed of all random numbers; the same seed gives the same bytes [1]");
+  parser.option(
+      "--simplify", request.simplify_m,
+      "remove triangles, moving surfaces by at most this many metres, as in 0.05 [0: off]");
+  parser.option("--instances", request.instances,
+                "on or off: store groups of emitters that the level repeats once, as instances");
+  parser.option(
+      "--kappa", request.kappa,
+      "exponent of Russian roulette, 0 to 1: a path survives with probability (power after / "
+      "power before)^kappa");
+  parser.option("--longest", request.longest_s, "longest path to trace, in seconds");
+}
+
+std::string note_of(const BakeRequest& request) {
+  std::string note = std::filesystem::absolute(request.level_path).string();
+  for (const std::string& word : request.words()) note += '\0' + word;
+  return note;
+}
+
+std::optional<BakeRequest> request_from_note(const std::string& note) {
+  std::vector<std::string> words{""};
+  for (const char c : note)
+    if (c == '\0')
+      words.emplace_back();
+    else
+      words.back() += c;
+  BakeRequest request;
+  request.level_path = words[0];
+  Arguments parser("merge", "", "");
+  add_bake_options(parser, request);
+  std::ostringstream ignored;
+  if (request.level_path.empty() ||
+      parser.parse(std::span(words).subspan(1), ignored, ignored).has_value() ||
+      request.complaint())
+    return std::nullopt;
+  return request;
+}
+
+}  // namespace clamor
