@@ -41,6 +41,7 @@ void BakeRequest::add_options(Arguments& parser) {
       "remove triangles, moving surfaces by at most this many metres, as in 0.05 [0: off]");
   parser.option("--instances", instances,
                 "on or off: store groups of emitters that the level repeats once, as instances");
+  parser.words("--instances", {"on", "off"});
   parser.option(
       "--kappa", kappa,
       "exponent of Russian roulette, 0 to 1: a path survives with probability (power after / "
