@@ -3,6 +3,7 @@
 
 namespace clamor {
 
-inline constexpr const char* kVersion = "0.1.0";
+// As CLAMOR_VERSION_MAJOR, _MINOR and _PATCH in runtime/clamor.h say: "0.1.0".
+extern const char* const kVersion;
 
 }  // namespace clamor

@@ -18,10 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::array<std::string, 9> kPages = {
-    "README.md",         "CHANGELOG.md",      "assets/README.md",
-    "bake/README.md",    "formats/README.md", "formats/bake_format.md",
-    "runtime/README.md", "tests/README.md",   "tools/README.md"};
+const std::array<std::string, 10> kPages = {"README.md",         "CHANGELOG.md",
+                                            "assets/README.md",  "bake/README.md",
+                                            "formats/README.md", "formats/bake_format.md",
+                                            "runtime/README.md", "tests/README.md",
+                                            "tools/README.md",   "tools/packaging/README.md"};
 
 // The anchor that Markdown renderers give a heading: lower case, spaces as dashes, no punctuation.
 std::string anchor_of(const std::string& heading) {
@@ -148,7 +149,7 @@ TEST(Pages, ShowASidecarWithPresetsThatExist) {
 }
 
 TEST(Pages, ShowScriptsThatExistWithOptionsTheyTake) {
-  static const std::regex kScript(R"(^\s*(tools/[a-z]+)(.*))");
+  static const std::regex kScript(R"(^\s*(tools/[a-z_]+)(.*))");
   static const std::regex kOption(R"(\s(--[a-z]+))");
   std::set<std::string> shown;
   for (const std::string& line : commands_of_all_pages()) {
@@ -164,7 +165,8 @@ TEST(Pages, ShowScriptsThatExistWithOptionsTheyTake) {
       EXPECT_NE(text.find((*option)[1].str() + ")"), std::string::npos)
           << script[1] << " takes no " << (*option)[1];
   }
-  EXPECT_EQ(shown, (std::set<std::string>{"tools/demo", "tools/test"}));
+  EXPECT_EQ(shown, (std::set<std::string>{"tools/demo", "tools/in_debian", "tools/package",
+                                          "tools/test"}));
 }
 
 }  // namespace

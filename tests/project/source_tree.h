@@ -25,7 +25,9 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
     {"runtime",
      {"realtime", "voices", "propagation", "occlusion", "streaming", "query", "sampling", "hrtf",
       "mixing", "engine", "world", "output", "player", "examples"}},
-    {"tools", {"program", "strategies", "analysis", "bench", "experiments", "commands"}},
+    {"tools",
+     {"program", "strategies", "analysis", "bench", "experiments", "commands", "packaging",
+      "packaging/vcpkg", "packaging/conan", "packaging/conan/test_package"}},
 };
 
 inline std::string read_text(const std::filesystem::path& path) {
