@@ -3,7 +3,8 @@
 
 namespace clamor {
 
-inline constexpr const char* kVersion = "0.1.0";
+// As CLAMOR_VERSION_MAJOR, _MINOR and _PATCH in runtime/clamor.h say: "0.1.0".
+extern const char* const kVersion;
 
 // Begins the provenance's tool of a bake whose level an application made, so that no command makes
 // it again. A version follows.

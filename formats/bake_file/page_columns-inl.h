@@ -126,7 +126,7 @@ HWY_INLINE void find_ones(std::uint64_t word, std::uint32_t from,
   // Number of ones in each byte, then its prefix sums.
   std::uint64_t counts = word - (word >> 1 & 0x5555'5555'5555'5555u);
   counts = (counts & 0x3333'3333'3333'3333u) + (counts >> 2 & 0x3333'3333'3333'3333u);
-  counts = (counts + (counts >> 4) & 0x0f0f'0f0f'0f0f'0f0fu) * 0x0101'0101'0101'0101u;
+  counts = ((counts + (counts >> 4)) & 0x0f0f'0f0f'0f0f'0f0fu) * 0x0101'0101'0101'0101u;
   const hn::Full64<std::uint8_t> d8;
   const hn::Full128<std::uint16_t> d;
   const auto bits_of_byte = hn::Set(d, 8);

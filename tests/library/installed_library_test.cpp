@@ -67,6 +67,9 @@ TEST_P(InstalledLibrary, IsFoundByCMakeAndPlaysLikeTheProgram) {
   EXPECT_EQ(played->channels, rendered->channels);
   EXPECT_THAT(run(built + "/turn_around " + level() + " 3 4 1.5"),
               ::testing::HasSubstr("turned 270 to 360 degrees: left"));
+  if (clang) return;
+  EXPECT_THAT(run(built + "/start_up " + libraries() + "/libclamor.so " + level()),
+              ::testing::HasSubstr("first listener, binaural"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Compilers, InstalledLibrary, ::testing::Values("gcc", "clang"));
@@ -82,6 +85,48 @@ TEST_F(PackagedLibrary, IsFoundByPkgConfig) {
       "/out.wav 0.1 3 4 1.5");
 }
 
+// A client that links libclamor.a needs no libclamor.so, and its own names cannot clash.
+TEST_F(PackagedLibrary, IsAlsoAnArchive) {
+  if (!has("pkg-config")) GTEST_SKIP() << "not on this machine: pkg-config";
+  const std::string program = prefix_ + "/with_archive";
+  run("cc -std=c99 " + examples() + "/play_to_wav.c -o " + program + " $(PKG_CONFIG_PATH=" +
+      libraries() + "/pkgconfig pkg-config --static --cflags --libs clamor | " +
+      "sed 's/-lclamor /-l:libclamor.a /')");
+  EXPECT_THAT(run("objdump -p " + program), ::testing::Not(::testing::HasSubstr("libclamor.so")));
+  run(program + " " + level() + " " + prefix_ + "/archive.wav 0.1 3 4 1.5");
+  // Constants remain, of the kind u, which linkers merge.
+  run("! nm -g --defined-only " + libraries() + "/libclamor.a | grep -E ' [A-Za-tv-z] ' | " +
+      "grep -v ' clamor_'");
+  run("! nm -g --defined-only -C " + libraries() + "/libclamor.a | grep ' u ' | " +
+      "grep -vE ' u (std|clamor)::'");
+}
+
+TEST_F(PackagedLibrary, IsFoundByCMakeAsAnArchive) {
+  const std::string source = prefix_ + "/static_client";
+  fs::create_directories(source);
+  std::ofstream(source + "/CMakeLists.txt")
+      << "cmake_minimum_required(VERSION 3.25)\nproject(client C)\nfind_package(clamor REQUIRED)\n"
+      << "add_executable(client " << examples() << "/play_to_wav.c)\n"
+      << "target_link_libraries(client clamor::clamor_static)\n";
+  run("cmake -S " + source + " -B " + source + "/build -G Ninja -DCMAKE_PREFIX_PATH=" + prefix_);
+  run("cmake --build " + source + "/build");
+  EXPECT_THAT(run("objdump -p " + source + "/build/client"),
+              ::testing::Not(::testing::HasSubstr("libclamor.so")));
+}
+
+// The library alone can be installed without the program and without what development needs.
+TEST_F(PackagedLibrary, IsInstalledInComponents) {
+  const fs::path build = fs::path(testing::kProgram).parent_path();
+  const std::string into = prefix_ + "/component";
+  run("cmake --install " + build.string() + " --component runtime --prefix " + into);
+  for (const auto& entry : fs::recursive_directory_iterator(into))
+    EXPECT_TRUE(entry.is_directory() || entry.path().parent_path().filename() == "libclamor0" ||
+                entry.path().filename().string().starts_with("libclamor.so."))
+        << entry.path();
+  EXPECT_TRUE(fs::exists(prefix_ + "/share/man/man1/clamor-bake.1.gz"));
+  EXPECT_TRUE(fs::exists(prefix_ + "/share/bash-completion/completions/clamor"));
+}
+
 // The whole interface begins with clamor_, and what is in the library besides cannot clash with an
 // application's own symbols.
 TEST_F(PackagedLibrary, ShowsNothingButItsInterface) {
@@ -95,11 +140,23 @@ TEST_F(PackagedLibrary, ShowsNothingButItsInterface) {
   EXPECT_GT(count, 15);
 }
 
-// No sound device's library and none under the GPL comes with it.
-TEST_F(PackagedLibrary, LinksNoSoundDevice) {
-  const std::string needed = run("objdump -p " + libraries() + "/libclamor.so | grep NEEDED");
-  for (const char* library : {"rtaudio", "jack", "pulse", "asound", "portaudio"})
-    EXPECT_THAT(needed, ::testing::Not(::testing::HasSubstr(library)));
+// Packaging notes (tools/packaging/README.md) list the licence of each library that it links.
+TEST_F(PackagedLibrary, LinksOnlyLibrariesWhoseLicencesAreListed) {
+  std::istringstream needed(run("objdump -p " + libraries() + "/libclamor.so | grep NEEDED"));
+  std::ifstream page(std::string(testing::kSourceDir) + "/tools/packaging/README.md");
+  const std::string notes{std::istreambuf_iterator<char>(page), {}};
+  for (std::string word, name; needed >> word >> name;) {
+    const std::string stem = name.substr(0, name.find_first_of("-.0123456789"));
+    EXPECT_THAT(notes, ::testing::HasSubstr("`" + stem)) << name;
+  }
+}
+
+// Neither it nor what it links loads a sound device's library or one under the GPL.
+TEST_F(PackagedLibrary, LoadsNoSoundDeviceAndNoGplLibrary) {
+  const std::string loaded = run("ldd " + libraries() + "/libclamor.so");
+  for (const char* library :
+       {"rtaudio", "jack", "pulse", "asound", "portaudio", "openal", "fftw", "not found"})
+    EXPECT_THAT(loaded, ::testing::Not(::testing::HasSubstr(library)));
 }
 
 }  // namespace

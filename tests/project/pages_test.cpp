@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::array<std::string, 12> kPages = {"README.md",
+const std::array<std::string, 13> kPages = {"README.md",
                                             "CHANGELOG.md",
                                             "assets/README.md",
                                             "bake/README.md",
@@ -27,6 +27,7 @@ const std::array<std::string, 12> kPages = {"README.md",
                                             "runtime/README.md",
                                             "tests/README.md",
                                             "tools/README.md",
+                                            "tools/packaging/README.md",
                                             "runtime/bindings/README.md",
                                             "runtime/bindings/csharp/README.md",
                                             "runtime/bindings/python/README.md"};
@@ -157,7 +158,7 @@ TEST(Pages, ShowASidecarWithPresetsThatExist) {
 }
 
 TEST(Pages, ShowScriptsThatExistWithOptionsTheyTake) {
-  static const std::regex kScript(R"(^\s*(tools/[a-z]+)(.*))");
+  static const std::regex kScript(R"(^\s*(tools/[a-z_]+)(.*))");
   static const std::regex kOption(R"(\s(--[a-z]+))");
   std::set<std::string> shown;
   for (const std::string& line : commands_of_all_pages()) {
@@ -173,7 +174,8 @@ TEST(Pages, ShowScriptsThatExistWithOptionsTheyTake) {
       EXPECT_NE(text.find((*option)[1].str() + ")"), std::string::npos)
           << script[1] << " takes no " << (*option)[1];
   }
-  EXPECT_EQ(shown, (std::set<std::string>{"tools/demo", "tools/test"}));
+  EXPECT_EQ(shown, (std::set<std::string>{"tools/demo", "tools/in_debian", "tools/package",
+                                          "tools/test"}));
 }
 
 }  // namespace

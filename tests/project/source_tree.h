@@ -26,7 +26,9 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
      {"realtime", "voices", "propagation", "occlusion", "streaming", "query", "sampling", "hrtf",
       "mixing", "engine", "response", "world", "output", "player", "examples", "bindings",
       "bindings/csharp", "bindings/python", "bindings/python/clamor"}},
-    {"tools", {"program", "strategies", "analysis", "bench", "experiments", "commands"}},
+    {"tools",
+     {"program", "strategies", "analysis", "bench", "experiments", "commands", "packaging",
+      "packaging/vcpkg", "packaging/conan", "packaging/conan/test_package"}},
 };
 
 inline std::string read_text(const std::filesystem::path& path) {

@@ -31,6 +31,7 @@ void add_bake_options(Arguments& parser, BakeRequest& request) {
       "remove triangles, moving surfaces by at most this many metres, as in 0.05 [0: off]");
   parser.option("--instances", request.instances,
                 "on or off: store groups of emitters that the level repeats once, as instances");
+  parser.words("--instances", {"on", "off"});
   parser.option(
       "--kappa", request.kappa,
       "exponent of Russian roulette, 0 to 1: a path survives with probability (power after / "

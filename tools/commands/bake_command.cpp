@@ -49,6 +49,7 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
               "do not keep the traced paths in OUTPUT.journal, for resuming and for the next bake");
   parser.option("--progress", progress,
                 "json: print progress as JSON, one object a line, for build systems");
+  parser.words("--progress", {"json"});
   parser.flag("--quiet", run.quiet, "print only warnings and errors");
   parser.flag("--strict", run.bake.strict,
               "treat warnings as errors: exit code 1, and nothing is written");

@@ -268,6 +268,7 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
       "OpenAL Soft on the same voices. Takes a minute or two.",
       "clamor bench mixer --voices 2000");
   parser.positional("WHAT", what, "mixer");
+  parser.words("WHAT", {"mixer"});
   parser.option("--voices", voices, "numbers of voices to mix at once, one column each");
   parser.option("--seconds", request.seconds, "minimum CPU time of each run, in seconds");
   parser.option("--runs", request.runs, "runs of each figure; the best counts");

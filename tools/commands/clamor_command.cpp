@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "common/result.h"
 #include "common/text.h"
 #include "common/version.h"
@@ -17,60 +19,71 @@ namespace clamor {
 
 namespace {
 
-constexpr std::string_view kHelp =
-    R"(clamor: bakes the acoustics of a level and plays them back
+struct Command {
+  std::string_view name, operands, summary;
+  int (*run)(std::span<const std::string>, std::ostream&, std::ostream&);
+};
 
-  clamor bake LEVEL.gltf -o LEVEL.clamor    traces sound through a level and writes a bake file
-  clamor merge SHARDS... -o LEVEL.clamor    joins the parts of a bake that several machines traced
-  clamor inspect LEVEL.clamor               prints what a bake file holds
-  clamor diff A.clamor B.clamor             prints how two bake files differ
-  clamor play LEVEL.clamor                  plays a bake; the keyboard walks through it
-  clamor render LEVEL.clamor -o OUT.wav     renders the same to a WAV or FLAC file
-  clamor impulse LEVEL.clamor -o IR.wav     impulse response and room parameters (ISO 3382-1)
-  clamor compare A.wav B.wav                audible differences between two recordings
-  clamor experiment NAME LEVEL.clamor -o DIR  measures the paper's figures and claims again
-  clamor materials                          lists the acoustic material presets
-  clamor devices                            lists the sound devices that play can use
-  clamor bench mixer                        measures how many voices this machine mixes
+constexpr std::array<Command, 12> kCommands = {{
+    {"bake", "LEVEL.gltf -o LEVEL.clamor", "traces sound through a level and writes a bake file",
+     run_bake},
+    {"merge", "SHARDS... -o LEVEL.clamor", "joins the parts of a bake that several machines traced",
+     run_merge},
+    {"inspect", "LEVEL.clamor", "prints what a bake file holds", run_inspect},
+    {"diff", "A.clamor B.clamor", "prints how two bake files differ", run_diff},
+    {"play", "LEVEL.clamor", "plays a bake; the keyboard walks through it", run_play},
+    {"render", "LEVEL.clamor -o OUT.wav", "renders the same to a WAV or FLAC file", run_render},
+    {"impulse", "LEVEL.clamor -o IR.wav", "impulse response and room parameters (ISO 3382-1)",
+     run_impulse},
+    {"compare", "A.wav B.wav", "audible differences between two recordings", run_compare},
+    {"experiment", "NAME LEVEL.clamor -o DIR", "measures the paper's figures and claims again",
+     run_experiment},
+    {"materials", "", "lists the acoustic material presets", run_materials},
+    {"devices", "", "lists the sound devices that play can use", run_devices},
+    {"bench", "mixer", "measures how many voices this machine mixes", run_bench},
+}};
 
-  clamor COMMAND --help                     options of one command
+std::string help() {
+  std::string text = "clamor: bakes the acoustics of a level and plays them back\n\n";
+  for (const Command& command : kCommands)
+    text +=
+        fmt::format("  {:<44}{}\n", fmt::format("clamor {} {} ", command.name, command.operands),
+                    command.summary);
+  return text + R"(
+  clamor COMMAND --help                       options of one command
   clamor --version
 
 example: clamor bake level.glb -o level.clamor --emitter "signal=noise,at=0,1.5,0" && clamor play level.clamor
 )";
+}
 
-struct Command {
-  std::string_view name;
-  int (*run)(std::span<const std::string>, std::ostream&, std::ostream&);
-};
-
-constexpr std::array<Command, 12> kCommands = {{{"bake", run_bake},
-                                                {"merge", run_merge},
-                                                {"inspect", run_inspect},
-                                                {"diff", run_diff},
-                                                {"render", run_render},
-                                                {"impulse", run_impulse},
-                                                {"compare", run_compare},
-                                                {"experiment", run_experiment},
-                                                {"play", run_play},
-                                                {"materials", run_materials},
-                                                {"devices", run_devices},
-                                                {"bench", run_bench}}};
+// Asks each command for the options that it declares.
+std::vector<CommandDescription> descriptions() {
+  std::vector<CommandDescription> commands;
+  for (const Command& command : kCommands) {
+    DescriptionStream described;
+    command.run({}, described, described);
+    described.description.summary = command.summary;
+    commands.push_back(std::move(described.description));
+  }
+  return commands;
+}
 
 int run_command(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   if (arguments.empty()) {
-    err << kHelp;
+    err << help();
     return kBadUsage;
   }
   const std::string& name = arguments[0];
   if (name == "--help" || name == "-h" || name == "help") {
-    out << kHelp;
+    out << help();
     return kSuccess;
   }
   if (name == "--version") {
     out << "clamor " << kVersion << '\n';
     return kSuccess;
   }
+  if (name == "manual") return run_manual(descriptions(), arguments.subspan(1), out, err);
   std::vector<std::string> names;
   for (const Command& command : kCommands) {
     if (command.name == name) return command.run(arguments.subspan(1), out, err);

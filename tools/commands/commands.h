@@ -8,6 +8,7 @@
 #include <span>
 #include <string>
 
+#include "tools/program/command_description.h"
 #include "tools/program/exit_codes.h"
 
 namespace clamor {
@@ -24,6 +25,10 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
 int run_bench(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_materials(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_devices(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+
+// Writes the man pages and completions of these commands.
+int run_manual(std::span<const CommandDescription> commands, std::span<const std::string> arguments,
+               std::ostream& out, std::ostream& err);
 
 // Runs the whole program; `arguments` excludes the program's name.
 int run_clamor(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);

@@ -276,6 +276,7 @@ int run_compare(std::span<const std::string> arguments, std::ostream& out, std::
   parser.positional("B", options.b, "the recording to compare with it");
   parser.option("--as", options.kind,
                 "programme or response; auto: response if both begin at once and decay");
+  parser.words("--as", {"auto", "programme", "response"});
   parser.option("--null", options.null_rolls,
                 "for textures: pairs of noise to draw, 19 to 10000, 100 is enough; 0: none");
   parser.option("--seed", options.seed, "seed of --null");

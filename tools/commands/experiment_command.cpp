@@ -90,14 +90,14 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   parser.option("-o,--output", folder, "folder to write to");
   parser.required("-o");
   add_options(parser, options, listener);
+  std::vector<std::string> names;
+  for (const Known& known : kExperiments) names.emplace_back(known.name);
+  parser.words("experiment", names);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
   Experiment run = nullptr;
-  std::vector<std::string> names;
-  for (const Known& known : kExperiments) {
-    names.emplace_back(known.name);
+  for (const Known& known : kExperiments)
     if (known.name == name) run = known.run;
-  }
   if (run == nullptr)
     return parser.bad_usage(err, "there is no experiment " + in_quotes(name) + "; the nearest is " +
                                      in_quotes(nearest_name(name, names)));

@@ -200,6 +200,7 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
   parser.option("--emitter", options.emitter, "name of the emitter that sounds [unset: the first]");
   parser.option("--seconds", options.seconds, "length of the waveform, at most 60; 0: all of it");
   parser.option("--visibility", options.visibility, "on or off: occlusion of sources by surfaces");
+  parser.words("--visibility", {"on", "off"});
   parser.flag("--json", options.json, "print the parameters as JSON");
   const StrategyArguments strategy(parser, "all");
   if (const auto code = parser.parse(arguments, out, err)) return *code;

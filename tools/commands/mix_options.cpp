@@ -18,7 +18,9 @@ constexpr int kMaxRays = 1'000'000'000;  // more than any level needs
 MixArguments::MixArguments(Arguments& parser) {
   parser.option("--interpolation", interpolation_,
                 "cubic or linear; linear mixes a quarter more voices and loses 1 dB at 8 kHz");
+  parser.words("--interpolation", {"cubic", "linear"});
   parser.option("--visibility", visibility_, "on or off: occlusion of sources by surfaces");
+  parser.words("--visibility", {"on", "off"});
   parser.option(
       "--rays", rays_, {1, kMaxRays},
       "maximum number of occlusion rays per keyframe (50 keyframes a second); a render casts as "

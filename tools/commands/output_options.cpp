@@ -17,6 +17,8 @@ OutputArguments::OutputArguments(Arguments& parser) {
       "--receivers", receivers_,
       "two virtual microphones 17 cm apart: wide (wide cardioids at 110 degrees), ortf (cardioids) "
       "or omni (omnidirectional, as in the paper)");
+  parser.words("--layout", {"5.1", "7.1", "7.1.4"});
+  parser.words("--receivers", {"wide", "ortf", "omni"});
   parser.flag("--ambisonics", ambisonics_,
               "third-order ambisonics: 16 channels, AmbiX (ACN, SN3D)");
 }

@@ -65,6 +65,7 @@ void PlayRequest::add_options(Arguments& parser) {
   parser.option("--device", options.device,
                 "pulse, jack or alsa; the beginning or a part of a name that 'clamor devices' "
                 "prints; or none");
+  parser.words("--device", {"pulse", "jack", "alsa", "none"});
   parser.option("--rate", options.device_rate_hz,
                 "sample rate of the device in Hz; the mix is resampled [unset: 48000 if it has "
                 "that]");
@@ -88,6 +89,7 @@ void PlayRequest::add_output_options(Arguments& parser) {
   parser.option("--format", format,
                 "sample format of the recording: float, 32, 24 or 16 [unset: float, or 24 for "
                 ".flac]");
+  parser.words("--format", {"float", "32", "24", "16"});
   parser.option("--report", report_folder,
                 "at the end, write loudness, voices and load over time to this folder, as HTML, "
                 "JSON and CSV; with --record also a spectrogram");

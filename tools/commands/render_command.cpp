@@ -59,6 +59,7 @@ void RenderRequest::add_output_options(Arguments& parser) {
               "keep true peaks below -1 dBFS [unset: only if the sample format is not float]");
   parser.option("--format", format,
                 "sample format: float, 32, 24 or 16 [unset: float, or 24 for .flac]");
+  parser.words("--format", {"float", "32", "24", "16"});
 }
 
 // Turns the words into options. The Error is bad usage.

@@ -17,11 +17,15 @@ StrategyArguments::StrategyArguments(Arguments& parser, const std::string& usual
                 "how sources are chosen: priority; all (no sampling); or one of the paper's "
                 "strategies, with its section: " +
                     names);
+  std::vector<std::string> strategies;
+  for (const StrategyInfo& info : kStrategies) strategies.emplace_back(info.name);
+  parser.words("--strategy", std::move(strategies));
   parser.option("--voices", voices_, {1, kMaxVoices}, "number of sources to choose (k)");
   parser.option(
       "--estimator", estimator_,
       "which sum is unbiased: power; or amplitude, as in the paper, which is too loud with "
       "few voices");
+  parser.words("--estimator", {"power", "amplitude"});
   parser.option("--strategy-seed", tuning_.seed, "seed of the paper's strategies");
   parser.option("--redraw", tuning_.redraw_s, "full-resampling: seconds between samples");
   parser.option("--exchange", tuning_.exchange_per_s,

@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <ostream>
 
@@ -14,14 +15,16 @@
 namespace clamor {
 
 struct Arguments::State {
-  std::string command;
+  std::string command, example;
   CLI::App app;
+  std::map<std::string, std::vector<std::string>> words;  // by CLI11's name of the option
 };
 
 Arguments::Arguments(const std::string& command, const std::string& purpose,
                      const std::string& example)
     : state_(std::make_unique<State>()) {
   state_->command = command;
+  state_->example = example;
   state_->app.description(purpose);
   state_->app.name("clamor " + command);
   state_->app.footer("example: " + example);
@@ -75,9 +78,42 @@ void Arguments::option(const std::string& name, int& value, Range range, const s
   state_->app.add_option(name, value, help)->capture_default_str()->check(check);
 }
 void Arguments::required(const std::string& name) { state_->app.get_option(name)->required(); }
+void Arguments::words(const std::string& name, std::vector<std::string> words) {
+  state_->words[state_->app.get_option(name)->get_name()] = std::move(words);
+}
+
+CommandDescription Arguments::description() const {
+  CommandDescription command;
+  command.name = state_->command;
+  command.purpose = state_->app.get_description();
+  command.example = state_->example;
+  for (const CLI::Option* option : state_->app.get_options()) {
+    OptionDescription described;
+    for (const std::string& name : option->get_snames()) described.names.push_back("-" + name);
+    for (const std::string& name : option->get_lnames()) described.names.push_back("--" + name);
+    if (option->get_items_expected_max() > 0) described.value = option->get_type_name();
+    described.usual = option->get_default_str();
+    described.help = option->get_description();
+    if (const auto found = state_->words.find(option->get_name()); found != state_->words.end())
+      described.words = found->second;
+    described.required = option->get_required();
+    described.repeatable = option->get_items_expected_max() > 1;
+    if (described.names.empty()) {
+      described.names.push_back(option->get_name(true));
+      command.positionals.push_back(std::move(described));
+    } else {
+      command.options.push_back(std::move(described));
+    }
+  }
+  return command;
+}
 
 std::optional<int> Arguments::parse(std::span<const std::string> words, std::ostream& out,
                                     std::ostream& err) {
+  if (auto* const described = dynamic_cast<DescriptionStream*>(&out)) {
+    described->description = description();
+    return kSuccess;
+  }
   try {
     state_->app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
     return std::nullopt;

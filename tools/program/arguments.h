@@ -16,6 +16,7 @@
 
 #include "common/listener.h"
 #include "common/result.h"
+#include "tools/program/command_description.h"
 
 namespace clamor {
 
@@ -46,8 +47,11 @@ class Arguments {
   void option(const std::string& name, int& value, Range range, const std::string& help);
   void required(const std::string& name);
 
+  // Words that shells offer as the value of an option or positional. They forbid no others.
+  void words(const std::string& name, std::vector<std::string> words);
+
   // Returns nothing if the command may go on; otherwise the exit code, after printing help or the
-  // error.
+  // error. A DescriptionStream as `out` gets the description, and the command may not go on.
   std::optional<int> parse(std::span<const std::string> words, std::ostream& out,
                            std::ostream& err);
 
@@ -58,6 +62,8 @@ class Arguments {
  private:
   // Error text for the first word that looks like an option but is none; "" if there is none.
   std::string unknown_option() const;
+
+  CommandDescription description() const;
 
   struct State;
   std::unique_ptr<State> state_;

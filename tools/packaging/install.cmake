@@ -1,0 +1,81 @@
+# install.cmake: what `cmake --install` puts where, in the components program, runtime (the shared
+# library), development and python.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+# --- libclamor.a: the library's objects as one, in which only the interface is global -------------
+# Its names cannot clash with an application's. The linker takes the groups of inline functions
+# apart, because it could otherwise replace one of them by an application's and lose a local name.
+set(static_library)
+if(NOT CLAMOR_SANITIZE)
+  set(static_library ${PROJECT_BINARY_DIR}/libclamor.a)
+  add_custom_command(OUTPUT ${static_library}
+    COMMAND ${CMAKE_LINKER} -r --force-group-allocation -o libclamor_all.o $<TARGET_OBJECTS:libclamor>
+      $<TARGET_FILE:clamor_runtime> $<TARGET_FILE:clamor_formats> $<TARGET_FILE:clamor_common>
+    COMMAND ${CMAKE_OBJCOPY} --wildcard --keep-global-symbol=clamor_* --strip-debug libclamor_all.o libclamor.o
+    COMMAND ${CMAKE_COMMAND} -E rm -f ${static_library}
+    COMMAND ${CMAKE_AR} qcsD ${static_library} libclamor.o
+    DEPENDS libclamor $<TARGET_OBJECTS:libclamor> clamor_runtime clamor_formats clamor_common
+    COMMAND_EXPAND_LISTS VERBATIM)
+  add_custom_target(libclamor_static ALL DEPENDS ${static_library})
+endif()
+
+# What an application links besides libclamor.a.
+set(CLAMOR_STATIC_LIBRARIES embree${embree_VERSION_MAJOR} tbb sndfile soxr samplerate mysofa capnp kj zstd
+  xxhash hwy fmt stdc++ m pthread)
+list(TRANSFORM CLAMOR_STATIC_LIBRARIES PREPEND -l OUTPUT_VARIABLE CLAMOR_STATIC_FLAGS)
+list(JOIN CLAMOR_STATIC_FLAGS " " CLAMOR_STATIC_FLAGS)
+
+set(installed_libraries libclamor)
+if(CLAMOR_PROGRAM)
+  list(APPEND installed_libraries libclamor_bake)
+endif()
+install(TARGETS ${installed_libraries} EXPORT clamor
+  LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT development
+  PUBLIC_HEADER DESTINATION include COMPONENT development)
+set(cmake_folder ${CMAKE_INSTALL_LIBDIR}/cmake/clamor)
+install(EXPORT clamor NAMESPACE clamor:: FILE clamor-targets.cmake DESTINATION ${cmake_folder} COMPONENT development)
+configure_package_config_file(tools/packaging/clamor-config.cmake.in clamor-config.cmake
+  INSTALL_DESTINATION ${cmake_folder} PATH_VARS CMAKE_INSTALL_LIBDIR)
+write_basic_package_version_file(clamor-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/clamor-config.cmake ${PROJECT_BINARY_DIR}/clamor-config-version.cmake
+  DESTINATION ${cmake_folder} COMPONENT development)
+if(static_library)
+  install(FILES ${static_library} DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+endif()
+file(RELATIVE_PATH CLAMOR_PREFIX_FROM_PKGCONFIG /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+configure_file(runtime/clamor.pc.in clamor.pc @ONLY)
+configure_file(bake/clamor_bake.pc.in clamor_bake.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/clamor.pc $<$<BOOL:${CLAMOR_PROGRAM}>:${PROJECT_BINARY_DIR}/clamor_bake.pc>
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+
+# --- The program, its man pages and completions ---------------------------------------------------
+if(CLAMOR_PROGRAM)
+  install(TARGETS clamor COMPONENT program)
+endif()
+if(CLAMOR_PROGRAM AND NOT CLAMOR_SANITIZE AND NOT CMAKE_CROSSCOMPILING)
+  find_program(GZIP gzip REQUIRED)
+  set(share ${PROJECT_BINARY_DIR}/share)
+  add_custom_command(OUTPUT ${share}/written
+    COMMAND ${CMAKE_COMMAND} -E rm -rf ${share}
+    COMMAND clamor manual ${share}
+    COMMAND sh -c "'${GZIP}' -9n '${share}'/man/man1/*.1"
+    COMMAND ${CMAKE_COMMAND} -E touch ${share}/written
+    DEPENDS clamor VERBATIM)
+  add_custom_target(manual ALL DEPENDS ${share}/written)
+  install(DIRECTORY ${share}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT program)
+  install(DIRECTORY ${share}/bash-completion ${share}/fish DESTINATION ${CMAKE_INSTALL_DATADIR} COMPONENT program)
+  set(zsh_folder site-functions)
+  if(CMAKE_INSTALL_PREFIX STREQUAL /usr AND EXISTS /etc/debian_version)
+    set(zsh_folder vendor-completions)  # site-functions are the administrator's there
+  endif()
+  install(DIRECTORY ${share}/zsh/site-functions/ DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/${zsh_folder}
+    COMPONENT program)
+endif()
+
+# --- The Python package ---------------------------------------------------------------------------
+set(CLAMOR_PYTHON_FOLDER lib/python3/dist-packages CACHE STRING "Where the Python package is installed")
+if(EXISTS ${PROJECT_SOURCE_DIR}/runtime/bindings/python/clamor)
+  install(DIRECTORY runtime/bindings/python/clamor DESTINATION ${CLAMOR_PYTHON_FOLDER} COMPONENT python
+    PATTERN __pycache__ EXCLUDE)
+endif()
