@@ -13,6 +13,7 @@ static class CSharpBinding
     {
         if (words[0] == "interface") Interface(words[1]);
         if (words[0] == "allocations") Allocations(words[1]);
+        if (words[0] == "sources") Sources(words[1]);
         if (words[0] == "use") Use(words[1]);
         return 0;
     }
@@ -167,16 +168,19 @@ static class CSharpBinding
 
     static float Peak(Context clamor, Level level)
     {
-        using (var ears = Cheap(clamor, level)) {
-            var samples = new float[960];
-            float peak = 0;
-            for (int i = 0; i < 20; ++i) {
-                clamor.Update(0.1);
-                Require(ears.Render(samples, 0, 480) == 0, "Render() failed");
-                foreach (float sample in samples) peak = Math.Max(peak, sample);
-            }
-            return peak;
+        using (var ears = Cheap(clamor, level)) return Peak(clamor, ears);
+    }
+
+    static float Peak(Context clamor, Listener ears)
+    {
+        var samples = new float[960];
+        float peak = 0;
+        for (int i = 0; i < 20; ++i) {
+            clamor.Update(0.1);
+            Require(ears.Render(samples, 0, 480) == 0, "Render() failed");
+            foreach (float sample in samples) peak = Math.Max(peak, sample);
         }
+        return peak;
     }
 
     // The direction in which a pose looks: the -Z axis, rotated.
@@ -189,6 +193,48 @@ static class CSharpBinding
     static bool Ahead(Pose pose, double x)
     {
         return Math.Abs(Ahead(pose)[0] - x) < 1e-9;
+    }
+
+    // The application's own sounds, streams, groups and sources.
+    static void Sources(string path)
+    {
+        var tone = new float[4800];
+        for (int i = 0; i < tone.Length; ++i) tone[i] = (float)Math.Sin(i * Math.PI / 24);
+        using (var clamor = new Context(true))
+        using (var level = clamor.OpenLevel(path))
+        using (var sound = new Sound(clamor, tone, 48000, true))
+        using (var stream = new StreamedSound(clamor))
+        using (var group = new Group(clamor))
+        using (var ears = clamor.CreateListener(level, new ListenerOptions {
+            Output = Output.Receivers, Voices = 20, Pose = new Pose(0, 1.7, 3), ReportsVoices = true })) {
+            var options = new SourceOptions { Sound = sound, Group = group, Gain = 1000,
+                Motion = new Motion { Y = 1.7, Z = 1.5 } };
+            var source = new Source(clamor, options);
+            Require(Peak(clamor, ears) < 100, "begins before the commit");
+            clamor.Commit();
+            Require(Peak(clamor, ears) > 100, "the source is not heard");
+            var voices = new Voice[100];
+            double timeS;
+            int count = ears.GetVoices(voices, out timeS), own = 0;
+            for (int i = 0; i < count; ++i)
+                if (voices[i].LevelSound < 0 && voices[i].Z < -0.999f && voices[i].Gain1kHz > 100) ++own;
+            Require(own == 1 && timeS > 0, "voices");
+            group.Change(isMuted: true);
+            clamor.Commit();
+            Peak(clamor, ears);
+            Require(Peak(clamor, ears) < 100, "the group is not mute");
+            source.Change(new SourceOptions { Sound = stream, Gain = 1000 });
+            source.Move(new Motion { Y = 1.7, Z = 1.5 });
+            Require(stream.Write(tone, 0, tone.Length) == tone.Length, "Write()");
+            long allocated = Allocated(() => {
+                for (int i = 0; i < 100; ++i) stream.Write(tone, 0, 16);
+            });
+            Require(allocated == 0, "Write() allocates");
+            clamor.Commit();
+            Require(Peak(clamor, ears) > 100, "the stream is not heard");
+            source.Dispose();
+            Require(CodeOf(() => source.Move(new Motion())) == -2, "a source that is disposed of");
+        }
     }
 
     // Levels from files, memory and an archive; errors; what is rendered while all is disposed of.

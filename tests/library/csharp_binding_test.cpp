@@ -48,6 +48,10 @@ TEST_F(CSharpBinding, AllocatesNoManagedMemoryToRender) {
   run_with_libraries("mono " + program() + " allocations " + testing::violin_room());
 }
 
+TEST_F(CSharpBinding, PlaysSoundsStreamsAndSourcesOfTheApplication) {
+  run_with_libraries("mono " + program() + " sources " + testing::violin_room());
+}
+
 TEST_F(CSharpBinding, OpensMemoryAndArchivesAndTurnsErrorsIntoExceptions) {
   run_with_libraries("mono " + program() + " use " + testing::violin_room());
 }

@@ -109,6 +109,62 @@ def use(level_path):
     assert not sys.modules["clamor.world"]._read_by_library, "bytes are kept that nothing reads"
 
 
+def sources(level_path):
+    """The application's own sounds, streams, groups and sources, and voices for other mixers."""
+    tone = np.sin(np.arange(48000) * 0.1).astype(np.float32)
+
+    def peak(prepare, blocks=25):
+        with clamor.Context(caller_updates=True) as context, context.open(level_path) as level:
+            group = clamor.Group(context)
+            kept = prepare(context, level, group)
+            listener = context.listen(level, [0, 1.7, 3], output="receivers", voices=50, gain=1,
+                                      reports_voices=True)
+            context.commit()
+            highest = 0.0
+            for _ in range(blocks):
+                context.update(0.1)
+                highest = max(highest, np.abs(listener.render(480)).max())
+            voices, _ = listener.voices()
+            return highest, [voice for voice in voices if voice["sound"] != 0], kept
+
+    def silent(context, level, group):
+        return None
+
+    def loud(context, level, group, gain=1000.0):
+        sound = clamor.Sound(context, tone, loops=True)
+        source = clamor.Source(context, sound, [0, 1.7, 1], group=group, gain=gain, level=level)
+        source.move([0, 1.7, 1.5])
+        return source
+
+    def muted(context, level, group):
+        group.change(is_muted=True)
+        return loud(context, level, group)
+
+    def pulled(context, level, group):
+        def pull(samples):
+            samples[:] = 0.5
+            return len(samples)
+
+        return clamor.Source(context, clamor.Stream(context, pull=pull), [0, 1.7, 1], gain=1000)
+
+    def of_level(context, level, group):
+        return clamor.Source(context, clamor.Sound(context, (level, 0)), [0, 1.7, 1], gain=1000)
+
+    alone, of_application, _ = peak(silent)
+    assert not of_application
+    highest, of_application, source = peak(loud)
+    assert highest > 100 > alone and len(of_application) == 1
+    direction = of_application[0]["direction"]
+    assert np.abs(direction - [0, 0, -1]).max() < 1e-3 and of_application[0]["band_gains"].max() > 100
+    assert failure(source.move, [0, 0], kind=ValueError)
+    assert peak(muted)[0] < 2 * alone and peak(pulled)[0] > 100 and peak(of_level)[0] > 10 * alone
+    with clamor.Context() as context:
+        stream = clamor.Stream(context, 24000)
+        assert stream.write(tone[:1000]) == 1000
+        assert failure(clamor.Source, context, stream, gain=0, kind=ValueError)
+        assert failure(clamor.Sound, context, "no such file").code == -3
+
+
 def bake(gltf_path, baked_path, folder):
     """Bakes have the bytes of `clamor bake`; numpy's triangles, cancelling and errors."""
     progress, path = [], folder + "/level.clamor"
@@ -148,14 +204,15 @@ def respond(folder):
             return room.bake(**options)
 
     with clamor.open(box(1.0, photons=100)[0]) as level:
-        responses = clamor.impulse_responses(level, places, seconds=0.05)
-        assert responses.shape == (3, 2400) and responses.dtype == np.float32
         distance_m = np.linalg.norm(places - emitter, axis=1)
         # The speed of sound is 343.2 m/s, and the impulse is a sinc of sum 1.
-        assert np.abs(np.abs(responses).argmax(1) - distance_m / 343.2 * 48000).max() < 1
-        assert np.abs(responses.sum(1) * distance_m - 1).max() < 0.001
-        pairs = clamor.impulse_responses(level, places[:2], 0.05, "receivers", threads=1)
-        assert pairs.shape == (2, 2, 2400)
+        spatial = clamor.spatial_impulse_responses(level, places, 0.05, "ambisonics")
+        assert spatial.shape == (3, 16, 2400)
+        for responses in (clamor.impulse_responses(level, places, seconds=0.05), spatial[:, 0]):
+            assert responses.shape == (3, 2400) and responses.dtype == np.float32
+            assert np.abs(np.abs(responses).argmax(1) - distance_m / 343.2 * 48000).max() < 1
+            assert np.abs(responses.sum(1) * distance_m - 1).max() < 0.001
+        assert failure(clamor.impulse_responses, level, places, emitter=1).code == -1
         assert failure(clamor.impulse_responses, level, places[0], kind=ValueError)
 
     path = folder + "/box.clamor"
@@ -166,10 +223,12 @@ def respond(folder):
         data = file.read()
     expected = np.frombuffer(data[data.index(b"data") + 8:], "<f4").astype(float)
     with clamor.open(path) as level:
-        response = clamor.impulse_responses(level, places[:1], 0.4)[0].astype(float)
-    for begin in (0, 2400, 7200):  # both give each arrival a sign of its own
-        decibels = 10 * np.log10((response[begin:] ** 2).sum() / (expected[begin:] ** 2).sum())
-        assert abs(decibels) < 2, (begin, decibels)
+        measured = clamor.impulse_responses(level, places[:1], len(expected) / 48000)[0]
+        spatial = clamor.spatial_impulse_responses(level, places[:1], 0.4, "receivers")[0, 0]
+    assert np.abs(measured - expected).max() < 1e-6
+    for begin in (0, 2400, 7200):  # the mixer gives arrivals other signs
+        powers = [(response[begin:19200].astype(float) ** 2).sum() for response in (measured, spatial)]
+        assert 0.63 < powers[0] / powers[1] < 1.6, (begin, powers)
 
 
 if __name__ == "__main__":

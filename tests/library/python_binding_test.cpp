@@ -64,6 +64,10 @@ TEST_F(PythonBinding, RendersTheSamplesOfTheProgram) {
   compare("--receivers omni", R"("output": "receivers")");
 }
 
+TEST_F(PythonBinding, PlaysSoundsStreamsAndSourcesOfTheApplication) {
+  check("sources " + testing::violin_room());
+}
+
 using PythonBakeBinding = PythonBinding;
 
 TEST_F(PythonBakeBinding, DeclaresAllOfTheHeaderAsTheCompilerSeesIt) {
@@ -91,7 +95,7 @@ TEST_F(PythonBakeBinding, TakesThirtyLinesToImpulseResponsesAndSound) {
   const testing::EmptyFolder folder;
   std::ofstream(folder / "example.py") << code;
   EXPECT_THAT(run_with_libraries("cd " + folder.path() + "\n" + python_ + " example.py"),
-              ::testing::StartsWith("(9, 24000) loudest: "));
+              ::testing::StartsWith("(9, 24000) peaks: "));
   EXPECT_GT(std::filesystem::file_size(folder / "walk.wav"), 48'000u * 2 * sizeof(float));
 }
 

@@ -93,7 +93,8 @@ namespace Clamor
         Binaural = Native.CLAMOR_OUTPUT_BINAURAL,
         Loudspeakers = Native.CLAMOR_OUTPUT_LOUDSPEAKERS,
         Ambisonics = Native.CLAMOR_OUTPUT_AMBISONICS,
-        Receivers = Native.CLAMOR_OUTPUT_RECEIVERS
+        Receivers = Native.CLAMOR_OUTPUT_RECEIVERS,
+        None = Native.CLAMOR_OUTPUT_NONE
     }
 
     // As clamor_listener_options in clamor.h; 0 and null mean the default.
@@ -104,7 +105,7 @@ namespace Clamor
         public int RateHz, MaxBlockFrames, Voices;
         public long MemoryBytes;
         public double Gain;
-        public bool Limits, Offline;
+        public bool Limits, Offline, ReportsVoices;
         public Pose Pose = new Pose(0, 0, 0);
     }
 
@@ -169,6 +170,13 @@ namespace Clamor
             uint made;
             ClamorException.Check(Native.clamor_update(Handle, loadingS, out made));
             return (int)made;
+        }
+
+        // Publishes all changes of sounds, groups and sources together. `timeS` is the time of an
+        // offline listener that they are for; listeners in real time take them over now.
+        public void Commit(double timeS = 0)
+        {
+            ClamorException.Check(Native.clamor_commit(Handle, timeS));
         }
 
         public Level OpenLevel(string path)
@@ -244,7 +252,8 @@ namespace Clamor
                     max_block_frames = (uint)options.MaxBlockFrames, voices = (uint)options.Voices,
                     memory_bytes = (ulong)options.MemoryBytes, gain = options.Gain,
                     limits = options.Limits ? 1u : 0u, offline = options.Offline ? 1u : 0u,
-                    pose = options.Pose.ToNative() };
+                    pose = options.Pose.ToNative(),
+                    reports_voices = options.ReportsVoices ? 1u : 0u };
                 ClamorException.Check(Native.clamor_create_listener(Handle, level.Handle, ref given,
                     out listener, error), error);
             }
@@ -293,6 +302,19 @@ namespace Clamor
         {
             if (Handle != 0 && !context.Handle.IsClosed) Native.clamor_close_level(context.Handle, Handle);
             Handle = 0;
+        }
+
+        // Measures the response to an impulse of one emitter (-1: of all) at each place: x, y, z in
+        // metres, one place after the other. Returns `frames` samples at 48 kHz for each.
+        public float[] MeasureResponses(double[] placesM, int frames, int emitter = 0)
+        {
+            var error = new byte[Native.ErrorBytes];
+            var samples = new float[placesM.Length / 3 * frames];
+            ulong whole;
+            ClamorException.Check(Native.clamor_measure_responses(context.Handle, Handle,
+                (uint)emitter, placesM, (uint)(placesM.Length / 3), samples, (ulong)frames, out whole,
+                error), error);
+            return samples;
         }
 
         public LevelInfo Info

@@ -1,13 +1,26 @@
 // ClamorListener.cs: a listener in a level, whose sound the audio thread renders.
 using System;
+using System.Runtime.InteropServices;
 
 namespace Clamor
 {
+    // A voice of a keyframe, for mixers of the application's own: clamor_voice in clamor.h.
+    public struct Voice
+    {
+        public int Slot;
+        public bool Starts;
+        public int LevelSound;  // the number of the level's sound, or -1: one of the application's
+        public float X, Y, Z;   // direction to the source: right, up, behind the listener
+        public double DelayS;
+        public float Gain63Hz, Gain125Hz, Gain250Hz, Gain500Hz, Gain1kHz, Gain2kHz, Gain4kHz, Gain8kHz;
+    }
+
     public sealed class Listener : IDisposable
     {
         private readonly Context context;
         private ulong handle;
         private readonly int channels;
+        private Native.clamor_voice[] read = new Native.clamor_voice[0];
 
         internal Listener(Context context, ulong handle)
         {
@@ -68,6 +81,33 @@ namespace Clamor
                     Pages = found.pages, PageBytes = found.page_bytes,
                     SoundBytes = found.sound_bytes, Failures = found.failures };
             }
+        }
+
+        // Reads voices of the newest keyframe, as many as there is room for, and returns how many there
+        // are. Only with ListenerOptions.ReportsVoices.
+        public int GetVoices(Voice[] into, out double timeS)
+        {
+            if (read.Length < into.Length) read = new Native.clamor_voice[into.Length];
+            GCHandle pinned = GCHandle.Alloc(read, GCHandleType.Pinned);
+            Native.clamor_voices voices = new Native.clamor_voices {
+                bytes = Native.clamor_voices.Size, capacity = (uint)into.Length,
+                voices = pinned.AddrOfPinnedObject() };
+            try {
+                ClamorException.Check(Native.clamor_get_voices(context.Handle, handle, ref voices));
+            } finally {
+                pinned.Free();
+            }
+            timeS = voices.time_s;
+            for (int i = 0; i < Math.Min(into.Length, (int)voices.count); ++i) {
+                Native.clamor_voice v = read[i];
+                into[i] = new Voice {
+                    Slot = (int)v.slot, Starts = v.starts != 0, LevelSound = v.sound != 0 ? -1 : (int)v.level_sound,
+                    X = v.direction_0, Y = v.direction_1, Z = v.direction_2, DelayS = v.delay_s,
+                    Gain63Hz = v.band_gains_0, Gain125Hz = v.band_gains_1, Gain250Hz = v.band_gains_2,
+                    Gain500Hz = v.band_gains_3, Gain1kHz = v.band_gains_4, Gain2kHz = v.band_gains_5,
+                    Gain4kHz = v.band_gains_6, Gain8kHz = v.band_gains_7 };
+            }
+            return (int)voices.count;
         }
 
         // Audio thread: overwrites `frames` frames of all channels, interleaved, from

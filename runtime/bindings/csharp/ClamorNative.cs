@@ -33,13 +33,15 @@ namespace Clamor
         public const int CLAMOR_OUTPUT_LOUDSPEAKERS = 1;
         public const int CLAMOR_OUTPUT_AMBISONICS = 2;
         public const int CLAMOR_OUTPUT_RECEIVERS = 3;
+        public const int CLAMOR_OUTPUT_NONE = 4;
 
         [StructLayout(LayoutKind.Sequential)]
         public struct clamor_options
         {
-            public const uint Size = 16;
+            public const uint Size = 24;
             public uint bytes, caller_updates;
             public double update_period_s;
+            public uint max_sources, max_sounds;
         }
 
         [StructLayout(LayoutKind.Sequential)]
@@ -71,7 +73,7 @@ namespace Clamor
         [StructLayout(LayoutKind.Sequential)]
         public struct clamor_listener_options
         {
-            public const uint Size = 120;
+            public const uint Size = 128;
             public uint bytes, output;
             public IntPtr layout, sofa;
             public uint rate_hz, max_block_frames, voices;
@@ -79,6 +81,7 @@ namespace Clamor
             public double gain;
             public uint limits, offline;
             public clamor_pose pose;
+            public uint reports_voices;
         }
 
         [StructLayout(LayoutKind.Sequential)]
@@ -89,6 +92,76 @@ namespace Clamor
             public ulong keyframes, held_blocks;
             public double keyframe_ms;
             public ulong pages, page_bytes, sound_bytes, failures;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_sound_options
+        {
+            public const uint Size = 12;
+            public uint bytes, rate_hz, loops;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_stream
+        {
+            public const uint Size = 24;
+            public uint bytes, rate_hz;
+            public IntPtr user, pull;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_group_options
+        {
+            public const uint Size = 32;
+            public uint bytes, is_muted, is_paused, has_gain;
+            public double gain, max_voices;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_motion
+        {
+            public const uint Size = 72;
+            public double position_m_0, position_m_1, position_m_2;
+            public double velocity_mps_0, velocity_mps_1, velocity_mps_2;
+            public double axis_0, axis_1, axis_2;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_source_options
+        {
+            public const uint Size = 248;
+            public uint bytes, ends_with_sound;
+            public ulong sound, group, level;
+            public clamor_motion motion;
+            public double gain;
+            public double band_gains_0, band_gains_1, band_gains_2, band_gains_3, band_gains_4,
+                band_gains_5, band_gains_6, band_gains_7;
+            public double directivity_0, directivity_1, directivity_2, directivity_3, directivity_4,
+                directivity_5, directivity_6, directivity_7;
+            public double played_s;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_voice
+        {
+            public const uint Size = 72;
+            public uint slot, starts;
+            public ulong sound;
+            public uint level_sound;
+            public float direction_0, direction_1, direction_2;
+            public double delay_s;
+            public float band_gains_0, band_gains_1, band_gains_2, band_gains_3, band_gains_4,
+                band_gains_5, band_gains_6, band_gains_7;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_voices
+        {
+            public const uint Size = 32;
+            public uint bytes, capacity;
+            public IntPtr voices;
+            public uint count;
+            public double time_s;
         }
 
         // A clamor_error is the array of its bytes: an int, then the sentence.
@@ -143,6 +216,51 @@ namespace Clamor
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int clamor_get_listener_statistics(ContextHandle context, ulong listener,
             ref clamor_listener_statistics statistics);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_add_sound(ContextHandle context, float[] samples, ulong frames,
+            ref clamor_sound_options options, out ulong sound, [In, Out] byte[] error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_read_sound(ContextHandle context, byte[] path,
+            ref clamor_sound_options options, out ulong sound, [In, Out] byte[] error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_read_level_sound(ContextHandle context, ulong level, uint index,
+            out ulong sound, [In, Out] byte[] error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_add_stream(ContextHandle context, ref clamor_stream stream,
+            out ulong sound, [In, Out] byte[] error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_write_stream(IntPtr context, ulong sound, ref float samples,
+            uint frames, out uint taken);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_remove_sound(ContextHandle context, ulong sound);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_add_group(ContextHandle context,
+            ref clamor_group_options options, out ulong group);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_change_group(ContextHandle context, ulong group,
+            ref clamor_group_options options);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_remove_group(ContextHandle context, ulong group);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_add_source(ContextHandle context,
+            ref clamor_source_options options, out ulong source);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_change_source(ContextHandle context, ulong source,
+            ref clamor_source_options options);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_move_source(ContextHandle context, ulong source,
+            ref clamor_motion motion);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_remove_source(ContextHandle context, ulong source);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_commit(ContextHandle context, double time_s);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_get_voices(ContextHandle context, ulong listener,
+            ref clamor_voices voices);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_measure_responses(ContextHandle context, ulong level,
+            uint emitter, double[] positions_m, uint places, [In, Out] float[] samples, ulong frames,
+            out ulong whole_frames, [In, Out] byte[] error);
         // A reference to the first sample pins the array while the call lasts, and copies nothing.
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int clamor_render(IntPtr context, ulong listener, ref float interleaved,

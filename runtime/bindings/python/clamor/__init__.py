@@ -9,12 +9,15 @@ and what to do, and ValueError or TypeError for arguments of a wrong shape or ty
 """
 from ._library import ClamorError
 from .baking import BakeLevel, BakeProgress, BakeReport, bake, presets
-from .impulse import impulse_responses
+from .impulse import impulse_responses, spatial_impulse_responses
 from .offline import open, render_walk
 from .sound_file import write_wav
+from .sources import Group, Sound, Source, Stream
 from .walk import Pose, Walk, orientation
 from .world import Context, Level, LevelInfo, Listener, Statistics
 
-__all__ = ["BakeLevel", "BakeProgress", "BakeReport", "ClamorError", "Context", "Level", "LevelInfo", "Listener", "Pose", "Statistics", "Walk",
-           "bake", "impulse_responses", "open", "orientation", "presets", "render_walk", "write_wav"]
+__all__ = ["BakeLevel", "BakeProgress", "BakeReport", "ClamorError", "Context", "Group", "Level",
+           "LevelInfo", "Listener", "Pose", "Sound", "Source", "Statistics", "Stream", "Walk",
+           "bake", "impulse_responses", "open", "orientation", "presets", "render_walk",
+           "spatial_impulse_responses", "write_wav"]
 __version__ = "0.1.0"

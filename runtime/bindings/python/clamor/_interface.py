@@ -27,9 +27,11 @@ CLAMOR_OUTPUT_BINAURAL = 0
 CLAMOR_OUTPUT_LOUDSPEAKERS = 1
 CLAMOR_OUTPUT_AMBISONICS = 2
 CLAMOR_OUTPUT_RECEIVERS = 3
+CLAMOR_OUTPUT_NONE = 4
 
 ReadFunction = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint64, c_void_p)
 ReleaseFunction = CFUNCTYPE(None, c_void_p)
+PullFunction = CFUNCTYPE(c_uint32, c_void_p, POINTER(c_float), c_uint32)
 
 
 class clamor_error(Structure):
@@ -37,7 +39,8 @@ class clamor_error(Structure):
 
 
 class clamor_options(Structure):
-    _fields_ = [("bytes", c_uint32), ("caller_updates", c_uint32), ("update_period_s", c_double)]
+    _fields_ = [("bytes", c_uint32), ("caller_updates", c_uint32), ("update_period_s", c_double),
+                ("max_sources", c_uint32), ("max_sounds", c_uint32)]
 
 
 class clamor_reader(Structure):
@@ -58,13 +61,51 @@ class clamor_listener_options(Structure):
     _fields_ = [("bytes", c_uint32), ("output", c_uint32), ("layout", c_char_p),
                 ("sofa", c_char_p), ("rate_hz", c_uint32), ("max_block_frames", c_uint32),
                 ("voices", c_uint32), ("memory_bytes", c_uint64), ("gain", c_double),
-                ("limits", c_uint32), ("offline", c_uint32), ("pose", clamor_pose)]
+                ("limits", c_uint32), ("offline", c_uint32), ("pose", clamor_pose),
+                ("reports_voices", c_uint32)]
 
 
 class clamor_listener_statistics(Structure):
     _fields_ = [("bytes", c_uint32), ("voices", c_uint32), ("keyframes", c_uint64),
                 ("held_blocks", c_uint64), ("keyframe_ms", c_double), ("pages", c_uint64),
                 ("page_bytes", c_uint64), ("sound_bytes", c_uint64), ("failures", c_uint64)]
+
+
+class clamor_sound_options(Structure):
+    _fields_ = [("bytes", c_uint32), ("rate_hz", c_uint32), ("loops", c_uint32)]
+
+
+class clamor_stream(Structure):
+    _fields_ = [("bytes", c_uint32), ("rate_hz", c_uint32), ("user", c_void_p),
+                ("pull", PullFunction)]
+
+
+class clamor_group_options(Structure):
+    _fields_ = [("bytes", c_uint32), ("is_muted", c_uint32), ("is_paused", c_uint32),
+                ("has_gain", c_uint32), ("gain", c_double), ("max_voices", c_double)]
+
+
+class clamor_motion(Structure):
+    _fields_ = [("position_m", c_double * 3), ("velocity_mps", c_double * 3),
+                ("axis", c_double * 3)]
+
+
+class clamor_source_options(Structure):
+    _fields_ = [("bytes", c_uint32), ("ends_with_sound", c_uint32), ("sound", c_uint64),
+                ("group", c_uint64), ("level", c_uint64), ("motion", clamor_motion),
+                ("gain", c_double), ("band_gains", c_double * 8), ("directivity", c_double * 8),
+                ("played_s", c_double)]
+
+
+class clamor_voice(Structure):
+    _fields_ = [("slot", c_uint32), ("starts", c_uint32), ("sound", c_uint64),
+                ("level_sound", c_uint32), ("direction", c_float * 3), ("delay_s", c_double),
+                ("band_gains", c_float * 8)]
+
+
+class clamor_voices(Structure):
+    _fields_ = [("bytes", c_uint32), ("capacity", c_uint32), ("voices", POINTER(clamor_voice)),
+                ("count", c_uint32), ("time_s", c_double)]
 
 
 _context, _handle = c_void_p, c_uint64
@@ -91,6 +132,25 @@ SIGNATURES: Signatures = {
     "clamor_get_channels": (c_int32, [_context, _handle, POINTER(c_uint32)]),
     "clamor_get_listener_statistics": (c_int32, [_context, _handle,
                                                  POINTER(clamor_listener_statistics)]),
+    "clamor_add_sound": (c_int32, [_context, c_void_p, c_uint64, POINTER(clamor_sound_options),
+                                   POINTER(c_uint64), _error]),
+    "clamor_read_sound": (c_int32, [_context, c_char_p, POINTER(clamor_sound_options),
+                                    POINTER(c_uint64), _error]),
+    "clamor_read_level_sound": (c_int32, [_context, _handle, c_uint32, POINTER(c_uint64), _error]),
+    "clamor_add_stream": (c_int32, [_context, POINTER(clamor_stream), POINTER(c_uint64), _error]),
+    "clamor_write_stream": (c_int32, [_context, _handle, c_void_p, c_uint32, POINTER(c_uint32)]),
+    "clamor_remove_sound": (c_int32, [_context, _handle]),
+    "clamor_add_group": (c_int32, [_context, POINTER(clamor_group_options), POINTER(c_uint64)]),
+    "clamor_change_group": (c_int32, [_context, _handle, POINTER(clamor_group_options)]),
+    "clamor_remove_group": (c_int32, [_context, _handle]),
+    "clamor_add_source": (c_int32, [_context, POINTER(clamor_source_options), POINTER(c_uint64)]),
+    "clamor_change_source": (c_int32, [_context, _handle, POINTER(clamor_source_options)]),
+    "clamor_move_source": (c_int32, [_context, _handle, POINTER(clamor_motion)]),
+    "clamor_remove_source": (c_int32, [_context, _handle]),
+    "clamor_commit": (c_int32, [_context, c_double]),
+    "clamor_measure_responses": (c_int32, [_context, _handle, c_uint32, c_void_p, c_uint32,
+                                           c_void_p, c_uint64, POINTER(c_uint64), _error]),
+    "clamor_get_voices": (c_int32, [_context, _handle, POINTER(clamor_voices)]),
     "clamor_render": (c_int32, [_context, _handle, c_void_p, c_uint32]),
     "clamor_render_planar": (c_int32, [_context, _handle, POINTER(POINTER(c_float)), c_uint32]),
 }

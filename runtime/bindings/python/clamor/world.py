@@ -6,7 +6,7 @@ import os
 import threading
 import weakref
 from ctypes import byref, c_double, c_uint32, c_uint64, c_void_p
-from typing import Any, Dict, NamedTuple, Optional, Union
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
@@ -18,7 +18,8 @@ from .walk import Pose
 OUTPUTS = {"binaural": native.CLAMOR_OUTPUT_BINAURAL,
            "loudspeakers": native.CLAMOR_OUTPUT_LOUDSPEAKERS,
            "ambisonics": native.CLAMOR_OUTPUT_AMBISONICS,
-           "receivers": native.CLAMOR_OUTPUT_RECEIVERS}
+           "receivers": native.CLAMOR_OUTPUT_RECEIVERS,
+           "none": native.CLAMOR_OUTPUT_NONE}
 
 # A path, or the bytes of a bake.
 Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
@@ -77,15 +78,19 @@ class Context(_Owner):
         caller_updates: False: the library makes keyframes on a thread of its own. True: you call
             update() regularly, and the library starts no thread. Offline listeners need True.
         update_period_s: with caller_updates, the longest time between two updates; 0 means 1/30 s.
+        max_sources, max_sounds: of the application's own, at a time.
     """
 
-    def __init__(self, caller_updates: bool = False, update_period_s: float = 0):
+    def __init__(self, caller_updates: bool = False, update_period_s: float = 0,
+                 max_sources: int = 1024, max_sounds: int = 256):
         options = native.clamor_options(caller_updates=caller_updates,
-                                        update_period_s=update_period_s)
+                                        update_period_s=update_period_s, max_sources=max_sources,
+                                        max_sounds=max_sounds)
         context, error = c_void_p(), native.clamor_error()
         check(library().clamor_create(byref(options), byref(context), byref(error)), error)
         self._pointer = context
-        self._finalizer = weakref.finalize(self, library().clamor_destroy, context)
+        self._callbacks: List[Any] = []
+        self._finalizer = weakref.finalize(self, _destroy, context, self._callbacks)
 
     @property
     def _open(self) -> c_void_p:
@@ -105,6 +110,14 @@ class Context(_Owner):
         """Adds a listener in a level; the options are those of Listener."""
         return Listener(self, level, pose, **options)
 
+    def commit(self, time_s: float = 0) -> None:
+        """Publishes all changes of sounds, groups and sources together.
+
+        `time_s` is the time of an offline listener that they are for (next_keyframe_s()); listeners
+        in real time take them over now.
+        """
+        check(library().clamor_commit(self._open, time_s))
+
     def update(self, loading_s: float = 0) -> int:
         """Makes the keyframes that listeners want now, and returns how many.
 
@@ -114,6 +127,11 @@ class Context(_Owner):
         made = c_uint32()
         check(library().clamor_update(self._open, loading_s, byref(made)))
         return made.value
+
+
+def _destroy(context: c_void_p, callbacks: List[Any]) -> None:
+    library().clamor_destroy(context)
+    callbacks.clear()  # which the library called until now
 
 
 def _close(context: Context, function: str, handle: int) -> None:
@@ -161,7 +179,8 @@ class Listener(_Owner):
         context, level: where it is.
         pose: at first: a Pose, or a position (3,) in metres.
         output: "binaural" for headphones; "loudspeakers" in `layout`; "ambisonics" (third order,
-            ACN and SN3D, 16 channels); "receivers" (two omnidirectional ones, a head's width apart).
+            ACN and SN3D, 16 channels); "receivers" (two omnidirectional ones, a head's width apart);
+            "none": silence, for those who mix voices().
         layout: of loudspeakers: "5.1", "7.1" or "7.1.4", as `clamor render --layout` takes it.
         sofa: path of a SOFA file for "binaural"; None: the head that the library brings.
         rate_hz: 8000 to 192000.
@@ -172,6 +191,7 @@ class Listener(_Owner):
         max_block_frames: the largest block that is expected; larger ones are allowed.
         offline: keyframes wait for what they need and are for the times that next_keyframe_s()
             tells, so that the samples do not depend on the machine's speed. See render_walk().
+        reports_voices: voices() may be called.
 
     Raises ClamorError for options out of range, files that cannot be read, and a full context.
     """
@@ -180,13 +200,14 @@ class Listener(_Owner):
                  output: str = "binaural", layout: Optional[str] = None, sofa: Any = None,
                  rate_hz: int = 48000, voices: int = 2000, memory_bytes: int = 64_000_000,
                  gain: float = 1.0, limits: bool = False, max_block_frames: int = 1024,
-                 offline: bool = False):
+                 offline: bool = False,
+                 reports_voices: bool = False):
         if output not in OUTPUTS:
             raise ValueError(f"output must be one of {', '.join(OUTPUTS)}, not {output!r}")
         options = native.clamor_listener_options(
             output=OUTPUTS[output], layout=utf8(layout), sofa=utf8(sofa), rate_hz=rate_hz,
             max_block_frames=max_block_frames, voices=voices, memory_bytes=memory_bytes, gain=gain,
-            limits=limits, offline=offline, pose=_pose(pose))
+            limits=limits, offline=offline, pose=_pose(pose), reports_voices=reports_voices)
         handle, error, channels = c_uint64(), native.clamor_error(), c_uint32()
         check(library().clamor_create_listener(context._open, level._handle, byref(options),
                                                byref(handle), byref(error)), error)
@@ -236,6 +257,21 @@ class Listener(_Owner):
             raise ValueError(f"out has {len(out)} frames, not {frames}")
         check(library().clamor_render(self.context._open, self._handle, out.ctypes.data, len(out)))
         return out
+
+    def voices(self) -> Tuple[np.ndarray, float]:
+        """The newest keyframe's voices, and its time in seconds, for mixers of your own.
+
+        The array (n,) has the fields of clamor_voice: slot, starts, sound, level_sound, direction,
+        delay_s, band_gains. Only with `reports_voices`.
+        """
+        found = native.clamor_voices()
+        check(library().clamor_get_voices(self.context._open, self._handle, byref(found)))
+        while True:
+            voices = (native.clamor_voice * max(found.count, 1))()
+            found = native.clamor_voices(capacity=len(voices), voices=voices)
+            check(library().clamor_get_voices(self.context._open, self._handle, byref(found)))
+            if found.count <= len(voices):
+                return np.ctypeslib.as_array(voices)[:found.count], found.time_s
 
     @property
     def statistics(self) -> Statistics:
