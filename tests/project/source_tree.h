@@ -24,7 +24,8 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
     {"bake", {"mesh", "trace", "octree", "instances", "journal", "report"}},
     {"runtime",
      {"realtime", "voices", "propagation", "occlusion", "streaming", "query", "sampling", "hrtf",
-      "mixing", "engine", "world", "output", "player", "examples"}},
+      "mixing", "engine", "world", "output", "player", "examples", "examples/love", "bindings",
+      "bindings/lua"}},
     {"tools", {"program", "strategies", "analysis", "bench", "experiments", "commands"}},
 };
 
