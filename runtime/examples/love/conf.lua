@@ -5,5 +5,5 @@ function love.conf(t)
   t.window.width, t.window.height = 1120, 720
   t.window.resizable = true
   t.window.msaa = 4
-  t.modules.joystick, t.modules.physics, t.modules.touch, t.modules.video = false, false, false, false
+  for _, unused in ipairs {"joystick", "physics", "touch", "video"} do t.modules[unused] = false end
 end

@@ -13,7 +13,7 @@ local BLOCK_FRAMES, QUEUED_BLOCKS = 512, 8 -- 85 ms wait in the queue
 local RECORDED_BLOCKS = 2                  -- for each frame of the game
 local PEAK_DECAY = 0.93                    -- of the meters, for each frame of the game
 
--- ---- Where samples go: free() blocks are wanted, put() takes one -------------------------------------
+-- ---- Where samples go: free() blocks are wanted, put() takes one --------------------------------
 
 local Speakers = {}
 Speakers.__index = Speakers
@@ -64,7 +64,7 @@ function Recorder:close()
   self.file:close()
 end
 
--- ---- The listener ----------------------------------------------------------------------------------
+-- ---- The listener -------------------------------------------------------------------------------
 
 local Hearing = {}
 Hearing.__index = Hearing
@@ -79,20 +79,24 @@ function Hearing.open(bake, options)
   local ears, why = world:listen(level, {limits = true, offline = offline, rate_hz = RATE_HZ,
     max_block_frames = BLOCK_FRAMES, voices = options.voices})
   if not ears then return nil, why end
-  return setmetatable({world = world, level = level, ears = ears, offline = offline,
+  return setmetatable({world = world, ears = ears, offline = offline,
     sink = offline and open_recorder(options.record, options.seconds) or open_speakers(),
     block = ffi.new("float[?]", BLOCK_FRAMES * CHANNELS), frames = 0, peaks = {0, 0}}, Hearing)
 end
 
--- Crossfades into another bake.
+-- Crossfades into another bake, which a thread opens while the old one plays on.
 function Hearing:enter(bake)
-  local level, failure = self.world:open(bake)
-  if not level then return nil, failure end
-  local entered, why = self.ears:enter(level)
-  if not entered then return nil, why end
-  self.level:close()
-  self.level = level
-  return true
+  self.answers = love.thread.newChannel()
+  self.entering = love.thread.newThread("enter_level.lua")
+  self.entering:start(self.ears:lend(), bake, self.answers)
+end
+
+-- True once another bake was entered, a sentence once that failed, and else nil.
+function Hearing:entered()
+  if not self.entering then return nil end
+  local failure, answer = self.entering:getError(), self.answers:pop()
+  if failure or answer then self.entering = nil end
+  return failure or answer
 end
 
 -- Renders as many blocks as are wanted. pose_at(time_s) returns a position and a quaternion.
@@ -125,6 +129,7 @@ function Hearing:is_over()
 end
 
 function Hearing:close()
+  if self.entering then self.entering:wait() end
   self.sink:close()
   self.world:close()
 end

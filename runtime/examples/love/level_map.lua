@@ -11,7 +11,7 @@ local TYPES = {[5121] = "const uint8_t*", [5122] = "const int16_t*", [5123] = "c
   [5125] = "const uint32_t*", [5126] = "const float*"}
 local STEP_M = 0.45 -- the highest step that a walker takes
 
--- ---- Reading -------------------------------------------------------------------------------------
+-- ---- Reading ------------------------------------------------------------------------------------
 
 local function little_endian(text, at)
   local a, b, c, d = text:byte(at, at + 3)
@@ -54,7 +54,8 @@ local function multiply(a, b)
   local c = {}
   for row = 0, 6, 3 do
     for column = 1, 3 do
-      c[row + column] = a[row + 1] * b[column] + a[row + 2] * b[3 + column] + a[row + 3] * b[6 + column]
+      c[row + column] = a[row + 1] * b[column] + a[row + 2] * b[3 + column] +
+        a[row + 3] * b[6 + column]
     end
   end
   c[10], c[11], c[12] = apply(a, b[10], b[11], b[12])
@@ -85,8 +86,8 @@ local function add_emitters(map, gltf, bytes, node, transform)
   local which = extensions.KHR_audio_emitter.emitters or {extensions.KHR_audio_emitter.emitter}
   local all = gltf.extensions.KHR_audio_emitter.emitters
   -- Takes of a sound are numbered; a map shows them as one kind.
-  local kind = (all[which[1] + 1].name or node.name or "emitter"):gsub("^fans_", ""):gsub("_%d+$", "")
-    :gsub("_", " ")
+  local kind = (all[which[1] + 1].name or node.name or "emitter"):gsub("^fans_", "")
+    :gsub("_%d+$", ""):gsub("_", " ")
   local instancing = extensions.EXT_mesh_gpu_instancing
   if not map.kinds[kind] then
     map.kinds[kind] = {}
@@ -136,7 +137,7 @@ function LevelMap.read(path)
   return map
 end
 
--- ---- Walking -------------------------------------------------------------------------------------
+-- ---- Walking ------------------------------------------------------------------------------------
 
 -- The lines, {x1, z1, x2, z2}, where a horizontal plane cuts the triangles.
 function LevelMap:cut(height_m)
@@ -166,14 +167,16 @@ end
 function LevelMap:floor(x, z, floor_m)
   local best
   for _, t in ipairs(self.triangles) do
-    if x >= t.left and x <= t.right and z >= t.back and z <= t.front and t.low <= floor_m + STEP_M then
+    if x >= t.left and x <= t.right and z >= t.back and z <= t.front and
+      t.low <= floor_m + STEP_M then
       local abx, abz, acx, acz = t[4] - t[1], t[6] - t[3], t[7] - t[1], t[9] - t[3]
       local area = abx * acz - abz * acx
       if math.abs(area) > 1e-9 then
         local u = ((x - t[1]) * acz - (z - t[3]) * acx) / area
         local v = (abx * (z - t[3]) - abz * (x - t[1])) / area
         local y = t[2] + u * (t[5] - t[2]) + v * (t[8] - t[2])
-        if u >= 0 and v >= 0 and u + v <= 1 and y <= floor_m + STEP_M and y > (best or -math.huge) then
+        if u >= 0 and v >= 0 and u + v <= 1 and y <= floor_m + STEP_M and
+          y > (best or -math.huge) then
           best = y
         end
       end

@@ -30,7 +30,7 @@ local EYES_M, RADIUS_M, WALK_MPS, RUN_MPS, TURN_RADPS = 1.7, 0.25, 1.4, 4.5, 1.8
 
 local options = {bakes = {}, levels = source .. "/../../../assets/levels"}
 local hearing, walk, view, map, title
-local number -- of the bake that is heard
+local number, entering -- of the bakes that are heard, and opened
 local walker = {x = 0, y = EYES_M, z = 0, yaw = 0, pitch = 0, roll = 0, floor = 0}
 local message, failed = "Listen with headphones.", false
 
@@ -100,7 +100,7 @@ function love.load(words)
   love.mouse.setRelativeMode(walk == nil)
 end
 
--- ---- Walking -------------------------------------------------------------------------------------
+-- ---- Walking ------------------------------------------------------------------------------------
 
 local function held(...)
   return love.keyboard.isDown(...) and 1 or 0
@@ -137,7 +137,18 @@ local function pose_at(time_s)
   return walker.x, walker.y, walker.z, Walk.orientation(walker.yaw, walker.pitch, walker.roll)
 end
 
+-- Draws the level that was being opened, once it is heard.
+local function finish_entering()
+  local answer = hearing:entered()
+  if answer == nil then return end
+  failed = answer ~= true
+  message = failed and answer or "Listen with headphones."
+  if not failed then show(entering) end
+  entering = nil
+end
+
 function love.update(dt)
+  finish_entering()
   if not walk then step(math.min(dt, 0.1)) end
   hearing:play(pose_at)
   if hearing:is_over() and not options.screenshot then love.event.quit() end
@@ -157,7 +168,7 @@ function love.draw()
   end
 end
 
--- ---- Input ---------------------------------------------------------------------------------------
+-- ---- Input --------------------------------------------------------------------------------------
 
 function love.mousemoved(_, _, dx)
   if not walk then walker.yaw = walker.yaw - 0.003 * dx end
@@ -173,10 +184,9 @@ function love.keypressed(key)
     love.event.quit()
   elseif key == "pageup" or key == "pagedown" then
     walker.cut_above_m = walker.cut_above_m + (key == "pageup" and 0.5 or -0.5)
-  elseif index and options.bakes[index] and index ~= number and not walk then
-    local entered, failure = hearing:enter(options.bakes[index])
-    message, failed = failure or "Listen with headphones.", not entered
-    if entered then show(index) end
+  elseif index and options.bakes[index] and index ~= number and not walk and not entering then
+    hearing:enter(options.bakes[index])
+    entering, message, failed = index, "Opening " .. name_of(options.bakes[index]) .. " ...", false
   end
 end
 

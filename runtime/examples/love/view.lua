@@ -35,7 +35,7 @@ local function text(words, x, y, size, colour, width, align)
   love.graphics.printf(words, math.floor(x), math.floor(y), width or PANEL - 48, align or "left")
 end
 
--- ---- The map -------------------------------------------------------------------------------------
+-- ---- The map ------------------------------------------------------------------------------------
 
 -- Light falls from the south west; colours of glTF are linear.
 local function shade(t)
@@ -163,7 +163,7 @@ function View:draw_map(walker, time_s)
   love.graphics.setScissor()
 end
 
--- ---- The panel -----------------------------------------------------------------------------------
+-- ---- The panel ----------------------------------------------------------------------------------
 
 local function draw_meter(name, peak, y)
   text(name, 24, y - 4, 13, DIM)
