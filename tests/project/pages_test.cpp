@@ -18,10 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::array<std::string, 9> kPages = {
+const std::array<std::string, 10> kPages = {
     "README.md",         "CHANGELOG.md",      "assets/README.md",
     "bake/README.md",    "formats/README.md", "formats/bake_format.md",
-    "runtime/README.md", "tests/README.md",   "tools/README.md"};
+    "runtime/README.md", "tests/README.md",   "tools/README.md",
+    "formats/blender/README.md"};
 
 // The anchor that Markdown renderers give a heading: lower case, spaces as dashes, no punctuation.
 std::string anchor_of(const std::string& heading) {
