@@ -18,19 +18,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::array<std::string, 13> kPages = {"README.md",
+const std::array<std::string, 15> kPages = {"README.md",
                                             "CHANGELOG.md",
                                             "assets/README.md",
                                             "bake/README.md",
                                             "formats/README.md",
                                             "formats/bake_format.md",
+                                            "formats/blender/README.md",
                                             "runtime/README.md",
                                             "tests/README.md",
                                             "tools/README.md",
                                             "tools/packaging/README.md",
                                             "runtime/bindings/README.md",
                                             "runtime/bindings/csharp/README.md",
-                                            "runtime/bindings/python/README.md"};
+                                            "runtime/bindings/python/README.md",
+                                            "runtime/examples/README.md"};
 
 // The anchor that Markdown renderers give a heading: lower case, spaces as dashes, no punctuation.
 std::string anchor_of(const std::string& heading) {

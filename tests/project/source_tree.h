@@ -20,7 +20,7 @@ inline const std::filesystem::path kRoot = kSourceDir;
 // outside of a folder may include all.
 inline const std::map<std::string, std::vector<std::string>> kFolders = {
     {"common", {}},
-    {"formats", {"files", "audio", "level", "gltf", "bake_file"}},
+    {"formats", {"files", "audio", "level", "gltf", "bake_file", "blender"}},
     {"bake", {"mesh", "trace", "octree", "instances", "journal", "report", "examples"}},
     {"runtime",
      {"realtime",
