@@ -17,7 +17,7 @@ inline void remember(Sequence& sequence, std::uint64_t handle) {
 
 // Structures that the library writes, as they were if the call failed.
 template <class T, class Get>
-Outcome get_structure(Sequence& sequence, const Picked& object, const Get& get) {
+CallOutcome get_structure(Sequence& sequence, const Picked& object, const Get& get) {
   auto given = sequence.pick_structure(T{}, 1, false);
   if (given.bytes > sizeof(given.known.bytes) && given.is_valid)
     std::memset(given.memory.get() + sizeof(given.known.bytes), 0x5a,

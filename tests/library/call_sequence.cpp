@@ -73,7 +73,7 @@ void check_error(const clamor_error& error, clamor_result result) {
     broken("a sentence without an error, or an error without a sentence");
 }
 
-void check(const Call& call, const Outcome& outcome, const Sequence& sequence,
+void check(const Call& call, const CallOutcome& outcome, const Sequence& sequence,
            const std::vector<std::uint64_t>& before) {
   const clamor_result result = outcome.result;
   if (result != CLAMOR_OK &&
@@ -247,7 +247,7 @@ std::size_t make_call_sequence(std::span<const std::uint8_t> bytes) {
     current_call = call.name;
     sequence.has_error = false;
     const auto before = state_of(sequence);
-    const Outcome outcome = call.make(sequence);
+    const CallOutcome outcome = call.make(sequence);
     check(call, outcome, sequence, before);
     ++count;
   }

@@ -94,7 +94,7 @@ struct Picked {
 
 enum class Expected : std::uint8_t { kSuccess, kError, kEither };
 
-struct Outcome {
+struct CallOutcome {
   clamor_result result = CLAMOR_OK;
   Expected expected = Expected::kEither;
 };
@@ -130,7 +130,7 @@ struct Call {
   const char* name;
   std::uint32_t weight;  // calls are drawn in proportion to it
   std::vector<clamor_result> errors;
-  Outcome (*make)(Sequence&);
+  CallOutcome (*make)(Sequence&);
 };
 std::span<const Call> all_calls();
 

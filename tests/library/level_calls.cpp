@@ -11,7 +11,7 @@ constexpr std::size_t kMaxLevels = 6;  // so that a sequence stays quick
 
 void forget(std::vector<clamor_level>& levels, clamor_level level) { std::erase(levels, level); }
 
-Outcome create(Sequence& sequence) {
+CallOutcome create(Sequence& sequence) {
   // The second context is replaced, because all of its handles become foreign ones.
   KnownContext& known = sequence.contexts[1];
   clamor_options options{};
@@ -31,7 +31,7 @@ Outcome create(Sequence& sequence) {
   return {result, success_if(is_valid)};
 }
 
-Outcome update(Sequence& sequence) {
+CallOutcome update(Sequence& sequence) {
   clamor_context* context = nullptr;
   const KnownContext* const known = sequence.pick_context(context);
   const double loading_s = sequence.draws.one_in(8) ? sequence.draws.odd_number() : 0;
@@ -43,10 +43,10 @@ Outcome update(Sequence& sequence) {
   return {result, success_if(is_valid)};
 }
 
-Outcome open_level(Sequence& sequence) {
+CallOutcome open_level(Sequence& sequence) {
   clamor_context* context = nullptr;
   KnownContext* const known = sequence.pick_context(context);
-  static const std::string folder = "/tmp", none, missing = "/no/such/\xff level.clamor";
+  static const std::string folder = "/", none, missing = "/no/such/\xff level.clamor";
   const std::string* const paths[] = {&bake_path(), &bake_path(), &bake_path(), &damaged_path(),
                                       &folder,      &none,        &missing,     nullptr};
   const std::string* const path = paths[sequence.draws.below(8)];
@@ -99,7 +99,7 @@ bool damage(Draws& draws, Archive& archive) {
   }
 }
 
-Outcome open_level_with(Sequence& sequence) {
+CallOutcome open_level_with(Sequence& sequence) {
   clamor_context* context = nullptr;
   KnownContext* const known = sequence.pick_context(context);
   Draws& draws = sequence.draws;
@@ -142,7 +142,7 @@ Outcome open_level_with(Sequence& sequence) {
   return {result, success_if(is_valid && has_bytes)};
 }
 
-Outcome close_level(Sequence& sequence) {
+CallOutcome close_level(Sequence& sequence) {
   clamor_context* context = nullptr;
   KnownContext* const known = sequence.pick_context(context);
   const Picked level = sequence.pick_level(known);
@@ -154,7 +154,7 @@ Outcome close_level(Sequence& sequence) {
   return {result, success_if(level.is_valid)};
 }
 
-Outcome get_level_info(Sequence& sequence) {
+CallOutcome get_level_info(Sequence& sequence) {
   clamor_context* context = nullptr;
   const Picked level = sequence.pick_level(sequence.pick_context(context));
   return get_structure<clamor_level_info>(sequence, level, [&](clamor_level handle, auto* info) {
@@ -162,7 +162,7 @@ Outcome get_level_info(Sequence& sequence) {
   });
 }
 
-Outcome result_text(Sequence& sequence) {
+CallOutcome result_text(Sequence& sequence) {
   const auto code = static_cast<clamor_result>(sequence.draws.word());
   for (const clamor_result one : {code, clamor_result{-static_cast<int>(sequence.draws.below(12))}})
     if (clamor_result_text(one) == nullptr || clamor_result_text(one)[0] == 0)

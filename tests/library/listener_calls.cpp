@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kMaxListeners = 4;  // so that a sequence stays quick
 
-Outcome get_listener_statistics(Sequence& sequence) {
+CallOutcome get_listener_statistics(Sequence& sequence) {
   clamor_context* context = nullptr;
   const Picked listener = sequence.pick_listener(sequence.pick_context(context));
   return get_structure<clamor_listener_statistics>(
@@ -56,7 +56,7 @@ bool allows(const clamor_listener_options& options, bool pose_is_valid, bool cal
          is_in(options.gain, 0, 1e10) && pose_is_valid && (options.offline == 0 || caller_updates);
 }
 
-Outcome create_listener(Sequence& sequence) {
+CallOutcome create_listener(Sequence& sequence) {
   clamor_context* context = nullptr;
   KnownContext* const known = sequence.pick_context(context);
   if (known != nullptr && known->listeners.size() >= kMaxListeners) context = nullptr;
@@ -95,7 +95,7 @@ Outcome create_listener(Sequence& sequence) {
   return {result, is_valid && may_fail ? Expected::kEither : success_if(is_valid)};
 }
 
-Outcome destroy_listener(Sequence& sequence) {
+CallOutcome destroy_listener(Sequence& sequence) {
   clamor_context* context = nullptr;
   KnownContext* const known = sequence.pick_context(context);
   const Picked listener = sequence.pick_listener(known);
@@ -106,7 +106,7 @@ Outcome destroy_listener(Sequence& sequence) {
   return {result, success_if(listener.is_valid)};
 }
 
-Outcome enter_level(Sequence& sequence) {
+CallOutcome enter_level(Sequence& sequence) {
   clamor_context* context = nullptr;
   const KnownContext* const known = sequence.pick_context(context);
   const Picked listener = sequence.pick_listener(known), level = sequence.pick_level(known);
@@ -118,7 +118,7 @@ Outcome enter_level(Sequence& sequence) {
   return {result, is_valid && !is_whole ? Expected::kEither : success_if(is_valid)};
 }
 
-Outcome move_listener(Sequence& sequence) {
+CallOutcome move_listener(Sequence& sequence) {
   clamor_context* context = nullptr;
   const Picked listener = sequence.pick_listener(sequence.pick_context(context));
   bool is_valid = true;
@@ -128,7 +128,7 @@ Outcome move_listener(Sequence& sequence) {
           success_if(listener.is_valid && is_valid && has_pose)};
 }
 
-Outcome next_keyframe(Sequence& sequence) {
+CallOutcome next_keyframe(Sequence& sequence) {
   clamor_context* context = nullptr;
   const Picked listener = sequence.pick_listener(sequence.pick_context(context));
   std::uint32_t wanted = 99;
@@ -141,7 +141,7 @@ Outcome next_keyframe(Sequence& sequence) {
   return {result, success_if(listener.is_valid && has_wanted && has_time)};
 }
 
-Outcome get_channels(Sequence& sequence) {
+CallOutcome get_channels(Sequence& sequence) {
   clamor_context* context = nullptr;
   const Picked listener = sequence.pick_listener(sequence.pick_context(context));
   std::uint32_t channels = 99;
@@ -176,7 +176,7 @@ void check_block(const Block& block, clamor_result result) {
       broken(result == CLAMOR_OK ? "a sample is not finite" : "a failed call wrote samples");
 }
 
-Outcome render(Sequence& sequence) {
+CallOutcome render(Sequence& sequence) {
   clamor_context* context = nullptr;
   const KnownContext* const known = sequence.pick_context(context);
   const Picked listener = sequence.pick_listener(known);
@@ -189,7 +189,7 @@ Outcome render(Sequence& sequence) {
   return {result, success_if(listener.is_valid && has_room)};
 }
 
-Outcome render_planar(Sequence& sequence) {
+CallOutcome render_planar(Sequence& sequence) {
   clamor_context* context = nullptr;
   const KnownContext* const known = sequence.pick_context(context);
   const Picked listener = sequence.pick_listener(known);
