@@ -177,6 +177,15 @@ void run_openal(benchmark::State& state, OpenalTiming* figure, double seconds) {
              median(times_moving)};
 }
 
+// Why a run was skipped, "" if it was not. Google Benchmark 1.8 renamed the members that tell.
+template <class Run>
+std::string failure_of(const Run& run) {
+  if constexpr (requires { run.skip_message; })
+    return run.skip_message;
+  else
+    return run.error_occurred ? run.error_message : "";
+}
+
 // Collects the result of each run by the number of its figure, and prints nothing.
 class Collector final : public benchmark::BenchmarkReporter {
  public:
@@ -188,7 +197,7 @@ class Collector final : public benchmark::BenchmarkReporter {
     // Google Benchmark also reports aggregates of repetitions; they are skipped.
     if (runs.front().run_type == Run::RT_Aggregate) return;
     for (const Run& run : runs) {
-      if (run.error_occurred) failure_ = run.error_message;
+      if (const std::string failure = failure_of(run); !failure.empty()) failure_ = failure;
       seconds_[std::stoul(run.run_name.function_name)].push_back(
           run.cpu_accumulated_time / static_cast<double>(run.iterations));
     }
