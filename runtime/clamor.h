@@ -127,7 +127,8 @@ typedef struct clamor_reader {
   uint64_t size;    /* of the bake, in bytes */
   void* user;
   /* Copies `count` bytes from `offset` on into `into` and returns 0, or another number if it
-   * cannot. Called by several threads at a time; never by the audio thread. */
+   * cannot. Called by several threads at a time; never by the audio thread. It must not call
+   * functions of this context. */
   int32_t (*read)(void* user, uint64_t offset, uint64_t count, void* into);
   const void* memory; /* instead of `read`: all bytes, which must not change until `release` */
   /* Called once, when nothing is read any more; may be null. Not called after an error. */

@@ -1,6 +1,7 @@
 // clamor_limits_test.cpp: what the C interface does at its limits: as many objects as a context
 // holds, structures that are too large, many contexts at once.
 #include <array>
+#include <cstdint>
 #include <set>
 #include <vector>
 

@@ -30,7 +30,7 @@ clamor_listener_options pick_listener_options(Draws& draws) {
   options.voices = 12;
   options.offline = draws.one_in(2);
   options.limits = draws.one_in(4);
-  if (draws.one_in(4)) options.output = 1 + draws.below(4);
+  if (draws.one_in(4)) options.output = 1 + draws.below(5);
   if (draws.one_in(4)) options.layout = kLayouts[draws.below(6)];
   // What takes long is rare.
   const bool is_slow = draws.one_in(64) && draws.one_in(4);
@@ -51,7 +51,7 @@ bool allows(const clamor_listener_options& options, bool pose_is_valid, bool cal
   const auto is_in = [](double number, double low, double high) {
     return number == 0 || (number >= low && number <= high);
   };
-  return options.output <= CLAMOR_OUTPUT_RECEIVERS && is_in(options.rate_hz, 8000, 192'000) &&
+  return options.output <= CLAMOR_OUTPUT_NONE && is_in(options.rate_hz, 8000, 192'000) &&
          is_in(options.max_block_frames, 1, 65'536) && is_in(options.voices, 1, 100'000) &&
          is_in(options.gain, 0, 1e10) && pose_is_valid && (options.offline == 0 || caller_updates);
 }

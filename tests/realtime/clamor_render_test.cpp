@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <random>
 #include <string>
 #include <thread>
@@ -12,7 +13,6 @@
 #include <gtest/gtest.h>
 
 #include "runtime/clamor.h"
-#include "tests/baked_room.h"
 #include "tests/library/library_room.h"
 #include "tests/realtime/forbidden.h"
 

@@ -15,7 +15,7 @@ command -v abidw >/dev/null && command -v abidiff >/dev/null || {
 
 # Only what clamor.h declares: no private types, no names of files or of other libraries.
 dump_of() {
-  abidw --headers-dir "$folder/../../../runtime" --drop-private-types --exported-interfaces-only \
+  abidw --headers-dir "$work/include" --drop-private-types --exported-interfaces-only \
     --no-show-locs --no-corpus-path --no-comp-dir-path --no-elf-needed "$1"
 }
 
@@ -30,7 +30,7 @@ compatible() {
     /^Variables changes summary: 0 Removed, 0 Changed/ || NF == 0 { next }
     /functions? with some indirect sub-type change|has some indirect sub-type changes:$/ { next }
     /parameter [0-9]+ of type .* has sub-type changes:$|in pointed to type|underlying type/ {
-      grows = grows || /struct clamor_(options|reader|level_info|listener_options|listener_statistics)/
+      grows = grows || /struct clamor_(options|reader|level_info|listener_options|listener_statistics|sound_options|stream|group_options|source_options|voices)/
       next
     }
     /type size changed from [0-9]+ to [0-9]+/ { size = $5; next }
@@ -47,6 +47,8 @@ compatible() {
 
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
+mkdir "$work/include"
+cp "$folder/../../../runtime/clamor.h" "$work/include"
 dump_of "$2" >"$work/now.abi"
 case $1 in
   check)

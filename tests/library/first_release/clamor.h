@@ -9,6 +9,7 @@
  *   clamor_create_listener(clamor, level, &options, &ears, NULL);
  *
  *   game thread:   clamor_move_listener(clamor, ears, &pose);
+ *                  clamor_move_source(clamor, car, &motion);  clamor_commit(clamor, 0);
  *   audio thread:  clamor_render(clamor, ears, block, frames);
  *
  * THREADS. Each function names the threads that may call it. "Any" may be called by several threads
@@ -91,6 +92,8 @@ typedef struct clamor_options {
   uint32_t caller_updates;
   /* With caller_updates: the longest time between two updates [1/30 s]. Shorter is lower latency. */
   double update_period_s;
+  uint32_t max_sources; /* at a time, 1 to 65 536 [1024]; each takes 1.5 kB for each listener */
+  uint32_t max_sounds;  /* at a time, 1 to 4096 [256] */
 } clamor_options;
 
 /* Errors: ARGUMENT, MEMORY; `*context` is then null. `options` may be null. Any thread;
@@ -124,7 +127,8 @@ typedef struct clamor_reader {
   uint64_t size;    /* of the bake, in bytes */
   void* user;
   /* Copies `count` bytes from `offset` on into `into` and returns 0, or another number if it
-   * cannot. Called by several threads at a time; never by the audio thread. */
+   * cannot. Called by several threads at a time; never by the audio thread. It must not call
+   * functions of this context. */
   int32_t (*read)(void* user, uint64_t offset, uint64_t count, void* into);
   const void* memory; /* instead of `read`: all bytes, which must not change until `release` */
   /* Called once, when nothing is read any more; may be null. Not called after an error. */
@@ -163,7 +167,8 @@ enum {
   CLAMOR_OUTPUT_BINAURAL = 0,     /* for headphones, with the head in `sofa` */
   CLAMOR_OUTPUT_LOUDSPEAKERS = 1, /* in `layout`, panned by VBAP */
   CLAMOR_OUTPUT_AMBISONICS = 2,   /* third order, ACN and SN3D: 16 channels */
-  CLAMOR_OUTPUT_RECEIVERS = 3     /* two omnidirectional receivers, a head's width apart */
+  CLAMOR_OUTPUT_RECEIVERS = 3,    /* two omnidirectional receivers, a head's width apart */
+  CLAMOR_OUTPUT_NONE = 4          /* two silent channels: for those who mix clamor_get_voices() */
 };
 
 typedef struct clamor_listener_options {
@@ -181,6 +186,7 @@ typedef struct clamor_listener_options {
    * clamor_next_keyframe() tells, so that the samples do not depend on the machine's speed. */
   uint32_t offline;
   clamor_pose pose; /* at first; an orientation of zeros is the identity */
+  uint32_t reports_voices; /* 1: clamor_get_voices() may be called */
 } clamor_listener_options;
 
 /* Adds a listener in a level. Errors: ARGUMENT, HANDLE, FILE, FULL (64 listeners), MEMORY. Any
@@ -205,7 +211,7 @@ CLAMOR_API clamor_result clamor_move_listener(clamor_context* context, clamor_li
                                               const clamor_pose* pose);
 
 /* The time of the keyframe that the next clamor_update() makes for an offline listener, in seconds
- * since it entered its level, so that the pose for that time can be set. `wanted` is 0 if there are
+ * since it was created, so that the pose for that time can be set. `wanted` is 0 if there are
  * keyframes enough for the next 20 ms. Errors: HANDLE, ARGUMENT. Any thread. */
 CLAMOR_API clamor_result clamor_next_keyframe(clamor_context* context, clamor_listener listener,
                                               uint32_t* wanted, double* time_s);
@@ -229,6 +235,161 @@ typedef struct clamor_listener_statistics {
 CLAMOR_API clamor_result clamor_get_listener_statistics(clamor_context* context,
                                                         clamor_listener listener,
                                                         clamor_listener_statistics* statistics);
+
+/* ---- Sounds, sources and groups --------------------------------------------------------------- */
+
+/* A sound that any number of sources play. It is mono and kept in memory as floats at 48 kHz, once
+ * for each kind of listener (binaural, others). */
+typedef uint64_t clamor_sound;
+
+typedef struct clamor_sound_options {
+  uint32_t bytes;
+  uint32_t rate_hz; /* of samples and streams, 1000 to 768 000 [48000] */
+  uint32_t loops;   /* 1: plays without end */
+} clamor_sound_options;
+
+/* Copies samples. `options` may be null. Errors: ARGUMENT, FULL, MEMORY. Any thread; 3 ms for each
+ * second of sound. */
+CLAMOR_API clamor_result clamor_add_sound(clamor_context* context, const float* samples,
+                                          uint64_t frames, const clamor_sound_options* options,
+                                          clamor_sound* sound, clamor_error* error);
+
+/* Reads a WAV, FLAC, Ogg or MP3 file of up to 30 minutes, whose channels are averaged. Errors: as
+ * above, FILE. Any thread; blocks on the disk. */
+CLAMOR_API clamor_result clamor_read_sound(clamor_context* context, const char* path,
+                                           const clamor_sound_options* options,
+                                           clamor_sound* sound, clamor_error* error);
+
+/* Reads the sound number `index` of a level, below clamor_level_info's `sounds`; it loops if it does
+ * in the level. Errors: HANDLE, as above. Any thread; blocks on the disk. */
+CLAMOR_API clamor_result clamor_read_level_sound(clamor_context* context, clamor_level level,
+                                                 uint32_t index, clamor_sound* sound,
+                                                 clamor_error* error);
+
+typedef struct clamor_stream {
+  uint32_t bytes;
+  uint32_t rate_hz; /* 8000 to 192 000 [48000] */
+  void* user;
+  /* Fills `frames` samples and returns how many it had; the rest are silence. Called by the thread
+   * that makes keyframes while a source plays the stream, some 60 ms ahead of the sound. It must not
+   * call functions of this context. Null: the application calls clamor_write_stream(). */
+  uint32_t (*pull)(void* user, float* samples, uint32_t frames);
+} clamor_stream;
+
+/* Adds a sound whose samples arrive while it plays: speech, a synthesiser, another engine's mix.
+ * Sources up to 550 m away hear it. Errors: ARGUMENT, FULL, MEMORY. Any thread. */
+CLAMOR_API clamor_result clamor_add_stream(clamor_context* context, const clamor_stream* stream,
+                                           clamor_sound* sound, clamor_error* error);
+
+/* Appends samples to a stream without `pull` and writes to `taken` how many fitted into its buffer
+ * of one second. What is missing when a source plays it is silence. Errors: HANDLE, ARGUMENT, STATE,
+ * BUSY. Audio: one thread at a time for each stream. */
+CLAMOR_API clamor_result clamor_write_stream(clamor_context* context, clamor_sound sound,
+                                             const float* samples, uint32_t frames,
+                                             uint32_t* taken);
+
+/* Removes a sound and all sources that play it, with the next commit. Errors: HANDLE. Any thread. */
+CLAMOR_API clamor_result clamor_remove_sound(clamor_context* context, clamor_sound sound);
+
+/* A group of sources: a bus. */
+typedef uint64_t clamor_group;
+
+typedef struct clamor_group_options {
+  uint32_t bytes;
+  uint32_t is_muted;
+  uint32_t is_paused; /* its sounds stand still; streams are not read */
+  uint32_t has_gain;  /* 0: the gain is 1 */
+  double gain;        /* an amplitude, 0 to 1 000 000 */
+  double max_voices;  /* share of a listener's voices that it may have, above 0 to 1 [1] */
+} clamor_group_options;
+
+/* Errors: ARGUMENT, FULL (256 groups), MEMORY. Any thread. */
+CLAMOR_API clamor_result clamor_add_group(clamor_context* context,
+                                          const clamor_group_options* options, clamor_group* group);
+/* Errors: HANDLE, ARGUMENT. Any thread. */
+CLAMOR_API clamor_result clamor_change_group(clamor_context* context, clamor_group group,
+                                             const clamor_group_options* options);
+/* Its sources stay, in no group. Errors: HANDLE. Any thread. */
+CLAMOR_API clamor_result clamor_remove_group(clamor_context* context, clamor_group group);
+
+/* A source that the application moves. All listeners of the context hear it. */
+typedef uint64_t clamor_source;
+
+typedef struct clamor_motion {
+  double position_m[3];
+  double velocity_mps[3]; /* for Doppler; zeros: the one between the last two commits */
+  double axis[3];         /* of the directivity; zeros: -Z */
+} clamor_motion;
+
+typedef struct clamor_source_options {
+  uint32_t bytes;
+  uint32_t ends_with_sound; /* 1: the handle ends some seconds after the sound has */
+  clamor_sound sound;
+  clamor_group group;    /* 0: none */
+  clamor_level level;    /* only listeners in this level hear it; 0: all */
+  clamor_motion motion;  /* at first */
+  double gain;           /* amplitude at 1 m at full scale [1]; 0 is 1: mute a source by its bands */
+  double band_gains[8];  /* 63 Hz to 8 kHz; all 0: all 1 */
+  double directivity[8]; /* exponents of ((1 + cos) / 2); 0: omnidirectional */
+  double played_s;       /* how much of the sound has been played when it begins */
+} clamor_source_options;
+
+/* The sound begins with the next commit. Errors: HANDLE, ARGUMENT, FULL, MEMORY. Any thread;
+ * microseconds. */
+CLAMOR_API clamor_result clamor_add_source(clamor_context* context,
+                                           const clamor_source_options* options,
+                                           clamor_source* source);
+/* Changes all but where the sound is, unless the sound is another, which begins anew. Errors: HANDLE,
+ * ARGUMENT. Any thread; microseconds. */
+CLAMOR_API clamor_result clamor_change_source(clamor_context* context, clamor_source source,
+                                              const clamor_source_options* options);
+/* Errors: HANDLE, ARGUMENT. Any thread; microseconds. */
+CLAMOR_API clamor_result clamor_move_source(clamor_context* context, clamor_source source,
+                                            const clamor_motion* motion);
+/* The source fades out within a tenth of a second. Errors: HANDLE. Any thread; microseconds. */
+CLAMOR_API clamor_result clamor_remove_source(clamor_context* context, clamor_source source);
+
+/* Publishes all changes of sounds, sources and groups together. `time_s` is the time of an offline
+ * listener that the changes are for (clamor_next_keyframe()); listeners in real time take them over
+ * now. Errors: ARGUMENT. Any thread; 0.1 us for each source. */
+CLAMOR_API clamor_result clamor_commit(clamor_context* context, double time_s);
+
+/* ---- Results for other mixers ------------------------------------------------------------------ */
+
+typedef struct clamor_voice {
+  uint32_t slot;        /* the same in successive keyframes while the source is heard */
+  uint32_t starts;      /* 1: another source has taken the slot */
+  clamor_sound sound;   /* of the application's; 0: of the level's */
+  uint32_t level_sound; /* of the level's: its index */
+  float direction[3];   /* to the source, a unit vector: x right, y up, -z ahead of the listener */
+  double delay_s;       /* when the sound's beginning arrives, on the time of clamor_voices */
+  float band_gains[8];  /* amplitudes, 63 Hz to 8 kHz; negative where the sign is inverted */
+} clamor_voice;
+
+typedef struct clamor_voices {
+  uint32_t bytes;
+  uint32_t capacity;   /* of `voices`, in */
+  clamor_voice* voices;
+  uint32_t count;      /* of all voices of the keyframe, which may be more, out */
+  double time_s;       /* of the keyframe, out: gains and delays are reached then */
+} clamor_voices;
+
+/* Reads the newest keyframe's voices. A new one is made every 20 ms while clamor_render() is called.
+ * Errors: HANDLE, ARGUMENT, STATE without `reports_voices`. Any thread; waits for a keyframe under
+ * way. */
+CLAMOR_API clamor_result clamor_get_voices(clamor_context* context, clamor_listener listener,
+                                           clamor_voices* voices);
+
+/* Measures the response of a level to an impulse of one emitter (its index; 0xffffffff: of all) with
+ * an omnidirectional receiver at each of `places` positions: `frames` samples at 48 kHz for each,
+ * from the emission on. An emitter of gain 1 at 1 m gives one sample of 1. All sources of the level
+ * take part, those of instances included; surfaces occlude. Writes to `whole_frames`, which may be
+ * null, how long the longest response is. Errors: HANDLE, ARGUMENT, FILE, MEMORY. Any thread; takes
+ * a second for 100 000 sources and place, on all cores. */
+CLAMOR_API clamor_result clamor_measure_responses(clamor_context* context, clamor_level level,
+                                                  uint32_t emitter, const double* positions_m,
+                                                  uint32_t places, float* samples, uint64_t frames,
+                                                  uint64_t* whole_frames, clamor_error* error);
 
 /* ---- Rendering ------------------------------------------------------------------------------ */
 
