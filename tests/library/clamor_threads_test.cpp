@@ -96,5 +96,55 @@ TEST(ClamorThreads, MayCallAtOnceWhileOneOfThemUpdates) {
   call_on_all_threads(context, testing::room());
 }
 
+// Sounds and sources come and go while a stream is written and all of them are rendered.
+TEST(ClamorThreads, MayAddSoundsAndSourcesAndWriteStreamsWhileTheyAreRendered) {
+  const Context context = make_context(false);
+  const clamor_level level = open_level(context, testing::silent_field());
+  clamor_listener_options options = offline();
+  options.offline = 0;
+  const clamor_listener listener = add_listener(context, level, options);
+  clamor_stream stream{};
+  stream.bytes = sizeof(stream);
+  clamor_sound speech = 0;
+  ASSERT_EQ(clamor_add_stream(context.get(), &stream, &speech, nullptr), CLAMOR_OK);
+  std::atomic<bool> stop{false};
+  std::jthread audio([&] {
+    std::array<float, 960> block{};
+    while (!stop) EXPECT_EQ(clamor_render(context.get(), listener, block.data(), 480), CLAMOR_OK);
+  });
+  std::jthread speaker([&] {
+    const std::array<float, 480> samples{0.5f, -0.5f};
+    while (!stop) {
+      EXPECT_EQ(clamor_write_stream(context.get(), speech, samples.data(), 480, nullptr),
+                CLAMOR_OK);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  });
+  const std::array<float, 4800> samples{1, -1};
+  for (int i = 0; i < 40; ++i) {
+    clamor_sound sound = 0;
+    clamor_sound_options sound_options{};
+    sound_options.bytes = sizeof(sound_options);
+    sound_options.loops = i % 2;
+    ASSERT_EQ(clamor_add_sound(context.get(), samples.data(), samples.size(), &sound_options,
+                               &sound, nullptr),
+              CLAMOR_OK);
+    clamor_source_options source_options{};
+    source_options.bytes = sizeof(source_options);
+    source_options.motion.position_m[2] = -2;
+    clamor_source source = 0, speaking = 0;
+    source_options.sound = sound;
+    EXPECT_EQ(clamor_add_source(context.get(), &source_options, &source), CLAMOR_OK);
+    source_options.sound = speech;
+    EXPECT_EQ(clamor_add_source(context.get(), &source_options, &speaking), CLAMOR_OK);
+    EXPECT_EQ(clamor_commit(context.get(), 0), CLAMOR_OK);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    EXPECT_EQ(clamor_remove_source(context.get(), speaking), CLAMOR_OK);
+    EXPECT_EQ(clamor_remove_sound(context.get(), sound), CLAMOR_OK);
+    EXPECT_EQ(clamor_commit(context.get(), 0), CLAMOR_OK);
+  }
+  stop = true;
+}
+
 }  // namespace
 }  // namespace clamor
