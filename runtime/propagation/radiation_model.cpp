@@ -101,6 +101,7 @@ Bands RadiationModel::max_weight_per_power(std::span<const Bands> weights) const
   for (const Bands& weight : weights)
     for (std::size_t m = 0; m < material_count(); ++m) consider(weight, laws_.peak_density(m));
   for (const Emitter& emitter : emitters_) {
+    if (emitter.signal >= weights.size()) continue;  // a kind of moving sources, in a slot
     Bands density{};  // (p + 1) / 4 pi, on the axis
     for (std::size_t b = 0; b < kBandCount; ++b)
       density[b] = static_cast<float>((emitter.directivity[b] + 1.0) / (4 * std::numbers::pi));

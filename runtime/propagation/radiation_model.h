@@ -109,7 +109,7 @@ class RadiationModel {
   Bands max_intensity(const Source& source) const;
 
   // Upper bound of weight x intensity per unit of power in a band, at 1 m without air attenuation,
-  // over all sources and directions; `weights` are per signal.
+  // over all sources and directions; `weights` are per signal, and emitters of others are left out.
   Bands max_weight_per_power(std::span<const Bands> weights) const;
   const Bands& air_loss_per_m() const { return air_loss_per_m_; }
   // Attenuation as an exponent of 2: energy falls as 2^(-loss r).
