@@ -1,11 +1,17 @@
-// c_structures.h: structures of a C interface that begin with their size, `bytes`, as the caller
-// knows it, so that later versions can append members.
+// c_structures.h: what C interfaces share: structures that begin with their size, `bytes`, as the
+// caller knows it, so that later versions can append members; failures; exceptions that stay
+// inside.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <exception>
+#include <new>
+#include <string>
+
+#include "common/printable.h"
 
 namespace clamor {
 
@@ -38,6 +44,35 @@ bool copy_to_caller(T filled, T* into) {
     std::memset(reinterpret_cast<unsigned char*>(into) + sizeof(T), 0, room - sizeof(T));
   std::memcpy(into, &filled, std::min(room, sizeof(T)));
   return true;
+}
+
+// Writes a failure where the caller wants it, with as much of the sentence as there is room for.
+// Returns the code.
+template <class Failure, class Code>
+Code write_failure(Failure* failure, Code code, std::string sentence) {
+  if (failure == nullptr) return code;
+  if (sentence.size() >= sizeof(failure->sentence)) {
+    sentence.resize(sizeof(failure->sentence) - 1);
+    sentence.resize(sentence.size() - incomplete_bytes(sentence));
+  }
+  failure->code = code;
+  std::memcpy(failure->sentence, sentence.c_str(), sentence.size() + 1);
+  return code;
+}
+
+// Runs what an interface function does. An exception becomes fail(is_memory, sentence), where an
+// empty sentence means that none is known.
+template <class Act, class Fail>
+auto without_exceptions(const Act& act, const Fail& fail) noexcept -> decltype(fail(true, "")) {
+  try {
+    return act();
+  } catch (const std::bad_alloc&) {
+    return fail(true, "");
+  } catch (const std::exception& thrown) {
+    return fail(false, thrown.what());
+  } catch (...) {
+    return fail(false, "");
+  }
 }
 
 }  // namespace clamor

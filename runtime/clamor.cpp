@@ -29,6 +29,7 @@ using clamor::OutputFormat;
 using clamor::Quaternion;
 using clamor::Result;
 using clamor::WorldListener;
+using clamor::interface::entered;
 using clamor::interface::fail;
 using clamor::interface::guarded;
 using clamor::interface::hand_out;
@@ -124,22 +125,9 @@ clamor_result add_level(clamor_context& context, Result<clamor::BakeFile> file, 
 template <class Render>
 clamor_result rendered(clamor_context* context, clamor_listener handle,
                        const Render& render) noexcept {
-  using Table = clamor::HandleTable<WorldListener>;
   if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
   clamor::prefault_stack();
-  Table& table = context->world.rendered();
-  WorldListener* listener = nullptr;
-  switch (table.enter(handle, listener)) {
-    case Table::Entry::kUnknown:
-      return CLAMOR_ERROR_HANDLE;
-    case Table::Entry::kBusy:
-      return CLAMOR_ERROR_BUSY;
-    case Table::Entry::kEntered:
-      break;
-  }
-  const clamor_result result = render(*listener);
-  table.leave(handle);
-  return result;
+  return entered(context->world.rendered(), handle, render);
 }
 
 }  // namespace

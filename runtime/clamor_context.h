@@ -2,15 +2,12 @@
 // installed.
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <exception>
-#include <new>
 #include <string>
 
+#include "common/c_structures.h"
 #include "runtime/clamor.h"
+#include "runtime/world/handle_table.h"
 #include "runtime/world/world.h"
 
 struct clamor_context {
@@ -32,28 +29,16 @@ constexpr double kMaxGain = 1e6;  // 120 dB
 // Writes a failure where the caller wants it.
 inline clamor_result fail(clamor_error* error, clamor_result code,
                           const std::string& sentence = "") {
-  if (error == nullptr) return code;
-  const std::string text = sentence.empty() ? clamor_result_text(code) : sentence;
-  error->code = code;
-  const std::size_t length = std::min(text.size(), sizeof(error->sentence) - 1);
-  std::memcpy(error->sentence, text.data(), length);
-  error->sentence[length] = 0;
-  return code;
+  return write_failure(error, code, sentence.empty() ? clamor_result_text(code) : sentence);
 }
 
 // Runs what an interface function does; no exception leaves it.
 template <class Act>
 clamor_result guarded(clamor_error* error, const Act& act) noexcept {
-  try {
-    if (error != nullptr) *error = {};
-    return act();
-  } catch (const std::bad_alloc&) {
-    return fail(error, CLAMOR_ERROR_MEMORY);
-  } catch (const std::exception& thrown) {
-    return fail(error, CLAMOR_ERROR_INTERNAL, thrown.what());
-  } catch (...) {
-    return fail(error, CLAMOR_ERROR_INTERNAL);
-  }
+  if (error != nullptr) *error = {};
+  return without_exceptions(act, [error](bool is_memory, const char* sentence) {
+    return fail(error, is_memory ? CLAMOR_ERROR_MEMORY : CLAMOR_ERROR_INTERNAL, sentence);
+  });
 }
 
 // Hands out the handle of a new object; 0 means that there are as many as there can be.
@@ -62,6 +47,19 @@ inline clamor_result hand_out(std::uint64_t handle, std::uint64_t* into,
   if (handle == 0) return fail(error, CLAMOR_ERROR_FULL);
   *into = handle;
   return CLAMOR_OK;
+}
+
+// Enters the object of a handle on a thread that may not wait, and calls act(object).
+template <class T, class Act>
+clamor_result entered(HandleTable<T>& table, std::uint64_t handle, const Act& act) noexcept {
+  using Entry = typename HandleTable<T>::Entry;
+  T* object = nullptr;
+  const Entry entry = table.enter(handle, object);
+  if (entry == Entry::kUnknown) return CLAMOR_ERROR_HANDLE;
+  if (entry == Entry::kBusy) return CLAMOR_ERROR_BUSY;
+  const clamor_result result = act(*object);
+  table.leave(handle);
+  return result;
 }
 
 }  // namespace clamor::interface

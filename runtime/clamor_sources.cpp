@@ -27,6 +27,7 @@ using clamor::WorldGroup;
 using clamor::WorldSound;
 using clamor::WorldSource;
 using clamor::WorldSources;
+using clamor::interface::entered;
 using clamor::interface::fail;
 using clamor::interface::guarded;
 using clamor::interface::hand_out;
@@ -185,24 +186,16 @@ clamor_result clamor_add_stream(clamor_context* context, const clamor_stream* st
 
 clamor_result clamor_write_stream(clamor_context* context, clamor_sound sound, const float* samples,
                                   uint32_t frames, uint32_t* taken) {
-  using Table = clamor::HandleTable<WorldSound>;
   if (taken != nullptr) *taken = 0;
   if (context == nullptr || samples == nullptr) return CLAMOR_ERROR_ARGUMENT;
-  Table& table = context->world.sources().written();
-  WorldSound* written = nullptr;
-  switch (table.enter(sound, written)) {
-    case Table::Entry::kUnknown:
-      return CLAMOR_ERROR_HANDLE;
-    case Table::Entry::kBusy:
-      return CLAMOR_ERROR_BUSY;
-    case Table::Entry::kEntered:
-      break;
-  }
-  const bool is_ring = written->is_live() && written->feed()->is_ring();
-  const std::size_t count = is_ring ? written->feed()->write({samples, frames}) : 0;
-  table.leave(sound);
-  if (taken != nullptr) *taken = static_cast<uint32_t>(count);
-  return is_ring ? CLAMOR_OK : CLAMOR_ERROR_STATE;
+  return entered(context->world.sources().written(), sound,
+                 [=](WorldSound& written) noexcept -> clamor_result {
+                   LiveFeed* const feed = written.feed();
+                   if (feed == nullptr || !feed->is_ring()) return CLAMOR_ERROR_STATE;
+                   const std::size_t count = feed->write({samples, frames});
+                   if (taken != nullptr) *taken = static_cast<uint32_t>(count);
+                   return CLAMOR_OK;
+                 });
 }
 
 clamor_result clamor_remove_sound(clamor_context* context, clamor_sound sound) {

@@ -18,7 +18,7 @@ struct BakeContents;
 Result<void> write_bake(const std::string& path, const BakeContents& contents, int threads,
                         const std::atomic<bool>* stop = nullptr);
 
-// The same bytes in memory. `name` is for messages.
+// Returns the bytes instead of writing them. `name` is for messages.
 Result<std::vector<std::byte>> bake_bytes(const std::string& name, const BakeContents& contents,
                                           int threads, const std::atomic<bool>* stop = nullptr);
 

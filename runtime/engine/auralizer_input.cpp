@@ -61,7 +61,6 @@ bool is_loop(const AuralizerInput& input, std::size_t signal) {
   return input.envelopes.empty() ? input.signals[signal].loop : input.envelopes[signal].loop;
 }
 
-// The first kOnset_frames of a loop, repeated if it is shorter.
 Result<Signal> onset_of(const AuralizerInput& input, std::size_t signal, const BakeFile* file) {
   // The file's signals come first; the input has the others.
   const std::size_t of_file = signal_count(input) - input.signals.size();
@@ -73,10 +72,7 @@ Result<Signal> onset_of(const AuralizerInput& input, std::size_t signal, const B
     if (!block.ok()) return block.error();
     once = std::move(*block);
   }
-  Signal onset{"", {}, false};
-  for (int f = 0; f < kOnset_frames && !once.empty(); ++f)
-    onset.samples.push_back(once[static_cast<std::size_t>(f) % once.size()]);
-  return onset;
+  return clamor::onset_of(once);
 }
 
 Result<void> add_onsets(const MovingOptions& moving, AuralizerInput& input, const BakeFile* file) {
@@ -96,6 +92,13 @@ Result<void> add_onsets(const MovingOptions& moving, AuralizerInput& input, cons
 
 std::size_t kinds_of(const MovingOptions& moving) {
   return moving.kinds.size() + (moving.signal_slots > 0 ? moving.max_sources : 0);
+}
+
+Signal onset_of(std::span<const float> once) {
+  Signal onset{"", {}, false};
+  for (int f = 0; f < kOnset_frames && !once.empty(); ++f)
+    onset.samples.push_back(once[static_cast<std::size_t>(f) % once.size()]);
+  return onset;
 }
 
 OnsetSignals onset_signals(const AuralizerInput& input, std::size_t slots) {

@@ -56,6 +56,9 @@ Result<void> check(const AuralizerInput& input);
 Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input,
                        const BakeFile* file = nullptr);
 
+// The first kOnset_frames of a loop, which plays `once` again and again.
+Signal onset_of(std::span<const float> once);
+
 // By signal: the signal that plays its beginning. Onsets are numbered after all signals.
 // Two signals for each of `slots` follow, which are their own onsets (replaceable_signals.h).
 OnsetSignals onset_signals(const AuralizerInput& input, std::size_t slots = 0);

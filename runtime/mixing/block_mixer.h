@@ -65,7 +65,7 @@ struct BlockStatistics {
 
 class BlockMixer {
  public:
-  // What `signals` refers to, and `sounds`, `panner` and `head` if not null, must outlive this.
+  // The spans of `signals`, and `sounds`, `panner` and `head` if not null, must outlive this.
   BlockMixer(PlayableSignals signals, std::size_t slots, const MixMode& mode, const Panner* panner,
              const Hrtf* head, SoundLoader* sounds, const BlockOptions& options);
 

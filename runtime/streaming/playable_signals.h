@@ -17,7 +17,7 @@ class PlayableSignals {
  public:
   using Slots = std::span<const PreparedSignal* const>;
 
-  // What the arguments refer to must outlive this.
+  // Both spans must outlive this.
   PlayableSignals(std::span<const PreparedSignal> fixed, Slots slots = {})  // NOLINT: implicit
       : fixed_(fixed), slots_(slots) {}
   PlayableSignals(const std::vector<PreparedSignal>& fixed)  // NOLINT: implicit

@@ -90,7 +90,7 @@ class WorldListener {
   void render(float* const* planes, std::size_t frames) noexcept REALTIME;
 
  private:
-  // What a listener hears of a level.
+  // The auralizer of a level and the application's sources in it.
   struct Ears {
     std::unique_ptr<Auralizer> auralizer;
     std::unique_ptr<SourceMirror> sources;

@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "formats/bake_file/signal_envelope.h"
+#include "runtime/engine/auralizer_input.h"
 #include "runtime/propagation/loudness.h"
 
 namespace clamor {
@@ -13,7 +15,7 @@ namespace clamor {
 namespace {
 
 constexpr std::int64_t kFeedPart_frames = 960;  // of a feed, read at a time
-constexpr double kLevelFall = 0.985;        // per part: -13 dB in two seconds
+constexpr double kLevelFall = 0.985;            // per part: -13 dB in two seconds
 // Feeds never count as silent, so that voices are there when they begin to speak: -60 dB.
 constexpr double kMinMeanSquare = 1e-6;
 
@@ -22,19 +24,14 @@ bool is_prepared_for(const MixMode& one, const MixMode& other) {
          one.interpolation == other.interpolation;
 }
 
-// The first kOnset_frames of a loop, repeated if it is shorter.
-Signal onset_of(const Signal& loop) {
-  Signal onset{"", {}, false};
-  for (int f = 0; f < kOnset_frames && !loop.samples.empty(); ++f)
-    onset.samples.push_back(loop.samples[static_cast<std::size_t>(f) % loop.samples.size()]);
-  return onset;
-}
-
 }  // namespace
 
-WorldSound::WorldSound(Signal signal) : signal_(std::move(signal)), envelope_(signal_) {}
+WorldSound::WorldSound(Signal signal)
+    : signal_(std::move(signal)),
+      weights_(
+          make_loudness_track({SignalEnvelope(signal_), signal_.samples.size(), signal_.loop})) {}
 
-WorldSound::WorldSound(std::unique_ptr<LiveFeed> feed) : feed_(std::move(feed)) {}
+WorldSound::WorldSound(std::unique_ptr<LiveFeed> feed) : weights_({}, {}), feed_(std::move(feed)) {}
 
 double WorldSound::duration_s() const {
   if (is_live() || signal_.loop) return std::numeric_limits<double>::infinity();
@@ -53,13 +50,11 @@ SlotSignal WorldSound::for_mode(const MixMode& mode) {
     } else {
       made.signal = std::make_shared<const PreparedSignal>(signal_, mode);
       if (signal_.loop)
-        made.onset = std::make_shared<const PreparedSignal>(onset_of(signal_), mode);
+        made.onset = std::make_shared<const PreparedSignal>(onset_of(signal_.samples), mode);
     }
     found = prepared_.insert(prepared_.end(), std::move(made));
   }
-  return {found->signal, found->onset,
-          is_live() ? live_weights()
-                    : make_loudness_track({envelope_, signal_.samples.size(), signal_.loop})};
+  return {found->signal, found->onset, is_live() ? live_weights() : weights_};
 }
 
 void WorldSound::produce(std::int64_t end) {

@@ -12,7 +12,6 @@
 #include <mutex>
 #include <vector>
 
-#include "formats/bake_file/signal_envelope.h"
 #include "formats/level/signal.h"
 #include "runtime/engine/replaceable_signals.h"
 #include "runtime/streaming/live_signal.h"
@@ -47,7 +46,7 @@ class WorldSound {
   };
 
   const Signal signal_;
-  const SignalEnvelope envelope_;
+  const LoudnessTrack weights_;           // of samples
   const std::unique_ptr<LiveFeed> feed_;  // null for samples
 
   mutable std::mutex mutex_;  // guards prepared_

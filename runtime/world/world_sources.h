@@ -135,7 +135,7 @@ class WorldSources {
     std::uint64_t version = 1;  // of `now`
     bool begins = true;         // its sound begins with the next commit
   };
-  // What commits know of a source, by slot.
+  // The state of a source at the last commit, by slot.
   struct SlotState {
     std::uint64_t handle = 0;  // 0: none
     std::uint64_t version = 0, group_version = 0;

@@ -22,7 +22,7 @@ CallOutcome get_structure(Sequence& sequence, const Picked& object, const Get& g
   if (given.bytes > sizeof(given.known.bytes) && given.is_valid)
     std::memset(given.memory.get() + sizeof(given.known.bytes), 0x5a,
                 given.bytes - sizeof(given.known.bytes));
-  // What is behind the known members does not matter in a structure that is written.
+  // Bytes behind the known members do not matter in a structure that is written.
   const bool is_valid = given.pointer != nullptr && given.known.bytes >= sizeof(given.known.bytes);
   const std::vector<unsigned char> before(given.memory.get(), given.memory.get() + given.bytes);
   const clamor_result result = get(object.handle, given.pointer);

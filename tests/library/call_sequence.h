@@ -79,7 +79,7 @@ struct KnownListener {
   std::uint32_t channels = 0;
 };
 
-// What one context should contain.
+// The expected contents of one context.
 struct KnownContext {
   clamor_context* context = nullptr;
   bool caller_updates = false;

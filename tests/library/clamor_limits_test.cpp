@@ -92,7 +92,7 @@ TEST(ClamorLimits, LoudspeakersAreAPairUnlessALayoutIsNamed) {
   EXPECT_GT(energy, 0);
 }
 
-// What a listener hears does not depend on another context that plays in the same process.
+// Another context that plays in the same process does not change what a listener hears.
 TEST(ClamorLimits, ContextsDoNotHearEachOther) {
   const auto heard = [](bool with_another) {
     const Context context = make_context(), other = make_context();

@@ -32,7 +32,7 @@ clamor_listener_options pick_listener_options(Draws& draws) {
   options.limits = draws.one_in(4);
   if (draws.one_in(4)) options.output = 1 + draws.below(5);
   if (draws.one_in(4)) options.layout = kLayouts[draws.below(6)];
-  // What takes long is rare.
+  // Slow options are rare.
   const bool is_slow = draws.one_in(64) && draws.one_in(4);
   if (draws.one_in(16)) options.voices = kVoices[draws.below(is_slow ? 6 : 5)];
   if (is_slow || draws.one_in(64)) options.rate_hz = kRates_hz[draws.below(is_slow ? 5 : 3)];

@@ -40,7 +40,7 @@ constexpr std::array kRenderedFormats = {
     RenderedFormat{"5.1", CLAMOR_OUTPUT_LOUDSPEAKERS, 48'000, "5.1", 20'000},
     RenderedFormat{"ambisonics", CLAMOR_OUTPUT_AMBISONICS, 48'000, nullptr, 20'000}};
 
-// What the audio thread saw of its calls.
+// Results of the audio thread's calls.
 struct Rendered {
   int failures = 0;
   long page_faults = 0;

@@ -46,7 +46,7 @@ class Manual : public ::testing::Test {
  protected:
   Manual() { EXPECT_EQ(clamor({"manual", folder_.path()}).code, 0); }
 
-  // What a shell command prints, run in the folder.
+  // Runs a shell command in the folder and returns its output.
   std::string output(const std::string& command) const {
     const std::string script = folder_.write("script", command);
     EXPECT_EQ(std::system(("cd " + folder_.path() + " && bash script >out 2>&1").c_str()), 0)
@@ -64,7 +64,7 @@ class Manual : public ::testing::Test {
     return from == std::string::npos ? "" : text.substr(from, text.find(end, from) - from);
   }
 
-  // What bash completes after these words, one a line.
+  // The completions of bash after these words, one a line.
   std::string bash(const std::string& words) const {
     return output(". bash-completion/completions/clamor; COMP_WORDS=(" + words +
                   "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _clamor; "
