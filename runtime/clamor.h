@@ -271,7 +271,7 @@ typedef struct clamor_stream {
   uint32_t rate_hz; /* 8000 to 192 000 [48000] */
   void* user;
   /* Fills `frames` samples and returns how many it had; the rest are silence. Called by the thread
-   * that makes keyframes while a source plays the stream, some 60 ms ahead of the sound. It must not
+   * that makes keyframes while a source plays the stream, some 90 ms ahead of the sound. It must not
    * call functions of this context. Null: the application calls clamor_write_stream(). */
   uint32_t (*pull)(void* user, float* samples, uint32_t frames);
 } clamor_stream;

@@ -18,7 +18,7 @@ LiveSignal::LiveSignal(const MixMode& mode, std::int64_t first)
     : signal_(PreparedSignal::live(mode)),
       window_(PreparedSignal::kLiveWindow_frames),
       end_(first) {
-  signal_.set_live_range(first - kRing_frames + 2 * PreparedSignal::kLiveMargin_frames, first);
+  signal_.set_live_range(first - kRing_frames + kSafety_frames, first);
 }
 
 void LiveSignal::append(std::span<const float> samples) {
@@ -38,8 +38,7 @@ void LiveSignal::prepare() {
   const std::size_t frames = (window_.size() - kAround) / kLowRate * kLowRate;
   const std::int64_t first = end_;
   end_ += static_cast<std::int64_t>(frames);
-  // The oldest frame that is overwritten is a ring before the end of the silence.
-  const std::int64_t oldest = end_ + 2 * PreparedSignal::kLiveMargin_frames - kRing_frames;
+  const std::int64_t oldest = end_ - kRing_frames;  // that is not overwritten
   signal_.set_live_range(oldest + kSafety_frames, first);
   signal_.make_live(
       first, frames,

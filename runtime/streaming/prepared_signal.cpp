@@ -118,7 +118,6 @@ PreparedSignal PreparedSignal::live(const MixMode& mode) {
   signal.use_memory(std::make_shared<SoundMemory>(signal.memory_bytes()), 0);
   signal.commit(0);
   signal.live_ = std::make_unique<LiveRange>();
-  signal.set_live_range(kLiveMargin_frames - kRing_frames, 0);
   return signal;
 }
 
@@ -131,10 +130,9 @@ void PreparedSignal::make_live(std::int64_t first, std::size_t frames, std::vect
     const std::int64_t size = kRing_frames / rate, guard = kGuardFrames / rate;
     const auto count = static_cast<std::int64_t>(frames) / rate;
     const std::size_t behind = kLiveWindow_frames / static_cast<std::size_t>(rate);
-    for (std::int64_t i = 0; i < count + (kLiveMargin_frames + kReach) / rate; ++i) {
+    for (std::int64_t i = 0; i < count; ++i) {
       const std::int64_t at = ((first / rate + i) % size + size) % size;
-      const float sample =
-          i < count ? static_cast<float>(layer[behind + static_cast<std::size_t>(i)]) : 0.0f;
+      const auto sample = static_cast<float>(layer[behind + static_cast<std::size_t>(i)]);
       ring[at] = sample;
       if (at < guard) ring[at + size] = sample;
       if (at >= size - guard) ring[at - size] = sample;

@@ -106,7 +106,7 @@ class PreparedSignal {
   bool is_resident(std::int64_t from, std::int64_t to) const noexcept REALTIME {
     if (live_ != nullptr)
       return from - kReach >= live_->first.load(std::memory_order_seq_cst) &&
-             to + kReach <= live_->end.load(std::memory_order_seq_cst) + kLiveMargin_frames;
+             to + kReach <= live_->end.load(std::memory_order_seq_cst);
     return for_pieces(from, to, [this](std::size_t piece) noexcept REALTIME {
       return resident_[piece].load(std::memory_order_seq_cst);
     });
@@ -127,18 +127,15 @@ class PreparedSignal {
   // Prepares a piece from the samples in its window. commit() must come before.
   void make(std::size_t piece, std::vector<double> samples);
 
-  // Prepares `frames` frames of a live signal from `first` on, and silence behind them; all are
-  // multiples of kLowRate. The window holds kLiveWindow_frames more samples at either end. While it
-  // works, none of those frames may be in the range that may be read.
+  // Prepares `frames` frames of a live signal from `first` on; both are multiples of kLowRate. The
+  // window holds kLiveWindow_frames more samples at either end. While it works, none of those
+  // frames may be in the range that may be read.
   void make_live(std::int64_t first, std::size_t frames, std::vector<double> window);
   // Sets which frames of a live signal may be read.
   void set_live_range(std::int64_t first, std::int64_t end) {
     live_->first.store(first, std::memory_order_seq_cst);
     live_->end.store(end, std::memory_order_seq_cst);
   }
-  // Frames behind the end that read as silence. The mixer looks a period ahead of what it reads to
-  // fade voices out in time; that period of a live signal has not arrived yet.
-  static constexpr std::int64_t kLiveMargin_frames = 2048;
   // How far the layer split and the spline look ahead and back.
   static constexpr std::size_t kLiveWindow_frames = 1280;
 

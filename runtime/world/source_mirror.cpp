@@ -12,8 +12,9 @@ namespace clamor {
 namespace {
 
 constexpr double kJump_s = 0.1, kSmoothing = 0.01;
-// A keyframe's voices read this far beyond its time: binaural filters and the mixer's blocks.
-constexpr std::int64_t kReadAhead_frames = 1536;
+// The mixer looks this far beyond a keyframe's time, to fade voices out if no other keyframe comes:
+// binaural filters, a period, a fade, and what one call reads.
+constexpr std::int64_t kReadAhead_frames = 3072;
 
 std::size_t sound_slot(const WorldSources::Committed& source) {
   return HandleTable<WorldSound>::slot_number(source.sound_handle);
