@@ -105,6 +105,8 @@ clamor::AuralizerOptions auralizer_options(clamor_context& context,
   made.wait_for_pages = options.offline != 0;
   made.tracks_head = options.offline == 0;
   made.own_threads = !context.caller_updates;
+  made.thread_hooks = context.thread_hooks;
+  made.report = context.report;
   made.sampler_period_s = context.update_period_s;
   made.moving.max_sources = context.world.sources().max_sources();
   made.moving.signal_slots = context.world.sources().max_sounds();

@@ -94,6 +94,18 @@ typedef struct clamor_options {
   double update_period_s;
   uint32_t max_sources; /* at a time, 1 to 65 536 [1024]; each takes 1.5 kB for each listener */
   uint32_t max_sounds;  /* at a time, 1 to 4096 [256] */
+  /* Functions of the application's that the library calls, each with `user`; all may be null. They
+   * must not call functions of this context. */
+  void* user;
+  /* Tells in a UTF-8 sentence what no call can return: a page or a part of a sound that cannot be
+   * read, a keyframe that could not be made. Called by any thread but the audio thread, several at a
+   * time. */
+  void (*log)(void* user, const char* sentence);
+  /* Called on each thread that the library keeps, as it begins and as it ends, so that it can be
+   * named, counted or bound to cores: "sampler", "page loader", "sound loader". Threads that help
+   * with one call, and those of oneTBB, are not told. */
+  void (*thread_begins)(void* user, const char* name);
+  void (*thread_ends)(void* user, const char* name);
 } clamor_options;
 
 /* Errors: ARGUMENT, MEMORY; `*context` is then null. `options` may be null. Any thread;
@@ -153,6 +165,24 @@ typedef struct clamor_level_info {
 /* Errors: HANDLE, ARGUMENT. Any thread. */
 CLAMOR_API clamor_result clamor_get_level_info(clamor_context* context, clamor_level level,
                                                clamor_level_info* info);
+
+typedef struct clamor_emitter_info {
+  uint32_t bytes;
+  uint32_t sound;       /* of the level's: its index */
+  double position_m[3]; /* in the level; of an instanced one, in what is instanced */
+  double gain;          /* amplitude at 1 m at full scale */
+  const char* name;     /* of its node in glTF, UTF-8; valid until the level is closed */
+} clamor_emitter_info;
+
+/* The emitter number `emitter` of a level, below clamor_level_info's `emitters`. Errors: HANDLE,
+ * ARGUMENT. Any thread. */
+CLAMOR_API clamor_result clamor_get_emitter_info(clamor_context* context, clamor_level level,
+                                                 uint32_t emitter, clamor_emitter_info* info);
+
+/* Writes to `emitter` the number of the first one with this name. Errors: HANDLE, ARGUMENT if there
+ * is none. Any thread. */
+CLAMOR_API clamor_result clamor_find_emitter(clamor_context* context, clamor_level level,
+                                             const char* name, uint32_t* emitter);
 
 /* ---- Listeners ----------------------------------------------------------------------------- */
 
@@ -349,9 +379,24 @@ CLAMOR_API clamor_result clamor_move_source(clamor_context* context, clamor_sour
 /* The source fades out within a tenth of a second. Errors: HANDLE. Any thread; microseconds. */
 CLAMOR_API clamor_result clamor_remove_source(clamor_context* context, clamor_source source);
 
-/* Publishes all changes of sounds, sources and groups together. `time_s` is the time of an offline
- * listener that the changes are for (clamor_next_keyframe()); listeners in real time take them over
- * now. Errors: ARGUMENT. Any thread; 0.1 us for each source. */
+typedef struct clamor_emitter_options {
+  uint32_t bytes;
+  uint32_t is_muted;
+  clamor_group group; /* 0: none. Only its gain and mute matter; its pause mutes, too */
+  double gain;        /* amplitude relative to the bake's, above 0 to 1 [1] */
+} clamor_emitter_options;
+
+/* Changes how loud an emitter of a level is, with all its reflections and instances, for all
+ * listeners until the level is closed. What a bake holds can be turned down, not up: if the gain
+ * times that of the group is above 1, it is 1. Errors: HANDLE, ARGUMENT, MEMORY. Any thread;
+ * microseconds. */
+CLAMOR_API clamor_result clamor_change_emitter(clamor_context* context, clamor_level level,
+                                               uint32_t emitter,
+                                               const clamor_emitter_options* options);
+
+/* Publishes all changes of sounds, sources, emitters and groups together. `time_s` is the time of an
+ * offline listener that the changes are for (clamor_next_keyframe()); listeners in real time take
+ * them over now. Errors: ARGUMENT. Any thread; 0.1 us for each source. */
 CLAMOR_API clamor_result clamor_commit(clamor_context* context, double time_s);
 
 /* ---- Results for other mixers ------------------------------------------------------------------ */

@@ -1,8 +1,9 @@
 // clamor.hpp: clamor.h for C++20: owners instead of handles, spans instead of pointers, exceptions
 // instead of codes.
 //
-// Functions throw clamor::Failure where those of clamor.h return an error, except Ears::render(),
-// which is for the audio thread and returns the code. Objects must not outlive their Clamor.
+// Functions throw clamor::Failure where those of clamor.h return an error, except Ears::render()
+// and Sound::write(), which are for the audio thread and return the code. Objects must not outlive
+// their Clamor.
 #pragma once
 
 #include <cstdint>
@@ -32,17 +33,17 @@ inline void check(clamor_result result, const clamor_error& error) {
   if (result != CLAMOR_OK) throw Failure(result, error.sentence);
 }
 
-// The options of clamor.h with their size filled in.
-inline clamor_options context_options() {
-  clamor_options options{};
-  options.bytes = sizeof(options);
-  return options;
+// A structure of clamor.h with its size filled in and all else 0, which means the default.
+template <class T>
+T sized() {
+  T structure{};
+  structure.bytes = sizeof(structure);
+  return structure;
 }
-inline clamor_listener_options listener_options() {
-  clamor_listener_options options{};
-  options.bytes = sizeof(options);
-  return options;
-}
+inline clamor_options context_options() { return sized<clamor_options>(); }
+inline clamor_listener_options listener_options() { return sized<clamor_listener_options>(); }
+inline clamor_source_options source_options() { return sized<clamor_source_options>(); }
+inline clamor_group_options group_options() { return sized<clamor_group_options>(); }
 
 // A handle that is given back at the end, once.
 template <clamor_result (*Release)(clamor_context*, std::uint64_t)>
@@ -73,10 +74,30 @@ class OpenLevel : public OwnedHandle<clamor_close_level> {
   using OwnedHandle::OwnedHandle;
 
   clamor_level_info info() const {
-    clamor_level_info info{};
-    info.bytes = sizeof(info);
+    auto info = sized<clamor_level_info>();
     check(clamor_get_level_info(context_, handle_, &info));
     return info;
+  }
+  clamor_emitter_info emitter(std::uint32_t number) const {
+    auto info = sized<clamor_emitter_info>();
+    check(clamor_get_emitter_info(context_, handle_, number, &info));
+    return info;
+  }
+  // The number of the first emitter with this name, if there is one.
+  std::optional<std::uint32_t> find_emitter(const std::string& name) const {
+    std::uint32_t number = 0;
+    const clamor_result found = clamor_find_emitter(context_, handle_, name.c_str(), &number);
+    if (found == CLAMOR_ERROR_ARGUMENT) return {};
+    check(found);
+    return number;
+  }
+  // Turns an emitter down, with the next commit: an amplitude from 0 to 1, times that of the group.
+  void change_emitter(std::uint32_t number, double gain, clamor_group group = 0) {
+    auto options = sized<clamor_emitter_options>();
+    options.is_muted = gain == 0;
+    options.gain = gain;
+    options.group = group;
+    check(clamor_change_emitter(context_, handle_, number, &options));
   }
 };
 
@@ -103,15 +124,57 @@ class Ears : public OwnedHandle<clamor_destroy_listener> {
     return wanted != 0 ? std::optional(time_s) : std::nullopt;
   }
   clamor_listener_statistics statistics() const {
-    clamor_listener_statistics statistics{};
-    statistics.bytes = sizeof(statistics);
+    auto statistics = sized<clamor_listener_statistics>();
     check(clamor_get_listener_statistics(context_, handle_, &statistics));
     return statistics;
+  }
+
+  // Reads voices of the newest keyframe into the span. The result tells how many there are, which
+  // may be more, and the keyframe's time.
+  clamor_voices voices(std::span<clamor_voice> into) const {
+    auto voices = sized<clamor_voices>();
+    voices.voices = into.data();
+    voices.capacity = static_cast<std::uint32_t>(into.size());
+    check(clamor_get_voices(context_, handle_, &voices));
+    return voices;
   }
 
   // Audio thread: fills `frames` frames; the span has room for all channels of them.
   clamor_result render(std::span<float> interleaved, std::uint32_t frames) noexcept {
     return clamor_render(context_, handle_, interleaved.data(), frames);
+  }
+};
+
+// A sound or a stream; removed at the end, with the sources that play it.
+class Sound : public OwnedHandle<clamor_remove_sound> {
+ public:
+  using OwnedHandle::OwnedHandle;
+
+  // Audio thread: appends to a stream, and writes to `taken` how many samples fitted.
+  clamor_result write(std::span<const float> samples, std::uint32_t& taken) noexcept {
+    return clamor_write_stream(context_, handle_, samples.data(),
+                               static_cast<std::uint32_t>(samples.size()), &taken);
+  }
+};
+
+// A group of sources; removed at the end.
+class Group : public OwnedHandle<clamor_remove_group> {
+ public:
+  using OwnedHandle::OwnedHandle;
+
+  void change(const clamor_group_options& options) {
+    check(clamor_change_group(context_, handle_, &options));
+  }
+};
+
+// A source; removed at the end. All changes take effect with the next commit.
+class Source : public OwnedHandle<clamor_remove_source> {
+ public:
+  using OwnedHandle::OwnedHandle;
+
+  void move(const clamor_motion& motion) { check(clamor_move_source(context_, handle_, &motion)); }
+  void change(const clamor_source_options& options) {
+    check(clamor_change_source(context_, handle_, &options));
   }
 };
 
@@ -149,6 +212,49 @@ class Clamor {
     check(clamor_create_listener(context_, level.handle(), &options, &listener, &error), error);
     return {context_, listener};
   }
+  Sound add_sound(std::span<const float> samples, std::uint32_t rate_hz, bool loops = false) {
+    auto options = sized<clamor_sound_options>();
+    options.rate_hz = rate_hz;
+    options.loops = loops;
+    clamor_sound sound = 0;
+    clamor_error error;
+    check(clamor_add_sound(context_, samples.data(), samples.size(), &options, &sound, &error),
+          error);
+    return {context_, sound};
+  }
+  Sound read_sound(const std::string& path, bool loops = false) {
+    auto options = sized<clamor_sound_options>();
+    options.loops = loops;
+    clamor_sound sound = 0;
+    clamor_error error;
+    check(clamor_read_sound(context_, path.c_str(), &options, &sound, &error), error);
+    return {context_, sound};
+  }
+  Sound read_sound(const OpenLevel& level, std::uint32_t number) {
+    clamor_sound sound = 0;
+    clamor_error error;
+    check(clamor_read_level_sound(context_, level.handle(), number, &sound, &error), error);
+    return {context_, sound};
+  }
+  Sound add_stream(const clamor_stream& stream) {
+    clamor_sound sound = 0;
+    clamor_error error;
+    check(clamor_add_stream(context_, &stream, &sound, &error), error);
+    return {context_, sound};
+  }
+  Group add_group(const clamor_group_options& options = group_options()) {
+    clamor_group group = 0;
+    check(clamor_add_group(context_, &options, &group));
+    return {context_, group};
+  }
+  Source add_source(const clamor_source_options& options) {
+    clamor_source source = 0;
+    check(clamor_add_source(context_, &options, &source));
+    return {context_, source};
+  }
+  // Publishes all changes of sounds, sources, emitters and groups together.
+  void commit(double time_s = 0) { check(clamor_commit(context_, time_s)); }
+
   // Returns how many keyframes were made.
   std::uint32_t update(double loading_s = 0) {
     std::uint32_t made = 0;

@@ -14,10 +14,17 @@ struct clamor_context {
   explicit clamor_context(const clamor_options& options)
       : caller_updates(options.caller_updates != 0),
         update_period_s(caller_updates ? options.update_period_s : 0),
-        world(!caller_updates, options.max_sources, options.max_sounds) {}
+        thread_hooks{options.thread_begins, options.thread_ends, options.user},
+        report(options.log == nullptr
+                   ? clamor::World::Report()
+                   : [log = options.log, user = options.user](
+                         const std::string& sentence) { log(user, sentence.c_str()); }),
+        world({!caller_updates, options.max_sources, options.max_sounds, report, thread_hooks}) {}
 
   const bool caller_updates;
   const double update_period_s;
+  const clamor::ThreadHooks thread_hooks;
+  const clamor::World::Report report;
   clamor::World world;
 };
 

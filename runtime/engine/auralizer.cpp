@@ -293,6 +293,10 @@ void Auralizer::limit_group(std::uint16_t group, double share) {
                                                  : static_cast<std::size_t>(std::ceil(voices)));
 }
 
+void Auralizer::set_emitter_powers(std::vector<float> powers) {
+  state_->pipeline.sampler().set_emitter_powers(std::move(powers));
+}
+
 double Auralizer::newest_keyframe_time_s() const { return state_->newest_time_s; }
 
 const MixMode& Auralizer::mode() const { return state_->output.mode; }

@@ -24,6 +24,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "common/bands.h"
 #include "common/result.h"
@@ -97,6 +98,9 @@ class Auralizer {
   const MixMode& mode() const;
   // Limits a group of moving sources to a share of the voices, 0 to 1.
   void limit_group(std::uint16_t group, double share);
+  // Scales the power of the sources of each of the level's emitters, 0 to 1, by the emitter's
+  // index; those beyond the end of the list keep theirs. Sampler thread.
+  void set_emitter_powers(std::vector<float> powers);
 
   // The newest keyframe; null before the first, and unless the options keep it. Sampler thread.
   const Keyframe* newest_keyframe() const;

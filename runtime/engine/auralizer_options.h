@@ -3,11 +3,14 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <string>
 
 #include "runtime/mixing/load_control.h"
 #include "runtime/mixing/output_format.h"
 #include "runtime/occlusion/visibility_options.h"
+#include "runtime/realtime/thread_hooks.h"
 #include "runtime/sampling/moving_sources.h"
 #include "runtime/voices/mix_kernel.h"
 
@@ -50,6 +53,10 @@ struct AuralizerOptions {
   double sampler_period_s = 0;
   // Loads pages and sounds on threads of the auralizer's own. Otherwise the caller calls load().
   bool own_threads = true;
+  ThreadHooks thread_hooks{};
+  // Tells in a sentence that a page or a piece of a sound cannot be read. Called by the thread that
+  // loads, several at a time.
+  std::function<void(const std::string& sentence)> report{};
   // Load shedding: sample and mix fewer sources if time is short (load_control.h). For real time
   // only, since the output then depends on the machine. Each clock is read on its own thread.
   bool adapt = false;

@@ -1,6 +1,8 @@
 #include "runtime/engine/sampling_pipeline.h"
 
 #include <algorithm>
+#include <functional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -24,6 +26,17 @@ SignalWeights weights_over_time(const AuralizerInput& input, int voices) {
   for (const Signal& signal : input.signals)
     envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
   return make_signal_weights(envelopes, smoothing);
+}
+
+// Reads pages, and reports those that cannot be read.
+PageLoader::Fetch reporting(PageLoader::Fetch fetch,
+                            const std::function<void(const std::string&)>& report) {
+  if (!report) return fetch;
+  return [fetch = std::move(fetch), report](const PageEntry& entry) {
+    auto content = fetch(entry);
+    if (!content.ok()) report(content.error().message);
+    return content;
+  };
 }
 
 }  // namespace
@@ -61,10 +74,11 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
   SourceList* list = nullptr;
   if (file != nullptr) {
     loader_ = std::make_unique<PageLoader>(
-        page_fetch(*file, radiation, max_weights_),
+        reporting(page_fetch(*file, radiation, max_weights_), options.report),
         PageBudget{options.memory_bytes - std::min(sounds_bytes, options.memory_bytes / 2),
                    !options.wait_for_pages},
-        options.own_threads ? 1 : 0, [file](const PageEntry& entry) { file->will_need(entry); });
+        options.own_threads ? 1 : 0, [file](const PageEntry& entry) { file->will_need(entry); },
+        options.thread_hooks);
     pool_ = std::make_unique<OctreePool>(radiation, max_weights_, file->trees(),
                                          file->signal_maps(), *loader_);
   } else {

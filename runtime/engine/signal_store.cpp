@@ -41,8 +41,13 @@ std::unique_ptr<SoundLoader> stream(const BakeFile& file, const AuralizerInput& 
                                        std::max(options.memory_bytes / 2, kMinSoundMemory_bytes));
   return std::make_unique<SoundLoader>(
       descriptions, file.emitters(), mode,
-      [&file, &input](std::size_t signal, std::size_t block) -> Result<std::vector<float>> {
-        if (signal < file.signal_count()) return file.read_signal_block(signal, block);
+      [&file, &input, report = options.report](std::size_t signal,
+                                               std::size_t block) -> Result<std::vector<float>> {
+        if (signal < file.signal_count()) {
+          auto read = file.read_signal_block(signal, block);
+          if (!read.ok() && report) report(read.error().message);
+          return read;
+        }
         if (signal < input.envelopes.size())
           return block_of(input.signals[signal - file.signal_count()], block);
         return block_of(input.onsets[signal - input.envelopes.size()], block);
@@ -50,7 +55,8 @@ std::unique_ptr<SoundLoader> stream(const BakeFile& file, const AuralizerInput& 
       SoundBudget{bytes, !options.wait_for_pages}, max_keyframes_ahead(options.block_frames),
       options.own_threads
           ? std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 2, 1, 4)
-          : 0);
+          : 0,
+      options.thread_hooks);
 }
 
 }  // namespace

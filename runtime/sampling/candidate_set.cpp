@@ -60,9 +60,10 @@ void CandidateSet::weigh_source(std::uint32_t index, const ReceivedIntensity& re
   const Source& source = *found.source;
   const LoudnessTrack::Moment signal = weights_at_distance(
       inputs_.radiation, inputs_.weights, found.signal, source, received.distance_m, moment.time_s);
-  if (found.upper_bound * signal.share < threshold) return;
-  const Bands intensity =
-      apply_reception(moment.reception, source, moment.place_m, received.intensity);
+  const float emitter_power = inputs_.emitter_power(source);
+  if (found.upper_bound * (signal.share * emitter_power) < threshold) return;
+  Bands intensity = apply_reception(moment.reception, source, moment.place_m, received.intensity);
+  for (float& band : intensity) band *= emitter_power;
   const double w = weighted_sum(signal.weights, intensity);
   const double per_weight = static_cast<double>(found.boost) / std::max(source.u, kMinU);
   const double priority = w * per_weight;

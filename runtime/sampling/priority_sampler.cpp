@@ -42,12 +42,12 @@ class PrioritySampler final : public Sampler {
     VisibilityCache* const occlusion = inputs_.occlusion;
     const Vec3& place = listener.position_m;
     const bool has_moved = !moment_ || moment_->place_m != place;
-    const bool is_another = resized_ || has_moved || moment_->reception != reception() ||
+    const bool is_another = changed_ || has_moved || moment_->reception != reception() ||
                             (!inputs_.weights.steady() && moment_->time_s != time_s);
     if (!pool.refresh() && !is_another && !unfinished_) return sample_;
     const bool continues = inputs_.is_exact() && !is_another;
     if (!continues) search_.restart(has_moved);
-    resized_ = false;
+    changed_ = false;
     moment_.emplace(SamplingMoment{place, time_s, reception()});
     // An exact sampler estimates visibilities anew for this place.
     const bool is_cached = occlusion != nullptr && !inputs_.is_exact();
@@ -91,7 +91,12 @@ class PrioritySampler final : public Sampler {
     search_.rescale(inputs_.voices, voices);
     inputs_.voices = voices;
     inputs_.pool.set_late_boost(LateBoost::strength(voices));
-    resized_ = true;
+    changed_ = true;
+  }
+
+  void set_emitter_powers(std::vector<float> powers) override {
+    inputs_.emitter_powers = std::move(powers);
+    changed_ = true;
   }
 
  private:
@@ -106,10 +111,12 @@ class PrioritySampler final : public Sampler {
       if (const double key = inputs_.pool.missing_key(found, tau); key > 0)
         scale =
             std::max(scale, key / std::accumulate(source.power.begin(), source.power.end(), 0.0));
-      sample_.push_back({found.number, scale, &source, found.signal,
-                         chosen.is_occlusion_applied
+      Bands visibility = chosen.is_occlusion_applied
                              ? inputs_.occlusion->visibility(chosen.visibility)
-                             : same_in_all_bands(1),
+                             : same_in_all_bands(1);
+      // An emitter that is turned down reaches less of its power, as one behind a surface does.
+      for (float& share : visibility) share *= inputs_.emitter_power(source);
+      sample_.push_back({found.number, scale, &source, found.signal, visibility,
                          chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
       if (found.voice != 0) sample_.back().set_moving(found);
     }
@@ -125,7 +132,7 @@ class PrioritySampler final : public Sampler {
   CandidateSet candidates_;
   ThresholdSearch search_;
   std::optional<SamplingMoment> moment_;  // of sample_
-  bool resized_ = false;                  // the number of voices, since sample_
+  bool changed_ = false;                  // the number of voices or a power, since sample_
   bool unfinished_ = false;               // another call may improve sample_
   std::uint64_t bounded_keyframes_ = 0;
   std::vector<SampledSource> sample_;

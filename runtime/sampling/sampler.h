@@ -47,6 +47,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "common/bands.h"
 #include "common/listener.h"
@@ -109,6 +110,10 @@ class Sampler {
 
   // Sets the sample size, at most capacity(). Some strategies ignore it.
   virtual void set_voice_count(std::size_t /*voices*/) {}
+
+  // Scales the power of all sources of an emitter, by its index, from the next sample on: 0 to 1;
+  // emitters beyond the end of the list keep theirs. Some strategies ignore it.
+  virtual void set_emitter_powers(std::vector<float> /*powers*/) {}
 
  protected:
   const Reception& reception() const { return reception_; }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "common/vec.h"
 #include "runtime/occlusion/visibility_cache.h"
@@ -19,9 +20,14 @@ struct SamplingInputs {
   const RadiationModel& radiation;
   const SignalWeights weights;
   SourcePool& pool;
-  VisibilityCache* const occlusion;  // null: no source is occluded
-  std::size_t voices;                // sample size
-  WorkBudget budget{};               // of all queries
+  VisibilityCache* const occlusion;     // null: no source is occluded
+  std::size_t voices;                   // sample size
+  WorkBudget budget{};                  // of all queries
+  std::vector<float> emitter_powers{};  // Sampler::set_emitter_powers()
+
+  float emitter_power(const Source& source) const {
+    return source.emitter < emitter_powers.size() ? emitter_powers[source.emitter] : 1.0f;
+  }
 
   // Whether every source that may be chosen must have a visibility estimate that is valid here.
   bool is_exact() const { return occlusion != nullptr && occlusion->exact(); }

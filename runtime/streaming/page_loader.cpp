@@ -7,8 +7,6 @@
 #include <thread>
 #include <tuple>
 
-#include "runtime/realtime/thread_cpu_usage.h"
-
 namespace clamor {
 
 namespace {
@@ -70,14 +68,15 @@ struct PageLoader::Shared {
   }
 };
 
-PageLoader::PageLoader(Fetch fetch, const PageBudget& budget, int threads, Announce announce)
+PageLoader::PageLoader(Fetch fetch, const PageBudget& budget, int threads, Announce announce,
+                       const ThreadHooks& hooks)
     : fetch_(std::move(fetch)),
       announce_(std::move(announce)),
       budget_(budget),
       shared_(std::make_unique<Shared>()) {
   for (int i = 0; i < threads; ++i)
-    shared_->threads.emplace_back([this] {
-      name_thread("page loader");
+    shared_->threads.emplace_back([this, hooks] {
+      const HookedThread hooked(hooks, "page loader");
       shared_->run(fetch_, announce_);
     });
 }

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "common/result.h"
+#include "runtime/realtime/thread_hooks.h"
 #include "runtime/streaming/page_statistics.h"
 #include "runtime/streaming/resident_page.h"
 
@@ -43,7 +44,8 @@ class PageLoader {
   // Tells the disk which page is read soon. Called by a loader thread, so it may take its time.
   using Announce = std::function<void(const PageEntry& entry)>;
 
-  PageLoader(Fetch fetch, const PageBudget& budget, int threads = 1, Announce announce = {});
+  PageLoader(Fetch fetch, const PageBudget& budget, int threads = 1, Announce announce = {},
+             const ThreadHooks& hooks = {});
   ~PageLoader();
   PageLoader(const PageLoader&) = delete;
   PageLoader& operator=(const PageLoader&) = delete;

@@ -87,7 +87,7 @@ std::uint64_t SoundLoader::bytes_of(const std::vector<SignalDescription>& shapes
 SoundLoader::SoundLoader(const std::vector<SignalDescription>& shapes,
                          std::span<const Emitter> emitters, const MixMode& mode,
                          SignalBlockCache::Decode decode, const SoundBudget& budget,
-                         std::size_t keyframes, int threads)
+                         std::size_t keyframes, int threads, const ThreadHooks& hooks)
     : keyframes_(keyframes), budget_bytes_(budget.bytes) {
   std::size_t bytes = 0;
   continuation_.resize(shapes.size());
@@ -109,7 +109,11 @@ SoundLoader::SoundLoader(const std::vector<SignalDescription>& shapes,
   shared_->emitted = emitted_by(emitters);
   // One segment is being mixed, `keyframes` wait in the queue, and one is being made.
   shared_->ahead_frames = static_cast<std::int64_t>(keyframes + 2) * kKeyframeFrames;
-  for (int i = 0; i < threads; ++i) shared_->threads.emplace_back([this] { run(); });
+  for (int i = 0; i < threads; ++i)
+    shared_->threads.emplace_back([this, hooks] {
+      const HookedThread hooked(hooks, "sound loader");
+      run();
+    });
 }
 
 SoundLoader::~SoundLoader() {

@@ -34,6 +34,7 @@
 
 #include "formats/level/emitter.h"
 #include "runtime/realtime/realtime.h"
+#include "runtime/realtime/thread_hooks.h"
 #include "runtime/streaming/prepared_signal.h"
 #include "runtime/streaming/signal_block_cache.h"
 #include "runtime/streaming/sound_residency.h"
@@ -47,7 +48,7 @@ class SoundLoader {
   // voice plays them yet.
   SoundLoader(const std::vector<SignalDescription>& shapes, std::span<const Emitter> emitters,
               const MixMode& mode, SignalBlockCache::Decode decode, const SoundBudget& budget,
-              std::size_t keyframes, int threads = 1);
+              std::size_t keyframes, int threads = 1, const ThreadHooks& hooks = {});
   ~SoundLoader();
   SoundLoader(const SoundLoader&) = delete;
   SoundLoader& operator=(const SoundLoader&) = delete;

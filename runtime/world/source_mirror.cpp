@@ -58,6 +58,7 @@ void SourceMirror::update() {
 bool SourceMirror::take_over(const WorldSources::Commit& commit, double keyframe_s) {
   MovingSources& moving = *auralizer_.moving();
   bool complete = true;
+  take_over_emitters(commit);
   for (std::size_t group = 1; group < commit.voice_shares.size(); ++group) {
     if (commit.voice_shares[group] == voice_shares_[group]) continue;
     voice_shares_[group] = commit.voice_shares[group];
@@ -77,6 +78,13 @@ bool SourceMirror::take_over(const WorldSources::Commit& commit, double keyframe
   for (std::size_t i = 0; i < sound_slots_.size(); ++i)
     if (sound_slots_[i].handle != commit.sounds[i]) clear_sound(i);
   return complete;
+}
+
+void SourceMirror::take_over_emitters(const WorldSources::Commit& commit) {
+  const auto level = commit.emitters.find(level_);
+  if (level == commit.emitters.end() || level->second.version == emitters_version_) return;
+  emitters_version_ = level->second.version;
+  auralizer_.set_emitter_powers(level->second.powers);
 }
 
 // Brings the sound of a source into its slot; false if the slot is not free yet.

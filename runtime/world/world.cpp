@@ -2,11 +2,11 @@
 
 #include <atomic>
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include "formats/bake_file/bake_file.h"
 #include "runtime/hrtf/hrtf.h"
-#include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
 
@@ -24,18 +24,32 @@ std::uint64_t tag_of(std::uint64_t world, std::uint64_t table) { return world <<
 
 }  // namespace
 
-World::World(bool own_thread, std::size_t max_sources, std::size_t max_sounds)
-    : own_thread_(own_thread),
+World::World(const Options& options)
+    : own_thread_(options.own_thread),
+      report_(options.report),
       number_(next_number()),
       levels_(kMaxLevels, tag_of(number_, 0)),
-      sources_(max_sources, max_sounds, tag_of(number_, 2)),
+      sources_(options.max_sources, options.max_sounds, tag_of(number_, 2)),
       listeners_(kMaxListeners, tag_of(number_, 1)) {
-  if (!own_thread) return;
-  sampler_ = std::jthread([this](const std::stop_token& stop) {
-    name_thread("sampler");
-    while (!stop.stop_requested())
-      if (update(0) == 0) std::this_thread::sleep_for(kSamplerNap);
+  if (!own_thread_) return;
+  sampler_ = std::jthread([this, hooks = options.thread_hooks](const std::stop_token& stop) {
+    const HookedThread hooked(hooks, "sampler");
+    make_keyframes(stop);
   });
+}
+
+// An exception, such as std::bad_alloc, costs a keyframe and not the process.
+void World::make_keyframes(const std::stop_token& stop) {
+  std::size_t made = 0;
+  while (!stop.stop_requested()) {
+    if (made == 0) std::this_thread::sleep_for(kSamplerNap);
+    made = 0;
+    try {
+      made = update(0);
+    } catch (const std::exception& thrown) {
+      if (report_) report_(std::string("A keyframe could not be made: ") + thrown.what());
+    }
+  }
 }
 
 World::~World() = default;
@@ -69,7 +83,11 @@ bool World::remove(HandleTable<T>& table, std::uint64_t handle) {
   return removed != nullptr;
 }
 
-bool World::remove_level(std::uint64_t handle) { return remove(levels_, handle); }
+bool World::remove_level(std::uint64_t handle) {
+  if (!remove(levels_, handle)) return false;
+  sources_.forget_level(handle);
+  return true;
+}
 
 bool World::remove_listener(std::uint64_t handle) { return remove(listeners_, handle); }
 

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "common/result.h"
+#include "runtime/realtime/thread_hooks.h"
 #include "runtime/world/handle_table.h"
 #include "runtime/world/world_listener.h"
 #include "runtime/world/world_sources.h"
@@ -27,9 +29,18 @@ class World {
  public:
   static constexpr std::size_t kMaxLevels = 256, kMaxListeners = 64;
 
-  // With `own_thread`, keyframes are made on a thread of the world's. Otherwise the caller calls
-  // update().
-  World(bool own_thread, std::size_t max_sources, std::size_t max_sounds);
+  // Tells in a sentence what went wrong where no call can return it, or is empty. Any thread but
+  // the audio thread calls it, several at a time.
+  using Report = std::function<void(const std::string& sentence)>;
+
+  struct Options {
+    // Keyframes are made on a thread of the world's. Otherwise the caller calls update().
+    bool own_thread = true;
+    std::size_t max_sources = 0, max_sounds = 0;
+    Report report{};
+    ThreadHooks thread_hooks{};
+  };
+  explicit World(const Options& options);
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
@@ -66,7 +77,10 @@ class World {
   bool remove(HandleTable<T>& table, std::uint64_t handle);
   std::vector<std::shared_ptr<WorldListener>> present() const;
 
+  void make_keyframes(const std::stop_token& stop);
+
   const bool own_thread_;
+  const Report report_;
   const std::uint64_t number_;  // among the process's worlds
   mutable std::mutex tables_;   // guards the tables, and is held for moments only
   HandleTable<const BakeFile> levels_;

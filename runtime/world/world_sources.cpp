@@ -93,6 +93,10 @@ bool WorldSources::remove_group(std::uint64_t handle) {
     source->now.group = 0;
     ++source->version;
   });
+  for (auto& [level, emitters] : emitters_)
+    for (WorldEmitter& emitter : emitters)
+      if (emitter.group == handle) emitter.group = 0;
+  emitters_changed_ = true;
   return true;
 }
 
@@ -107,6 +111,7 @@ bool WorldSources::set_group(std::uint64_t handle, const WorldGroup& group) {
   if (changed == nullptr) return false;
   changed->now = group;
   ++changed->version;
+  emitters_changed_ = true;
   return true;
 }
 
@@ -126,6 +131,43 @@ bool WorldSources::move(std::uint64_t handle, const SourceMotion& motion) {
   if (moved == nullptr) return false;
   moved->now.motion = motion;
   return true;
+}
+
+void WorldSources::change_emitter(std::uint64_t level, std::size_t emitter, std::size_t count,
+                                  const WorldEmitter& changed) {
+  const std::lock_guard lock(mutex_);
+  std::vector<WorldEmitter>& emitters = emitters_[level];
+  emitters.resize(count);
+  emitters[emitter] = changed;
+  emitters_changed_ = true;
+}
+
+void WorldSources::forget_level(std::uint64_t level) {
+  const std::lock_guard lock(mutex_);
+  emitters_.erase(level);
+  commit_.emitters.erase(level);
+}
+
+double WorldSources::group_gain(std::uint64_t handle) const {
+  const auto group = handle == 0 ? nullptr : groups_.find(handle);
+  if (group == nullptr) return 1;
+  return group->now.paused ? 0 : group->now.gain;
+}
+
+void WorldSources::commit_emitters() {
+  if (!emitters_changed_) return;
+  emitters_changed_ = false;
+  for (const auto& [level, emitters] : emitters_) {
+    std::vector<float> powers;
+    for (const WorldEmitter& emitter : emitters) {
+      const double gain = std::min(emitter.gain * group_gain(emitter.group), 1.0);
+      powers.push_back(static_cast<float>(gain * gain));
+    }
+    EmitterPowers& committed = commit_.emitters[level];
+    if (committed.powers == powers) continue;
+    committed.powers = std::move(powers);
+    ++committed.version;
+  }
 }
 
 void WorldSources::commit(const WorldTime& time) {
@@ -167,6 +209,7 @@ void WorldSources::commit(const WorldTime& time) {
   groups_.for_each_handle([&](std::uint64_t handle) {
     commit_.voice_shares[group_number(handle)] = groups_.find(handle)->now.voice_share;
   });
+  commit_emitters();
   commit_.time = time;
   ++commit_.number;
 }

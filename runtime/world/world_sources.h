@@ -1,4 +1,5 @@
-// world_sources.h: the sounds, sources and groups that an application adds to a world.
+// world_sources.h: the sounds, sources and groups that an application adds to a world, and how loud
+// it lets the emitters of levels be.
 //
 // Changes are collected until commit(), which all listeners then take over together
 // (source_mirror.h). There are two clocks: the steady clock, for listeners in real time, and the
@@ -12,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -58,6 +60,12 @@ struct WorldSource {
   bool ends_with_sound = false;
 };
 
+// An emitter of a level, with all its reflections.
+struct WorldEmitter {
+  double gain = 1;          // amplitude, relative to the level's, 0 to 1
+  std::uint64_t group = 0;  // handle; no group: 0
+};
+
 struct WorldGroup {
   double gain = 1;
   bool paused = false;
@@ -93,6 +101,12 @@ class WorldSources {
   bool change(std::uint64_t handle, const WorldSource& source);  // another sound begins anew
   bool move(std::uint64_t handle, const SourceMotion& motion);
 
+  // Changes one of the `count` emitters of a level, whose handle exists.
+  void change_emitter(std::uint64_t level, std::size_t emitter, std::size_t count,
+                      const WorldEmitter& changed);
+  // Forgets a level that is closed. Listeners who are still there hear its emitters as they are.
+  void forget_level(std::uint64_t level);
+
   // Publishes all changes since the last commit.
   void commit(const WorldTime& time);
 
@@ -108,10 +122,15 @@ class WorldSources {
     Bands gain{}, directivity{};
     WorldTime begin;  // of the sound
   };
+  struct EmitterPowers {
+    std::vector<float> powers;  // by emitter, 0 to 1
+    std::uint64_t version = 0;  // grows with each change
+  };
   struct Commit {
-    std::vector<Committed> sources;     // by slot
-    std::vector<std::uint64_t> sounds;  // handles, by slot; 0: none
-    std::vector<double> voice_shares;   // by number of the group
+    std::vector<Committed> sources;                   // by slot
+    std::vector<std::uint64_t> sounds;                // handles, by slot; 0: none
+    std::vector<double> voice_shares;                 // by number of the group
+    std::map<std::uint64_t, EmitterPowers> emitters;  // by handle of the level, of those changed
     WorldTime time;
     std::uint64_t number = 0;
   };
@@ -145,12 +164,16 @@ class WorldSources {
     return static_cast<std::uint16_t>(HandleTable<Group>::slot_number(handle) + 1);
   }
   void commit(Source& source, Committed& committed, SlotState& state, const WorldTime& time);
+  void commit_emitters();
+  double group_gain(std::uint64_t handle) const;  // 0 while it is paused
 
   mutable std::mutex mutex_;
   HandleTable<WorldSound> sounds_;
   HandleTable<Group> groups_;
   HandleTable<Source> sources_;
 
+  std::map<std::uint64_t, std::vector<WorldEmitter>> emitters_;  // by handle of the level
+  bool emitters_changed_ = false;                                // or a group, since the commit
   std::vector<SlotState> states_;
   Commit commit_;
   std::uint64_t identities_ = 0;

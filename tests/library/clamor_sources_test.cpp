@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "common/air.h"
+#include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
 #include "runtime/clamor.h"
 #include "runtime/engine/auralizer.h"

@@ -158,6 +158,23 @@ def sources(level_path):
     assert np.abs(direction - [0, 0, -1]).max() < 1e-3 and of_application[0]["band_gains"].max() > 100
     assert failure(source.move, [0, 0], kind=ValueError)
     assert peak(muted)[0] < 2 * alone and peak(pulled)[0] > 100 and peak(of_level)[0] > 10 * alone
+    told = []
+    with clamor.Context(caller_updates=True, log=told.append) as context:
+        level = context.open(level_path)
+        assert level.find_emitter(level.emitter(0).name) == 0 and level.emitter(0).gain > 0
+        assert failure(level.find_emitter, "nobody").code == -1
+        listener = context.listen(level, [0, 1.7, 3], output="receivers", voices=50)
+
+        def next_peak():
+            context.commit()
+            for _ in range(25):
+                context.update(0.1)
+                block = listener.render(480)
+            return np.abs(block).max()
+
+        before = next_peak()
+        level.change_emitter(0, is_muted=True)
+        assert 0 <= next_peak() < 1e-6 * before and not told
     with clamor.Context() as context:
         stream = clamor.Stream(context, 24000)
         assert stream.write(tone[:1000]) == 1000

@@ -38,10 +38,11 @@ namespace Clamor
         [StructLayout(LayoutKind.Sequential)]
         public struct clamor_options
         {
-            public const uint Size = 24;
+            public const uint Size = 56;
             public uint bytes, caller_updates;
             public double update_period_s;
             public uint max_sources, max_sounds;
+            public IntPtr user, log, thread_begins, thread_ends;
         }
 
         [StructLayout(LayoutKind.Sequential)]
@@ -60,6 +61,25 @@ namespace Clamor
             public const uint Size = 24;
             public uint bytes, emitters, sounds;
             public ulong sources;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_emitter_info
+        {
+            public const uint Size = 48;
+            public uint bytes, sound;
+            public double position_m_0, position_m_1, position_m_2;
+            public double gain;
+            public IntPtr name;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_emitter_options
+        {
+            public const uint Size = 24;
+            public uint bytes, is_muted;
+            public ulong group;
+            public double gain;
         }
 
         [StructLayout(LayoutKind.Sequential)]
@@ -196,6 +216,15 @@ namespace Clamor
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int clamor_get_level_info(ContextHandle context, ulong level,
             ref clamor_level_info info);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_get_emitter_info(ContextHandle context, ulong level,
+            uint emitter, ref clamor_emitter_info info);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_find_emitter(ContextHandle context, ulong level, byte[] name,
+            out uint emitter);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_change_emitter(ContextHandle context, ulong level,
+            uint emitter, ref clamor_emitter_options options);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int clamor_create_listener(ContextHandle context, ulong level,
             ref clamor_listener_options options, out ulong listener, [In, Out] byte[] error);

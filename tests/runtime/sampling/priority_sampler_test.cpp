@@ -19,14 +19,17 @@ using Room = testing::WeightedRoom;
 
 constexpr std::size_t kSampleVoices = 200;
 
+// `powers` are those of emitters.
 std::map<std::uint64_t, double> reference_priority_sample(const Room& room, const Vec3& place,
-                                                          std::size_t voices) {
+                                                          std::size_t voices,
+                                                          const std::vector<float>& powers = {}) {
   std::vector<testing::WeightedSource> all;
   for (std::uint32_t i = 0; i < room.sources().size(); ++i) {
     const Source& source = room.sources()[i];
     const float late = room.radiation.late_boost().at(source.delay_s);
+    const double power = source.emitter < powers.size() ? powers[source.emitter] : 1;
     all.push_back(
-        {i, room.weight_of(i, place) * (1 + LateBoost::strength(voices) * late), source.u});
+        {i, power * room.weight_of(i, place) * (1 + LateBoost::strength(voices) * late), source.u});
   }
   return testing::reference_sample(std::move(all), voices);
 }
@@ -57,6 +60,25 @@ TEST(PrioritySampler, GivesTheSampleOfASortOfAllPriorities) {
 TEST(PrioritySampler, GivesTheSampleOfASortWithBoostedLateSources) {
   for (const double t60_s : {0.15, 0.6})
     expect_sorted_choice(Room(400, LateBoost(t60_s)), 10 * kSampleVoices);
+}
+
+TEST(PrioritySampler, GivesTheSampleOfASortWithEmittersThatAreTurnedDown) {
+  const Room room(400);
+  SourceList list = room.list();
+  const auto sampler = make_priority_sampler(room.radiation, room.weights, list, kSampleVoices);
+  const Vec3 listener(3, 4, 1.5);
+  for (const std::vector<float>& powers :
+       {std::vector<float>{}, {0.25f}, {1, 0}, {0.01f, 0.5f, 0}, {0, 0, 0}, {1, 1, 1}}) {
+    sampler->set_emitter_powers(powers);
+    const auto sample = sampler->sample(listener);
+    testing::expect_sample(sample, reference_priority_sample(room, listener, kSampleVoices, powers),
+                           1e-6);
+    for (const SampledSource& chosen : sample) {
+      const std::uint32_t emitter = chosen.source->emitter;
+      EXPECT_EQ(chosen.visibility,
+                same_in_all_bands(emitter < powers.size() ? powers[emitter] : 1));
+    }
+  }
 }
 
 TEST(PrioritySampler, IsUnbiasedInTotalPower) {

@@ -14,10 +14,10 @@ from .offline import open, render_walk
 from .sound_file import write_wav
 from .sources import Group, Sound, Source, Stream
 from .walk import Pose, Walk, orientation
-from .world import Context, Level, LevelInfo, Listener, Statistics
+from .world import Context, EmitterInfo, Level, LevelInfo, Listener, Statistics
 
-__all__ = ["BakeLevel", "BakeProgress", "BakeReport", "ClamorError", "Context", "Group", "Level",
-           "LevelInfo", "Listener", "Pose", "Sound", "Source", "Statistics", "Stream", "Walk",
-           "bake", "impulse_responses", "open", "orientation", "presets", "render_walk",
-           "spatial_impulse_responses", "write_wav"]
+__all__ = ["BakeLevel", "BakeProgress", "BakeReport", "ClamorError", "Context", "EmitterInfo",
+           "Group", "Level", "LevelInfo", "Listener", "Pose", "Sound", "Source", "Statistics",
+           "Stream", "Walk", "bake", "impulse_responses", "open", "orientation", "presets",
+           "render_walk", "spatial_impulse_responses", "write_wav"]
 __version__ = "0.1.0"

@@ -31,6 +31,7 @@ CLAMOR_OUTPUT_NONE = 4
 
 ReadFunction = CFUNCTYPE(c_int32, c_void_p, c_uint64, c_uint64, c_void_p)
 ReleaseFunction = CFUNCTYPE(None, c_void_p)
+LogFunction = CFUNCTYPE(None, c_void_p, c_char_p)
 PullFunction = CFUNCTYPE(c_uint32, c_void_p, POINTER(c_float), c_uint32)
 
 
@@ -40,7 +41,8 @@ class clamor_error(Structure):
 
 class clamor_options(Structure):
     _fields_ = [("bytes", c_uint32), ("caller_updates", c_uint32), ("update_period_s", c_double),
-                ("max_sources", c_uint32), ("max_sounds", c_uint32)]
+                ("max_sources", c_uint32), ("max_sounds", c_uint32), ("user", c_void_p),
+                ("log", LogFunction), ("thread_begins", LogFunction), ("thread_ends", LogFunction)]
 
 
 class clamor_reader(Structure):
@@ -51,6 +53,11 @@ class clamor_reader(Structure):
 class clamor_level_info(Structure):
     _fields_ = [("bytes", c_uint32), ("emitters", c_uint32), ("sounds", c_uint32),
                 ("sources", c_uint64)]
+
+
+class clamor_emitter_info(Structure):
+    _fields_ = [("bytes", c_uint32), ("sound", c_uint32), ("position_m", c_double * 3),
+                ("gain", c_double), ("name", c_char_p)]
 
 
 class clamor_pose(Structure):
@@ -97,6 +104,11 @@ class clamor_source_options(Structure):
                 ("played_s", c_double)]
 
 
+class clamor_emitter_options(Structure):
+    _fields_ = [("bytes", c_uint32), ("is_muted", c_uint32), ("group", c_uint64),
+                ("gain", c_double)]
+
+
 class clamor_voice(Structure):
     _fields_ = [("slot", c_uint32), ("starts", c_uint32), ("sound", c_uint64),
                 ("level_sound", c_uint32), ("direction", c_float * 3), ("delay_s", c_double),
@@ -123,6 +135,9 @@ SIGNATURES: Signatures = {
                                          _error]),
     "clamor_close_level": (c_int32, [_context, _handle]),
     "clamor_get_level_info": (c_int32, [_context, _handle, POINTER(clamor_level_info)]),
+    "clamor_get_emitter_info": (c_int32, [_context, _handle, c_uint32,
+                                          POINTER(clamor_emitter_info)]),
+    "clamor_find_emitter": (c_int32, [_context, _handle, c_char_p, POINTER(c_uint32)]),
     "clamor_create_listener": (c_int32, [_context, _handle, POINTER(clamor_listener_options),
                                          POINTER(c_uint64), _error]),
     "clamor_destroy_listener": (c_int32, [_context, _handle]),
@@ -147,6 +162,8 @@ SIGNATURES: Signatures = {
     "clamor_change_source": (c_int32, [_context, _handle, POINTER(clamor_source_options)]),
     "clamor_move_source": (c_int32, [_context, _handle, POINTER(clamor_motion)]),
     "clamor_remove_source": (c_int32, [_context, _handle]),
+    "clamor_change_emitter": (c_int32, [_context, _handle, c_uint32,
+                                        POINTER(clamor_emitter_options)]),
     "clamor_commit": (c_int32, [_context, c_double]),
     "clamor_measure_responses": (c_int32, [_context, _handle, c_uint32, c_void_p, c_uint32,
                                            c_void_p, c_uint64, POINTER(c_uint64), _error]),

@@ -6,7 +6,7 @@ import os
 import threading
 import weakref
 from ctypes import byref, c_double, c_uint32, c_uint64, c_void_p
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
@@ -40,6 +40,15 @@ class LevelInfo(NamedTuple):
     emitters: int
     sounds: int
     sources: int
+
+
+class EmitterInfo(NamedTuple):
+    """An emitter of a level: its name in glTF, the number of its sound, position and amplitude."""
+
+    name: str
+    sound: int
+    position_m: Tuple[float, float, float]
+    gain: float
 
 
 class Statistics(NamedTuple):
@@ -79,17 +88,24 @@ class Context(_Owner):
             update() regularly, and the library starts no thread. Offline listeners need True.
         update_period_s: with caller_updates, the longest time between two updates; 0 means 1/30 s.
         max_sources, max_sounds: of the application's own, at a time.
+        log: is called with a sentence for what no call can return, such as a page that cannot be
+            read; by any thread, and must not call the context. None: nobody is told.
     """
 
     def __init__(self, caller_updates: bool = False, update_period_s: float = 0,
-                 max_sources: int = 1024, max_sounds: int = 256):
+                 max_sources: int = 1024, max_sounds: int = 256,
+                 log: Optional[Callable[[str], None]] = None):
+        def tell(_: Any, sentence: bytes) -> None:
+            log(sentence.decode())
+
+        logger = native.LogFunction(tell) if log is not None else native.LogFunction()
         options = native.clamor_options(caller_updates=caller_updates,
                                         update_period_s=update_period_s, max_sources=max_sources,
-                                        max_sounds=max_sounds)
+                                        max_sounds=max_sounds, log=logger)
         context, error = c_void_p(), native.clamor_error()
         check(library().clamor_create(byref(options), byref(context), byref(error)), error)
         self._pointer = context
-        self._callbacks: List[Any] = []
+        self._callbacks: List[Any] = [logger]
         self._finalizer = weakref.finalize(self, _destroy, context, self._callbacks)
 
     @property
@@ -170,6 +186,31 @@ class Level(_Owner):
         info = native.clamor_level_info()
         check(library().clamor_get_level_info(self.context._open, self._handle, byref(info)))
         return LevelInfo(info.emitters, info.sounds, info.sources)
+
+    def emitter(self, number: int) -> EmitterInfo:
+        """The emitter number `number`, below info.emitters."""
+        info = native.clamor_emitter_info()
+        check(library().clamor_get_emitter_info(self.context._open, self._handle, number,
+                                                byref(info)))
+        return EmitterInfo(info.name.decode(), info.sound, tuple(info.position_m), info.gain)
+
+    def find_emitter(self, name: str) -> int:
+        """The number of the first emitter with this name. Raises ClamorError if there is none."""
+        number = c_uint32()
+        check(library().clamor_find_emitter(self.context._open, self._handle, utf8(name),
+                                            byref(number)))
+        return number.value
+
+    def change_emitter(self, number: int, gain: float = 1.0, is_muted: bool = False,
+                       group: Any = None) -> None:
+        """Turns an emitter down, with all its reflections, for all listeners from the next commit.
+
+        `gain` is an amplitude relative to the bake's, above 0 to 1, times that of the Group.
+        """
+        options = native.clamor_emitter_options(is_muted=is_muted, gain=gain,
+                                                group=group._handle if group else 0)
+        check(library().clamor_change_emitter(self.context._open, self._handle, number,
+                                              byref(options)))
 
 
 class Listener(_Owner):

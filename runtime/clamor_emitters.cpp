@@ -1,0 +1,79 @@
+// clamor_emitters.cpp: the emitters of a level in the C interface.
+#include <algorithm>
+#include <memory>
+
+#include "common/c_structures.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/level/emitter.h"
+#include "runtime/clamor.h"
+#include "runtime/clamor_context.h"
+#include "runtime/world/world_sources.h"
+
+namespace {
+
+using clamor::BakeFile;
+using clamor::Emitter;
+using clamor::WorldEmitter;
+using clamor::interface::guarded;
+
+// Calls act(file) with an open level.
+template <class Act>
+clamor_result in_level(clamor_context* context, clamor_level level, const Act& act) noexcept {
+  return guarded(nullptr, [&]() -> clamor_result {
+    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    const auto file = context->world.level(level);
+    return file == nullptr ? clamor_result{CLAMOR_ERROR_HANDLE} : act(*file);
+  });
+}
+
+}  // namespace
+
+extern "C" {
+
+clamor_result clamor_get_emitter_info(clamor_context* context, clamor_level level, uint32_t emitter,
+                                      clamor_emitter_info* info) {
+  return in_level(context, level, [&](const BakeFile& file) -> clamor_result {
+    if (emitter >= file.emitters().size()) return CLAMOR_ERROR_ARGUMENT;
+    const Emitter& asked = file.emitters()[emitter];
+    clamor_emitter_info filled{};
+    filled.sound = asked.signal;
+    filled.position_m[0] = asked.position_m.x;
+    filled.position_m[1] = asked.position_m.y;
+    filled.position_m[2] = asked.position_m.z;
+    filled.gain = asked.gain;
+    filled.name = asked.name.c_str();
+    return clamor::copy_to_caller(filled, info) ? CLAMOR_OK : CLAMOR_ERROR_ARGUMENT;
+  });
+}
+
+clamor_result clamor_find_emitter(clamor_context* context, clamor_level level, const char* name,
+                                  uint32_t* emitter) {
+  return in_level(context, level, [&](const BakeFile& file) -> clamor_result {
+    if (name == nullptr || emitter == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    const auto& emitters = file.emitters();
+    const auto found = std::find_if(emitters.begin(), emitters.end(),
+                                    [name](const Emitter& one) { return one.name == name; });
+    if (found == emitters.end()) return CLAMOR_ERROR_ARGUMENT;
+    *emitter = static_cast<uint32_t>(found - emitters.begin());
+    return CLAMOR_OK;
+  });
+}
+
+clamor_result clamor_change_emitter(clamor_context* context, clamor_level level, uint32_t emitter,
+                                    const clamor_emitter_options* options) {
+  return in_level(context, level, [&](const BakeFile& file) -> clamor_result {
+    clamor_emitter_options chosen;
+    if (options == nullptr || !clamor::copy_from_caller(options, chosen))
+      return CLAMOR_ERROR_ARGUMENT;
+    if (chosen.gain == 0) chosen.gain = 1;
+    if (emitter >= file.emitters().size() || !(chosen.gain > 0 && chosen.gain <= 1))
+      return CLAMOR_ERROR_ARGUMENT;
+    clamor::WorldSources& sources = context->world.sources();
+    if (chosen.group != 0 && !sources.has_group(chosen.group)) return CLAMOR_ERROR_HANDLE;
+    const WorldEmitter changed{chosen.is_muted != 0 ? 0 : chosen.gain, chosen.group};
+    sources.change_emitter(level, emitter, file.emitters().size(), changed);
+    return CLAMOR_OK;
+  });
+}
+
+}  // extern "C"

@@ -1,0 +1,161 @@
+// clamor_emitters_test.cpp: the emitters of a level in the C interface, in a small room with three.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "common/sample_rate.h"
+#include "runtime/clamor.h"
+#include "tests/library/library_room.h"
+
+namespace clamor {
+namespace {
+
+using testing::add_listener;
+using testing::Context;
+using testing::make_context;
+using testing::offline;
+using testing::open_level;
+
+// A room with an offline listener who hears all sources.
+struct Room {
+  Room() {
+    clamor_listener_options options = offline();
+    options.voices = 100'000;
+    listener = add_listener(context, level, options);
+  }
+
+  clamor_result change(uint32_t emitter, double gain, clamor_group group = 0) const {
+    clamor_emitter_options options{};
+    options.bytes = sizeof(options);
+    options.is_muted = gain == 0;
+    options.gain = gain;
+    options.group = group;
+    return clamor_change_emitter(context.get(), level, emitter, &options);
+  }
+  void commit() const { ASSERT_EQ(clamor_commit(context.get(), 0), CLAMOR_OK); }
+
+  // The next half second of the first channel.
+  std::vector<float> heard() const {
+    std::vector<float> left, block(2 * 480);
+    while (left.size() < kSampleRate_hz / 2) {
+      EXPECT_EQ(clamor_update(context.get(), 0, nullptr), CLAMOR_OK);
+      EXPECT_EQ(clamor_render(context.get(), listener, block.data(), 480), CLAMOR_OK);
+      for (std::size_t f = 0; f < block.size(); f += 2) left.push_back(block[f]);
+    }
+    return left;
+  }
+
+  Context context = make_context();
+  clamor_level level = open_level(context);
+  clamor_listener listener = 0;
+};
+
+// The first half second of a room whose emitters have these gains from the beginning on.
+std::vector<float> with_gains(double first, double second, double third) {
+  const Room room;
+  EXPECT_EQ(room.change(0, first), CLAMOR_OK);
+  EXPECT_EQ(room.change(1, second), CLAMOR_OK);
+  EXPECT_EQ(room.change(2, third), CLAMOR_OK);
+  room.commit();
+  return room.heard();
+}
+
+clamor_group_options group_options(double gain) {
+  clamor_group_options options{};
+  options.bytes = sizeof(options);
+  options.has_gain = 1;
+  options.gain = gain;
+  return options;
+}
+
+double peak(const std::vector<float>& samples) {
+  double highest = 0;
+  for (const float sample : samples) highest = std::max(highest, std::abs(1.0 * sample));
+  return highest;
+}
+
+double largest_difference(const std::vector<float>& a, const std::vector<float>& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    largest = std::max(largest, std::abs(1.0 * a[i] - b[i]));
+  return largest;
+}
+
+// Closed form: amplitudes add.
+TEST(ClamorEmitters, AddUpWithTheirGains) {
+  const auto untouched = Room().heard(), all = with_gains(1, 1, 1), mixed = with_gains(1, 0.5, 0.1),
+             first = with_gains(1, 0, 0), second = with_gains(0, 1, 0), third = with_gains(0, 0, 1);
+  EXPECT_EQ(untouched, all);
+  std::vector<float> sum = first;
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += 0.5f * second[i] + 0.1f * third[i];
+  EXPECT_LT(largest_difference(mixed, sum), 1e-5 * peak(untouched));
+  EXPECT_GT(largest_difference(mixed, untouched), 0.05 * peak(untouched));
+}
+
+TEST(ClamorEmitters, FollowTheirGroupAndAreNeverLouderThanTheBake) {
+  const Room room;
+  const clamor_group_options unchanged = group_options(1);
+  clamor_group group = 0;
+  ASSERT_EQ(clamor_add_group(room.context.get(), &unchanged, &group), CLAMOR_OK);
+  for (const uint32_t emitter : {0u, 1u, 2u})
+    ASSERT_EQ(room.change(emitter, 0.5, group), CLAMOR_OK);
+  room.commit();
+  EXPECT_EQ(room.heard(), with_gains(0.5, 0.5, 0.5));
+  // What is heard after a change of the group is complete.
+  const auto level_with = [&](const clamor_group_options& options) {
+    EXPECT_EQ(clamor_change_group(room.context.get(), group, &options), CLAMOR_OK);
+    room.commit();
+    (void)room.heard();
+    return peak(room.heard());
+  };
+  const double half = level_with(unchanged);
+  EXPECT_NEAR(level_with(group_options(0.5)) / half, 0.5, 1e-3);
+  EXPECT_LT(level_with(group_options(0)) / half, 1e-9);
+  EXPECT_NEAR(level_with(group_options(100)) / half, 2, 1e-3);
+  clamor_group_options paused = unchanged;
+  paused.is_paused = 1;
+  EXPECT_LT(level_with(paused) / half, 1e-9);
+  ASSERT_EQ(clamor_remove_group(room.context.get(), group), CLAMOR_OK);
+  room.commit();
+  (void)room.heard();
+  EXPECT_NEAR(peak(room.heard()) / half, 1, 1e-3);
+}
+
+TEST(ClamorEmitters, AreFoundByName) {
+  const Room room;
+  clamor_emitter_info info{};
+  info.bytes = sizeof(info);
+  ASSERT_EQ(clamor_get_emitter_info(room.context.get(), room.level, 2, &info), CLAMOR_OK);
+  EXPECT_EQ(info.sound, 2u);
+  EXPECT_EQ(info.position_m[1], 4.5);
+  EXPECT_EQ(info.gain, 1);
+  uint32_t found = 99;
+  const auto find = [&](const char* name) {
+    return clamor_find_emitter(room.context.get(), room.level, name, &found);
+  };
+  EXPECT_EQ(find("nobody"), CLAMOR_ERROR_ARGUMENT);
+  EXPECT_EQ(found, 99u);
+  EXPECT_EQ(find(info.name), CLAMOR_OK);
+  EXPECT_EQ(found, 0u);  // the first of the three, which have one name
+}
+
+TEST(ClamorEmitters, RejectWhatIsWrong) {
+  const Room room;
+  EXPECT_EQ(room.change(3, 1), CLAMOR_ERROR_ARGUMENT);
+  EXPECT_EQ(room.change(0, 1.01), CLAMOR_ERROR_ARGUMENT);
+  EXPECT_EQ(room.change(0, -1), CLAMOR_ERROR_ARGUMENT);
+  EXPECT_EQ(room.change(0, std::nan("")), CLAMOR_ERROR_ARGUMENT);
+  EXPECT_EQ(room.change(0, 1, 12345), CLAMOR_ERROR_HANDLE);
+  clamor_emitter_info info{};
+  info.bytes = sizeof(info);
+  EXPECT_EQ(clamor_get_emitter_info(room.context.get(), room.level, 3, &info),
+            CLAMOR_ERROR_ARGUMENT);
+  ASSERT_EQ(clamor_close_level(room.context.get(), room.level), CLAMOR_OK);
+  EXPECT_EQ(room.change(0, 1), CLAMOR_ERROR_HANDLE);
+  EXPECT_EQ(clamor_get_emitter_info(room.context.get(), room.level, 0, &info), CLAMOR_ERROR_HANDLE);
+}
+
+}  // namespace
+}  // namespace clamor
