@@ -18,7 +18,6 @@ namespace clamor {
 
 namespace {
 
-constexpr const char* kDefaultHead = "/usr/share/libmysofa/default.sofa";
 constexpr unsigned kFewestDirections = 16, kMaxDirections = 20000, kMaxFrames = 16384;
 constexpr double kMinHrirRate_hz = 8000, kMaxHrirRate_hz = 384000, kMaxLag_s = 0.1;
 constexpr std::uintmax_t kMaxInput_bytes = 1 << 30;
@@ -200,16 +199,12 @@ Result<HrirSet> responses_of(const Tables& tables) {
 }  // namespace
 
 Result<HrirSet> read_sofa(const std::string& path) {
-  const std::string& name = path.empty() ? std::string(kDefaultHead) : path;
-  const auto refused = [&](const std::string& why) { return Error(name + ": " + why); };
+  const auto refused = [&](const std::string& why) { return Error(path + ": " + why); };
   std::error_code error;
-  const std::uintmax_t bytes = std::filesystem::file_size(name, error);
-  if (error)
-    return refused(path.empty() ? "the head that binaural output needs is not there; install "
-                                  "libmysofa1 or name a SOFA file with --hrtf."
-                                : "cannot be read (" + error.message() + ").");
+  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+  if (error) return refused("cannot be read (" + error.message() + ").");
   if (bytes > kMaxInput_bytes) return refused("is larger than 1 GiB, which no head should be.");
-  const auto tables = read_tables(name, bytes);
+  const auto tables = read_tables(path, bytes);
   if (!tables.ok()) return refused(tables.error().message + "; it is damaged, or no SOFA file.");
   if (const auto good = check_tables(*tables); !good.ok()) return refused(good.error().message);
   auto responses = responses_of(*tables);

@@ -26,8 +26,6 @@ struct HrirSet {
   }
 };
 
-// An empty path selects the KEMAR dummy head that is installed with libmysofa. (B. Gardner, K.
-// Martin. HRTF Measurements of a KEMAR Dummy-Head Microphone. MIT Media Lab, 1994.)
 Result<HrirSet> read_sofa(const std::string& path);
 
 }  // namespace clamor

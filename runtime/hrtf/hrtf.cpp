@@ -10,6 +10,7 @@
 #include "common/fourier.h"
 #include "common/parallel_for.h"
 #include "common/sample_rate.h"
+#include "runtime/hrtf/default_hrtf.h"
 #include "runtime/hrtf/erb_bands.h"
 #include "runtime/hrtf/hrtf_magnitude_fit.h"
 #include "runtime/hrtf/hrtf_phase_fit.h"
@@ -75,6 +76,7 @@ void make_smooth(std::span<const Vec3f> directions, std::vector<InterauralTimes>
 }  // namespace
 
 Result<std::shared_ptr<const Hrtf>> Hrtf::read(const std::string& path, unsigned threads) {
+  if (path.empty()) return default_hrtf();
   auto responses = read_sofa(path);
   if (!responses.ok()) return responses.error();
   auto head = std::make_shared<const Hrtf>(*responses, threads);
@@ -166,7 +168,7 @@ Hrtf::Direction Hrtf::fitted(const Measured& measured, const HrtfMagnitudeFit& f
 Hrtf::Hrtf(const HrirSet& responses, unsigned threads) {
   // A pole may have been measured many times.
   std::vector<std::size_t> kept;
-  std::vector<Vec3f> places;
+  std::vector<Vec3f>& places = places_;
   for (std::size_t d = 0; d < responses.directions.size(); ++d) {
     const Vec3f& direction = responses.directions[d];
     const bool known = std::any_of(places.begin(), places.end(), [&](const Vec3f& place) {

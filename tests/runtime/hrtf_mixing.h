@@ -21,13 +21,16 @@ namespace clamor::testing {
 inline constexpr std::size_t kSize = 8192;
 inline constexpr double kBin_hz = 1.0 * kSampleRate_hz / kSize;
 
+// The measurement to which the default head is fitted, as libmysofa brings it.
+inline constexpr const char* kKemar = "/usr/share/libmysofa/MIT_KEMAR_normal_pinna.sofa";
+
 inline const HrirSet& kemar() {
-  static const auto kResponses = read_sofa("");
+  static const auto kResponses = read_sofa(kKemar);
   return *kResponses;
 }
 inline const Hrtf& kemar_head() {
-  static const Hrtf kHead(kemar());
-  return kHead;
+  static const auto kHead = *Hrtf::read("");
+  return *kHead;
 }
 
 // HRTF that changes nothing, from any direction.

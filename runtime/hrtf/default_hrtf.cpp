@@ -1,0 +1,31 @@
+#include "runtime/hrtf/default_hrtf.h"
+
+#include <cstddef>
+#include <span>
+
+#include "runtime/hrtf/hrtf.h"
+
+// The assembler reads the file; as an array in C++ it would take seconds to compile.
+asm(R"(
+  .pushsection .rodata
+  .balign 16
+  .hidden clamor_default_head, clamor_default_head_end
+  .globl clamor_default_head, clamor_default_head_end
+clamor_default_head:
+  .incbin ")" CLAMOR_DEFAULT_HEAD R"("
+clamor_default_head_end:
+  .popsection
+)");
+
+extern "C" {
+extern const std::byte clamor_default_head[] __attribute__((visibility("hidden")));
+extern const std::byte clamor_default_head_end[] __attribute__((visibility("hidden")));
+}
+
+namespace clamor {
+
+std::shared_ptr<const Hrtf> default_hrtf() {
+  return Hrtf::from_stored(std::span(clamor_default_head, clamor_default_head_end));
+}
+
+}  // namespace clamor
