@@ -58,11 +58,12 @@ inline std::string contents_of(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// The first code block of a page in a language, as in ```python.
-inline std::string example_of(const std::string& page, const std::string& language) {
+// The first code block of a page in a language, as in ```python, after a text.
+inline std::string example_of(const std::string& page, const std::string& language,
+                              const std::string& after = "") {
   const std::string text = contents_of(std::string(kSourceDir) + "/" + page);
   const std::string opening = "```" + language + "\n";
-  const std::size_t begin = text.find(opening);
+  const std::size_t begin = text.find(opening, text.find(after));
   if (begin == std::string::npos) {
     ADD_FAILURE() << page << " has no example in " << language;
     return "";

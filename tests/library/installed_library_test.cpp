@@ -2,8 +2,10 @@
 // and by pkg-config, with GCC and with clang, in C and in C++.
 #include "tests/library/installed_library.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 #include <string>
 
@@ -12,6 +14,7 @@
 
 #include "formats/audio/audio_file.h"
 #include "tests/build_paths.h"
+#include "tests/library/binding_run.h"
 #include "tests/library/shell.h"
 
 namespace clamor {
@@ -53,6 +56,55 @@ TEST_F(PackagedLibrary, IsFoundByPkgConfig) {
   const std::string program = prefix_ + "/by_pkg_config";
   run("cc -std=c99 " + examples() + "/play_to_wav.c -o " + program + by_pkg_config("clamor"));
   run("LD_LIBRARY_PATH=" + libraries() + " " + program + "; test $? -eq 2");  // its usage
+}
+
+// What the page's games play.
+const Sound& sound_of_the_program() {
+  static const Sound sound = [] {
+    const testing::TemporaryFile wav(".wav");
+    run(std::string(testing::kProgram) + " render " + testing::room_without_walls() + " -o " +
+        wav.path() + " --listener 0,1.7,3 --seconds 0.5");
+    auto read = read_channels(wav.path(), 2);
+    EXPECT_TRUE(read.ok());
+    return read.ok() ? std::move(*read) : Sound{};
+  }();
+  return sound;
+}
+
+// Does what the page says in an empty folder, where ~/clamor is the installed tree.
+void expect_sound_from_an_empty_folder(const std::string& prefix, const std::string& commands,
+                                       const std::map<std::string, std::string>& files) {
+  std::size_t lines = testing::line_count(commands);
+  const testing::EmptyFolder home;
+  fs::create_symlink(prefix, home / "clamor");
+  fs::create_directory(home / "game");
+  for (const auto& [name, text] : files) {
+    std::ofstream(home / ("game/" + name)) << text;
+    lines += testing::line_count(text);
+  }
+  EXPECT_LE(lines, 30u);
+  fs::copy_file(testing::room_without_walls(), home / "game/room.clamor");
+  const testing::TemporaryFile script(".sh", commands);
+  run("cd " + (home / "game") + " && HOME=" + home.path() + " CFLAGS=-O0 sh -e " + script.path());
+  const auto played = read_channels(home / "game/room.wav", 2);
+  ASSERT_TRUE(played.ok());
+  EXPECT_EQ(played->frames(), 24'000u);
+  EXPECT_GT(*std::ranges::max_element(played->channels[0]), 0.001f);
+  EXPECT_EQ(played->channels, sound_of_the_program().channels);
+}
+
+const std::string kPage = "runtime/README.md";
+
+TEST_F(PackagedLibrary, TakesThirtyLinesOfCToPlayTheSamplesOfTheProgram) {
+  expect_sound_from_an_empty_folder(prefix_, testing::example_of(kPage, "sh", "`game.c`"),
+                                    {{"game.c", testing::example_of(kPage, "c")},
+                                     {"CMakeLists.txt", testing::example_of(kPage, "cmake")}});
+}
+
+TEST_F(PackagedLibrary, TakesThirtyLinesOfCppToPlayTheSamplesOfTheProgram) {
+  if (!has("pkg-config")) GTEST_SKIP() << "not on this machine: pkg-config";
+  expect_sound_from_an_empty_folder(prefix_, testing::example_of(kPage, "sh", "`game.cpp`"),
+                                    {{"game.cpp", testing::example_of(kPage, "cpp")}});
 }
 
 // A client that links libclamor.a needs no libclamor.so, and its own names cannot clash.
