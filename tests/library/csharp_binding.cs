@@ -11,9 +11,12 @@ static class CSharpBinding
 {
     static int Main(string[] words)
     {
-        if (words[0] == "interface") Interface(words[1]);
+        if (words[0] == "interface")
+            Interface(words[1] == "clamor_bake" ? typeof(BakeNative) : typeof(Native), words[1], words[2]);
         if (words[0] == "allocations") Allocations(words[1]);
         if (words[0] == "sources") Sources(words[1]);
+        if (words[0] == "pull") Pull(words[1]);
+        if (words[0] == "bake") Bake(words[1], words[2], words[3]);
         if (words[0] == "use") Use(words[1]);
         return 0;
     }
@@ -62,20 +65,21 @@ static class CSharpBinding
             lines.Add("member " + type.Name + " " + place.Key + " " + place.Value[0] + " " + place.Value[1]);
     }
 
-    // Clamor.cs declares all of a header, with its values, sizes, offsets and types.
-    static void Interface(string table)
+    // A class declares all of a header, PREFIX.h, with its values, sizes, offsets and types.
+    static void Interface(Type native, string prefix, string table)
     {
         var declared = new SortedSet<string>();
         var all = BindingFlags.Public | BindingFlags.Static;
-        foreach (FieldInfo field in typeof(Native).GetFields(all))
+        foreach (FieldInfo field in native.GetFields(all))
             if (field.IsLiteral && field.Name.StartsWith("CLAMOR_"))
                 declared.Add("constant " + field.Name + " " + field.GetRawConstantValue());
-        foreach (Type type in typeof(Native).GetNestedTypes())
+        foreach (Type type in native.GetNestedTypes())
             if (type.IsValueType) AddStructure(type, declared);
-        declared.Add("struct clamor_error " + Native.ErrorBytes);
-        declared.Add("member clamor_error code 0 4");
-        declared.Add("member clamor_error sentence 4 " + (Native.ErrorBytes - 4));
-        foreach (MethodInfo method in typeof(Native).GetMethods(all)) {
+        int errorBytes = (int)native.GetField("ErrorBytes").GetRawConstantValue();
+        declared.Add("struct " + prefix + "_error " + errorBytes);
+        declared.Add("member " + prefix + "_error code 0 4");
+        declared.Add("member " + prefix + "_error sentence 4 " + (errorBytes - 4));
+        foreach (MethodInfo method in native.GetMethods(all)) {
             if (!method.Name.StartsWith("clamor_")) continue;
             string line = "function " + method.Name + " " + Kind(method.ReturnType);
             foreach (ParameterInfo parameter in method.GetParameters())
@@ -86,9 +90,9 @@ static class CSharpBinding
         foreach (string line in File.ReadAllLines(table))
             if (!line.Contains("_VERSION_M") && !line.Contains("_VERSION_P")) header.Add(line);
         foreach (string line in header)
-            if (!declared.Contains(line)) Console.WriteLine("clamor.h has, and Clamor.cs has not: " + line);
+            if (!declared.Contains(line)) Console.WriteLine("the header has, and the class has not: " + line);
         foreach (string line in declared)
-            if (!header.Contains(line)) Console.WriteLine("Clamor.cs has, and clamor.h has not: " + line);
+            if (!header.Contains(line)) Console.WriteLine("the class has, and the header has not: " + line);
         Require(header.Count > 50 && header.SetEquals(declared), "the declarations differ");
     }
 
@@ -236,6 +240,161 @@ static class CSharpBinding
             Require(CodeOf(() => source.Move(new Motion())) == -2, "a source that is disposed of");
         }
     }
+
+    // What is heard over headphones of sounds that begin one after the other, each a second later.
+    static float[] Heard(Context clamor, Level level, params Sound[] sounds)
+    {
+        var heard = new float[2 * 48000 * sounds.Length];
+        using (var ears = clamor.CreateListener(level, new ListenerOptions { Voices = 20, Offline = true })) {
+            int begun = 0;
+            for (int done = 0; done < heard.Length / 2; done += 480) {
+                double timeS;
+                while (ears.WantsKeyframe(out timeS)) {
+                    if (begun < sounds.Length && timeS > begun - 0.01)
+                        new Source(clamor, new SourceOptions { Sound = sounds[begun++],
+                            Motion = new Motion { X = 1, Z = -3 } });
+                    clamor.Commit(timeS);
+                    clamor.Update();
+                }
+                Require(ears.Render(heard, 2 * done, 480) == 0, "Render() failed");
+            }
+        }
+        return heard;
+    }
+
+    static double Rms(Func<int, double> sample, int count)
+    {
+        double sum = 0;
+        for (int i = 0; i < count; ++i) sum += sample(i) * sample(i);
+        return Math.Sqrt(sum / count);
+    }
+
+    // A stream with a function sounds like the samples that the function brings, and is silent where the
+    // function throws.
+    static void Pull(string path)
+    {
+        var noise = new float[20000];
+        for (int i = 0; i < noise.Length; ++i) noise[i] = (float)(Math.Sin(1e-4 * ((long)i * i % 99991) * 0.37) / 4);
+        int pulled = 0, calls = 0;
+        PullFunction bring = (samples, frames) => {
+            int count = Math.Min(frames, noise.Length - pulled);
+            Array.Copy(noise, pulled, samples, 0, count);
+            pulled += count;
+            GC.Collect();
+            return count;
+        };
+        PullFunction fail = (samples, frames) => {
+            ++calls;
+            throw new InvalidOperationException("no voice");
+        };
+        using (var clamor = new Context(true))
+        using (var level = clamor.OpenLevel(path))
+        using (var failing = new PulledSound(clamor, fail)) {
+            float[] heard = Heard(clamor, level, new Sound(clamor, noise), new PulledSound(clamor, bring), failing);
+            int second = 2 * 48000;
+            double expected = Rms(i => heard[i], second / 2);
+            double difference = Rms(i => heard[second + i] - heard[i], second / 2);
+            double silence = Rms(i => heard[2 * second + i], second / 2);
+            Console.WriteLine("rms " + expected + ", difference " + difference + ", silence " + silence);
+            Require(pulled == noise.Length && expected > 0.01, "the sound is not heard");
+            Require(difference < 1e-3 * expected, "the stream sounds differently");  // as delays are floats
+            Require(silence < 1e-6, "a function that throws is not silent");
+            Require(calls > 1 && failing.Failure.Message == "no voice", "Failure");
+        }
+
+        // Threads of the library pull while the stream and its context are disposed of.
+        for (int i = 0; i < 3; ++i) {
+            var context = new Context();
+            var level = context.OpenLevel(path);
+            var ears = Cheap(context, level);
+            long sum = 0;
+            var sound = new PulledSound(context, (samples, frames) => frames + 0 * (int)(sum += frames));
+            new Source(context, new SourceOptions { Sound = sound });
+            context.Commit();
+            var block = new float[960];
+            while (Interlocked.Read(ref sum) == 0) ears.Render(block, 0, 480);
+            sound.Dispose();
+            if (i > 0) context.Commit();
+            for (int k = 0; k < 10 * i; ++k) ears.Render(block, 0, 480);
+            context.Dispose();
+        }
+    }
+
+    // Bakes have the bytes of `clamor bake`; triangles of arrays, progress, cancelling and errors.
+    static void Bake(string gltf, string baked, string folder)
+    {
+        byte[] theirs = File.ReadAllBytes(baked), bytes;
+        string path = folder + "/level.clamor";
+        var last = new BakeProgress();
+        int notes = 0;
+        using (var level = BakeLevel.Read(gltf)) {
+            var options = new BakeOptions { Photons = 300, Sources = 1000 };
+            options.Progress = now => { last = now; GC.Collect(); return true; };
+            options.Message = (isWarning, sentence) => notes += sentence.Length > 10 ? 1 : 0;
+            BakeReport report = level.Bake(path, options);
+            Require(Same(File.ReadAllBytes(path), theirs), "the file is another");
+            Require(report.Photons == 300 && report.FileBytes == (ulong)theirs.Length, "report");
+            Require(report.T30S.Length == 8 && notes > 0 && last.PhotonsTotal == 300, "callbacks");
+            level.Bake(out bytes, options);
+            Require(Same(bytes, theirs), "the bytes are others");
+            Require(level.Info.Emitters == 1 && level.Info.Triangles > 100, "info");
+        }
+        using (var room = BakeLevel.Create("box")) {
+            var absorption = new[] { 0.3f, 0.3f, 0.3f, 0.3f, 0.3f, 0.3f, 0.3f, 0.3f };
+            int wall = room.AddMaterial(new BakeMaterial { Name = "wall", Absorption = absorption });
+            room.AddTriangles(Corners(6, 3, 8), Box, wall);
+            var noise = new float[44100];
+            for (int i = 0; i < noise.Length; ++i) noise[i] = (i * 7919L % 1009 - 504) / 5040f;
+            int sound = room.AddSound(new BakeSound { Name = "noise", Samples = noise, RateHz = 44100 });
+            room.AddEmitter(new BakeEmitter { Sound = sound, X = 2, Y = 1.2, Z = 3, Directivity = 1 });
+            BakeLevelInfo info = room.Info;
+            Require(info.Triangles == 12 && info.Materials == 1 && info.LowX == -3 && info.HighZ == 8, "info");
+
+            var endless = new BakeOptions { Photons = 100000000, Progress = now => false };
+            Require(CodeOf(() => room.Bake(path, endless)) == -10, "cancelled");
+            Require(Same(File.ReadAllBytes(path), theirs), "a bake that is cancelled leaves the file");
+            endless.Progress = now => { throw new InvalidOperationException("stop"); };
+            string thrown = null;
+            try {
+                room.Bake(path, endless);
+            } catch (InvalidOperationException exception) {
+                thrown = exception.Message;
+            }
+            Require(thrown == "stop", "what a callback throws");
+            Require(CodeOf(() => room.AddMaterial(new BakeMaterial { Preset = "plastr" })) == -1, "preset");
+            Require(CodeOf(() => room.AddTriangles(Corners(1, 1, 1), new[] { 0, 1, 8 }, wall)) == -1, "vertex");
+            Require(CodeOf(() => room.AddSound(new BakeSound { Path = folder + "/none.wav" })) == -3, "file");
+            Require(BakeLevel.Presets.Contains("plaster"), "presets");
+            room.Bake(out bytes, new BakeOptions { Photons = 1000, Sources = 1000 });
+        }
+        Require(CodeOf(() => BakeLevel.Read(folder + "/none.glb")) == -3, "no such level");
+        using (var clamor = new Context(true))
+        using (var level = clamor.OpenLevel(bytes, "box"))
+            Require(level.Info.Emitters == 1 && Peak(clamor, level) > 0.001f, "the box is not heard");
+    }
+
+    static bool Same(byte[] a, byte[] b)
+    {
+        if (a.Length != b.Length) return false;
+        for (int i = 0; i < a.Length; ++i)
+            if (a[i] != b[i]) return false;
+        return true;
+    }
+
+    // The corners of a box about the Z axis, whose number has a bit for each axis, and its triangles.
+    static float[] Corners(float x, float y, float z)
+    {
+        var corners = new float[24];
+        for (int i = 0; i < 8; ++i) {
+            corners[3 * i] = ((i & 1) - 0.5f) * x;
+            corners[3 * i + 1] = (i >> 1 & 1) * y;
+            corners[3 * i + 2] = (i >> 2 & 1) * z;
+        }
+        return corners;
+    }
+
+    static readonly int[] Box = {
+        0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3 };
 
     // Levels from files, memory and an archive; errors; what is rendered while all is disposed of.
     static void Use(string path)

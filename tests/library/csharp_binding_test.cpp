@@ -7,6 +7,7 @@
 #include "tests/build_paths.h"
 #include "tests/library/binding_run.h"
 #include "tests/library/header_table.h"
+#include "tests/library/library_room.h"
 #include "tests/temporary_file.h"
 
 namespace clamor {
@@ -41,7 +42,14 @@ TEST_F(CSharpBinding, DeclaresAllOfTheHeaderAsTheCompilerSeesIt) {
   const testing::TemporaryFile table(
       ".txt",
       testing::header_table(std::string(testing::kSourceDir) + "/runtime/clamor.h", "CLAMOR_API"));
-  run_with_libraries("mono " + program() + " interface " + table.path());
+  run_with_libraries("mono " + program() + " interface clamor " + table.path());
+}
+
+TEST_F(CSharpBinding, DeclaresAllOfTheHeaderOfBakesAsTheCompilerSeesIt) {
+  const testing::TemporaryFile table(
+      ".txt", testing::header_table(std::string(testing::kSourceDir) + "/bake/clamor_bake.h",
+                                    "CLAMOR_BAKE_API"));
+  run_with_libraries("mono " + program() + " interface clamor_bake " + table.path());
 }
 
 TEST_F(CSharpBinding, AllocatesNoManagedMemoryToRender) {
@@ -50,6 +58,17 @@ TEST_F(CSharpBinding, AllocatesNoManagedMemoryToRender) {
 
 TEST_F(CSharpBinding, PlaysSoundsStreamsAndSourcesOfTheApplication) {
   run_with_libraries("mono " + program() + " sources " + testing::violin_room());
+}
+
+TEST_F(CSharpBinding, PullsStreamsThatSoundLikeTheSameSamplesInMemory) {
+  run_with_libraries("mono " + program() + " pull " + testing::silent_field());
+}
+
+TEST_F(CSharpBinding, BakesTheBytesOfTheProgramAndTheTrianglesOfArrays) {
+  const testing::EmptyFolder folder;
+  run_with_libraries("mono " + program() + " bake " + testing::kSourceDir +
+                     "/assets/levels/violin_room.glb " + testing::violin_room() + " " +
+                     folder.path());
 }
 
 TEST_F(CSharpBinding, OpensMemoryAndArchivesAndTurnsErrorsIntoExceptions) {

@@ -5,6 +5,7 @@
 // (IL2CPP) need no hints. An array member a[n] is n members a_0 to a_(n-1). A test compares all of it
 // with the header.
 using System;
+using System.Collections.Generic;
 using System.Runtime.InteropServices;
 
 namespace Clamor
@@ -191,6 +192,8 @@ namespace Clamor
         public delegate int ReadFunction(IntPtr user, ulong offset, ulong count, IntPtr into);
         [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
         public delegate void ReleaseFunction(IntPtr user);
+        [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+        public delegate uint PullFunction(IntPtr user, IntPtr samples, uint frames);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern IntPtr clamor_result_text(int result);
@@ -302,6 +305,8 @@ namespace Clamor
     // The pointer to a context, which is destroyed once it is closed and no call uses it.
     internal sealed class ContextHandle : SafeHandle
     {
+        private readonly List<GCHandle> kept = new List<GCHandle>();
+
         public ContextHandle(IntPtr context) : base(IntPtr.Zero, true)
         {
             SetHandle(context);
@@ -312,9 +317,18 @@ namespace Clamor
             get { return handle == IntPtr.Zero; }
         }
 
+        // Keeps an object for the callbacks of the context, and returns what they find it by.
+        public IntPtr Keep(object target)
+        {
+            GCHandle user = GCHandle.Alloc(target);
+            lock (kept) kept.Add(user);
+            return GCHandle.ToIntPtr(user);
+        }
+
         protected override bool ReleaseHandle()
         {
             Native.clamor_destroy(handle);
+            foreach (GCHandle target in kept) target.Free();
             return true;
         }
     }

@@ -1,6 +1,9 @@
 // ClamorSources.cs: sounds, streams, groups and sources of the application's own.
 using System;
 using System.Runtime.InteropServices;
+#if UNITY_5_3_OR_NEWER
+using AOT;
+#endif
 
 namespace Clamor
 {
@@ -87,6 +90,71 @@ namespace Clamor
                 return Native.CLAMOR_ERROR_STATE;
             } finally {
                 if (entered) Context.Handle.DangerousRelease();
+            }
+        }
+    }
+
+    // Fills the first `frames` samples and returns how many it had; the rest are silence. The array is
+    // the same in each call unless a longer one is needed.
+    public delegate int PullFunction(float[] samples, int frames);
+
+    // A sound whose samples a function brings when they are needed, some 90 ms ahead of the sound. It is
+    // called on the thread that makes keyframes, and must not call functions of the context.
+    public sealed class PulledSound : Sound
+    {
+        // The delegate lives as long as the process, because the library keeps a pointer to it.
+        private static readonly Native.PullFunction pull = Pull;
+
+        private readonly Puller puller;
+
+        public PulledSound(Context context, PullFunction function, int rateHz = 48000) : base(context)
+        {
+            if (function == null) throw new ArgumentNullException("function");
+            puller = new Puller { Function = function };
+            // The library may read a stream on for some keyframes after it was removed, so what it points
+            // to lives as long as the context.
+            IntPtr user = context.Handle.Keep(puller);
+            var options = new Native.clamor_stream { bytes = Native.clamor_stream.Size,
+                rate_hz = (uint)rateHz, user = user, pull = Marshal.GetFunctionPointerForDelegate(pull) };
+            var error = new byte[Native.ErrorBytes];
+            ClamorException.Check(
+                Native.clamor_add_stream(context.Handle, ref options, out Handle, error), error);
+        }
+
+        // What the function has thrown last, or null. The samples were silence then.
+        public Exception Failure
+        {
+            get { return puller.Failure; }
+        }
+
+        // The function is not called any more, once a call under way has returned.
+        public override void Dispose()
+        {
+            base.Dispose();
+            puller.Function = null;
+        }
+
+        private sealed class Puller
+        {
+            public volatile PullFunction Function;
+            public volatile Exception Failure;
+            public float[] Samples = new float[0];
+        }
+
+        [MonoPInvokeCallback(typeof(Native.PullFunction))]
+        private static uint Pull(IntPtr user, IntPtr into, uint frames)
+        {
+            var puller = (Puller)GCHandle.FromIntPtr(user).Target;
+            try {
+                PullFunction function = puller.Function;
+                if (function == null) return 0;
+                if (puller.Samples.Length < frames) puller.Samples = new float[frames];
+                int had = Math.Max(0, Math.Min((int)frames, function(puller.Samples, (int)frames)));
+                Marshal.Copy(puller.Samples, 0, into, had);
+                return (uint)had;
+            } catch (Exception exception) {  // no exception can pass through the library
+                puller.Failure = exception;
+                return 0;
             }
         }
     }
