@@ -26,7 +26,6 @@ class InstalledLibrary : public ::testing::TestWithParam<const char*> {
     prefix_ =
         (fs::temp_directory_path() / ("clamor_installed_" + std::to_string(::getpid()))).string();
     run("cmake --install " + build.string() + " --prefix " + prefix_);
-    fs::copy_file(room(), level());
     for (const auto& entry : fs::recursive_directory_iterator(prefix_ + "/lib"))
       if (entry.path().filename() == "libclamor.so")
         libraries_ = entry.path().parent_path().string();
@@ -34,7 +33,6 @@ class InstalledLibrary : public ::testing::TestWithParam<const char*> {
   }
   static void TearDownTestSuite() { std::filesystem::remove_all(prefix_); }
 
-  static std::string level() { return prefix_ + "/room.clamor"; }
   // The folder with the library, whose name depends on the system.
   static std::string libraries() { return libraries_; }
   static std::string examples() { return std::string(kSourceDir) + "/runtime/examples"; }

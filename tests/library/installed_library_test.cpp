@@ -23,28 +23,23 @@ namespace {
 namespace fs = std::filesystem;
 using testing::has;
 using testing::InstalledLibrary;
+using testing::room;
+using testing::room_without_walls;
 using testing::run;
 
-TEST_P(InstalledLibrary, IsFoundByCMakeAndPlaysLikeTheProgram) {
+// Each program that is heard over headphones prepares a head for two seconds, so each compiler's
+// build runs one.
+TEST_P(InstalledLibrary, IsFoundByCMakeAndRunsTheExamples) {
   const std::string compiler = GetParam();
   if (!has(compiler)) GTEST_SKIP() << "not on this machine: " << compiler;
   const std::string built = build(examples(), "examples", compiler);
-  // Each program that is heard over headphones prepares a head for two seconds, so one runs what
-  // the C compilers have built, and the other what the C++ compilers have.
-  if (compiler == "clang") {
-    EXPECT_THAT(run(built + "/turn_around " + level() + " 3 4 1.5"),
+  if (compiler == "gcc") {
+    EXPECT_THAT(run(built + "/turn_around " + room() + " 3 4 1.5"),
                 ::testing::HasSubstr("turned 270 to 360 degrees: left"));
-    return;
+  } else {
+    EXPECT_THAT(run(built + "/start_up " + libraries() + "/libclamor.so " + room()),
+                ::testing::HasSubstr("first listener, binaural"));
   }
-  const std::string ours = built + "/ours.wav", theirs = built + "/theirs.wav";
-  run(built + "/play_to_wav " + level() + " " + ours + " 0.5 3 4 1.5");
-  run(std::string(testing::kProgram) + " render " + level() + " -o " + theirs +
-      " --listener 3,4,1.5 --seconds 0.5");
-  const auto played = read_channels(ours, 2), rendered = read_channels(theirs, 2);
-  ASSERT_TRUE(played.ok() && rendered.ok());
-  EXPECT_EQ(played->channels, rendered->channels);
-  EXPECT_THAT(run(built + "/start_up " + libraries() + "/libclamor.so " + level()),
-              ::testing::HasSubstr("first listener, binaural"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Compilers, InstalledLibrary, ::testing::Values("gcc", "clang"));
@@ -58,17 +53,25 @@ TEST_F(PackagedLibrary, IsFoundByPkgConfig) {
   run("LD_LIBRARY_PATH=" + libraries() + " " + program + "; test $? -eq 2");  // its usage
 }
 
-// What the page's games play.
+// What the page's games and play_to_wav play.
 const Sound& sound_of_the_program() {
   static const Sound sound = [] {
     const testing::TemporaryFile wav(".wav");
-    run(std::string(testing::kProgram) + " render " + testing::room_without_walls() + " -o " +
-        wav.path() + " --listener 0,1.7,3 --seconds 0.5");
+    run(std::string(testing::kProgram) + " render " + room_without_walls() + " -o " + wav.path() +
+        " --listener 0,1.7,3 --seconds 0.5");
     auto read = read_channels(wav.path(), 2);
     EXPECT_TRUE(read.ok());
     return read.ok() ? std::move(*read) : Sound{};
   }();
   return sound;
+}
+
+void expect_the_programs_sound(const std::string& wav) {
+  const auto played = read_channels(wav, 2);
+  ASSERT_TRUE(played.ok());
+  EXPECT_EQ(played->frames(), 24'000u);
+  EXPECT_GT(*std::ranges::max_element(played->channels[0]), 0.001f);
+  EXPECT_EQ(played->channels, sound_of_the_program().channels);
 }
 
 // Does what the page says in an empty folder, where ~/clamor is the installed tree.
@@ -83,14 +86,10 @@ void expect_sound_from_an_empty_folder(const std::string& prefix, const std::str
     lines += testing::line_count(text);
   }
   EXPECT_LE(lines, 30u);
-  fs::copy_file(testing::room_without_walls(), home / "game/room.clamor");
+  fs::copy_file(room_without_walls(), home / "game/room.clamor");
   const testing::TemporaryFile script(".sh", commands);
   run("cd " + (home / "game") + " && HOME=" + home.path() + " CFLAGS=-O0 sh -e " + script.path());
-  const auto played = read_channels(home / "game/room.wav", 2);
-  ASSERT_TRUE(played.ok());
-  EXPECT_EQ(played->frames(), 24'000u);
-  EXPECT_GT(*std::ranges::max_element(played->channels[0]), 0.001f);
-  EXPECT_EQ(played->channels, sound_of_the_program().channels);
+  expect_the_programs_sound(home / "game/room.wav");
 }
 
 const std::string kPage = "runtime/README.md";
@@ -115,7 +114,8 @@ TEST_F(PackagedLibrary, IsAlsoAnArchive) {
       libraries() + "/pkgconfig pkg-config --static --cflags --libs clamor | " +
       "sed 's/-lclamor /-l:libclamor.a /')");
   EXPECT_THAT(run("objdump -p " + program), ::testing::Not(::testing::HasSubstr("libclamor.so")));
-  run(program + " " + level() + " " + prefix_ + "/archive.wav 0.1 3 4 1.5");
+  run(program + " " + room_without_walls() + " " + prefix_ + "/archive.wav 0.5 0 1.7 3");
+  expect_the_programs_sound(prefix_ + "/archive.wav");
   // Constants remain, of the kind u, which linkers merge.
   run("! nm -g --defined-only " + libraries() + "/libclamor.a | grep -E ' [A-Za-tv-z] ' | " +
       "grep -v ' clamor_'");

@@ -136,7 +136,7 @@ TEST_F(SdlGame, IsTheSameInCppByPkgConfig) {
 TEST_F(SdlGame, IsHeardThroughTheAudioThreadOfSdl) {
   const TemporaryFile raw(".raw");
   run("SDL_VIDEODRIVER=dummy SDL_AUDIODRIVER=disk SDL_DISKAUDIOFILE=" + raw.path() +
-      " timeout 300 " + program() + " " + level() +
+      " timeout 300 " + program() + " " + room() +
       " 3 4 1.5 --walk 2 4 1.5 --seconds 0.2 --loudspeakers");
   const std::string bytes = raw.bytes();
   std::vector<float> samples(bytes.size() / sizeof(float));
