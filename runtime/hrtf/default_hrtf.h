@@ -1,5 +1,5 @@
-// default_hrtf.h: the HRTF that travels inside the program: KEMAR's, fitted. assets/generate/make_head
-// makes it.
+// default_hrtf.h: the HRTF that travels inside the program: KEMAR's, fitted.
+// assets/generate/make_head makes it.
 #pragma once
 
 #include <memory>

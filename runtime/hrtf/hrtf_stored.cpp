@@ -48,9 +48,8 @@ std::vector<std::byte> Hrtf::stored() const {
   for (std::size_t d = 0; d < directions_.size(); ++d) {
     put(&places_[d], sizeof places_[d]);
     Direction direction = directions_[d];
-    for_each_part(direction, [&](std::span<const float> floats) {
-      put(floats.data(), floats.size_bytes());
-    });
+    for_each_part(direction,
+                  [&](std::span<const float> floats) { put(floats.data(), floats.size_bytes()); });
   }
   put(&shares_, sizeof shares_);
   put(&parts_, sizeof parts_);

@@ -3,11 +3,13 @@
 #include "tests/library/installed_library.h"
 
 #include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,8 +29,6 @@ using testing::room;
 using testing::room_without_walls;
 using testing::run;
 
-// Each program that is heard over headphones prepares a head for two seconds, so each compiler's
-// build runs one.
 TEST_P(InstalledLibrary, IsFoundByCMakeAndRunsTheExamples) {
   const std::string compiler = GetParam();
   if (!has(compiler)) GTEST_SKIP() << "not on this machine: " << compiler;
@@ -36,6 +36,19 @@ TEST_P(InstalledLibrary, IsFoundByCMakeAndRunsTheExamples) {
   if (compiler == "gcc") {
     EXPECT_THAT(run(built + "/turn_around " + room() + " 3 4 1.5"),
                 ::testing::HasSubstr("turned 270 to 360 degrees: left"));
+    // The source passes from left to right, and nothing else is heard.
+    std::istringstream seconds(run(built + "/pass_by " + room() + " 3 4 1.5"));
+    std::vector<double> right_over_left_db;
+    for (std::string line; std::getline(seconds, line);) {
+      double left_db = 0, right_db = 0;
+      ASSERT_EQ(
+          std::sscanf(line.c_str(), "second %*d: left %lf dB, right %lf dB", &left_db, &right_db),
+          2);
+      right_over_left_db.push_back(right_db - left_db);
+    }
+    ASSERT_EQ(right_over_left_db.size(), 4u);
+    EXPECT_LT(right_over_left_db[0], -3);
+    EXPECT_GT(right_over_left_db[3], 3);
   } else {
     EXPECT_THAT(run(built + "/start_up " + libraries() + "/libclamor.so " + room()),
                 ::testing::HasSubstr("first listener, binaural"));
