@@ -239,6 +239,31 @@ static class CSharpBinding
             source.Dispose();
             Require(CodeOf(() => source.Move(new Motion())) == -2, "a source that is disposed of");
         }
+        Emitters(path);
+    }
+
+    // An emitter that is muted is no longer heard; what cannot be read any more is told.
+    static void Emitters(string path)
+    {
+        var told = new List<string>();
+        var archive = new Archive(File.ReadAllBytes(path));
+        using (var clamor = new Context(true, 0, told.Add))
+        using (var level = clamor.OpenLevel(archive, "the archive"))
+        using (var ears = Cheap(clamor, level)) {
+            EmitterInfo emitter = level.Emitter(0);
+            Require(level.FindEmitter(emitter.Name) == 0 && level.FindEmitter("nobody") == -1, "FindEmitter()");
+            Require(emitter.Gain > 0 && Peak(clamor, ears) > 0, "the emitter is not heard");
+            level.ChangeEmitter(0, isMuted: true);
+            clamor.Commit();
+            Peak(clamor, ears);
+            Require(Peak(clamor, ears) < 1e-6, "the emitter is not mute");
+            Require(told.Count == 0, "something is told");
+            using (var late = Cheap(clamor, level)) {
+                archive.Fails = true;
+                Peak(clamor, late);
+            }
+            Require(told.Count > 0 && told[0].Contains("the archive"), "nothing is told");
+        }
     }
 
     // What is heard over headphones of sounds that begin one after the other, each a second later.

@@ -115,6 +115,15 @@ namespace Clamor
         public ulong Sources;
     }
 
+    // An emitter of a level: its name in glTF, the number of its sound, its position in metres and its
+    // amplitude at 1 m.
+    public struct EmitterInfo
+    {
+        public string Name;
+        public int Sound;
+        public double X, Y, Z, Gain;
+    }
+
     public struct ListenerStatistics
     {
         public int Voices;
@@ -141,9 +150,13 @@ namespace Clamor
 
         internal readonly ContextHandle Handle;
 
+        private static readonly Native.LogFunction tell = Tell;
+
         // callerUpdates: false: the library makes keyframes on a thread of its own. True: Update() is
         // called regularly, at least every `updatePeriodS` (0: 1/30 s), and no thread is started.
-        public Context(bool callerUpdates = false, double updatePeriodS = 0)
+        // log: is called with a sentence for what no call can return, such as a page that cannot be
+        // read; by any thread, and must not call this object. It is kept until Dispose().
+        public Context(bool callerUpdates = false, double updatePeriodS = 0, Action<string> log = null)
         {
             if (Native.clamor_abi_version() != Native.CLAMOR_ABI_VERSION)
                 throw new ClamorException(Native.CLAMOR_ERROR_STATE,
@@ -151,10 +164,18 @@ namespace Clamor
             var options = new Native.clamor_options {
                 bytes = Native.clamor_options.Size, caller_updates = callerUpdates ? 1u : 0u,
                 update_period_s = updatePeriodS };
+            GCHandle self = default(GCHandle);
+            if (log != null) {
+                self = GCHandle.Alloc(log);
+                options.user = GCHandle.ToIntPtr(self);
+                options.log = Marshal.GetFunctionPointerForDelegate(tell);
+            }
             var error = new byte[Native.ErrorBytes];
             IntPtr context;
-            ClamorException.Check(Native.clamor_create(ref options, out context, error), error);
-            Handle = new ContextHandle(context);
+            int code = Native.clamor_create(ref options, out context, error);
+            if (code != Native.CLAMOR_OK && self.IsAllocated) self.Free();
+            ClamorException.Check(code, error);
+            Handle = new ContextHandle(context, self);
         }
 
         // Frees the context and all that belongs to it, once a Render() under way has returned.
@@ -223,6 +244,15 @@ namespace Clamor
             return new Level(this, level);
         }
 
+        [MonoPInvokeCallback(typeof(Native.LogFunction))]
+        private static void Tell(IntPtr user, IntPtr sentence)
+        {
+            try {
+                ((Action<string>)GCHandle.FromIntPtr(user).Target)(NativeText.Read(sentence));
+            } catch (Exception) {  // no exception can pass through the library
+            }
+        }
+
         [MonoPInvokeCallback(typeof(Native.ReadFunction))]
         private static int Read(IntPtr user, ulong offset, ulong count, IntPtr into)
         {
@@ -280,6 +310,16 @@ namespace Clamor
             Marshal.Copy(bytes, 0, Pointer, bytes.Length);
         }
 
+        // The text at a pointer that the library gave.
+        public static string Read(IntPtr text)
+        {
+            int length = 0;
+            while (Marshal.ReadByte(text, length) != 0) ++length;
+            var bytes = new byte[length];
+            Marshal.Copy(text, bytes, 0, length);
+            return Encoding.UTF8.GetString(bytes);
+        }
+
         public void Dispose()
         {
             Marshal.FreeHGlobal(Pointer);
@@ -302,6 +342,37 @@ namespace Clamor
         {
             if (Handle != 0 && !context.Handle.IsClosed) Native.clamor_close_level(context.Handle, Handle);
             Handle = 0;
+        }
+
+        // The emitter number `number`, below Info.Emitters.
+        public EmitterInfo Emitter(int number)
+        {
+            var info = new Native.clamor_emitter_info { bytes = Native.clamor_emitter_info.Size };
+            ClamorException.Check(
+                Native.clamor_get_emitter_info(context.Handle, Handle, (uint)number, ref info));
+            return new EmitterInfo { Name = NativeText.Read(info.name), Sound = (int)info.sound,
+                X = info.position_m_0, Y = info.position_m_1, Z = info.position_m_2, Gain = info.gain };
+        }
+
+        // The number of the first emitter with this name; -1: there is none.
+        public int FindEmitter(string name)
+        {
+            uint number;
+            int code = Native.clamor_find_emitter(context.Handle, Handle, Context.Utf8(name), out number);
+            if (code == Native.CLAMOR_ERROR_ARGUMENT) return -1;
+            ClamorException.Check(code);
+            return (int)number;
+        }
+
+        // Turns an emitter down, with all its reflections, for all listeners from the next commit. The
+        // gain is an amplitude relative to the bake's, above 0 to 1, times that of the group.
+        public void ChangeEmitter(int number, double gain = 1, bool isMuted = false, Group group = null)
+        {
+            var options = new Native.clamor_emitter_options {
+                bytes = Native.clamor_emitter_options.Size, is_muted = isMuted ? 1u : 0u,
+                group = group == null ? 0 : group.Handle, gain = gain };
+            ClamorException.Check(
+                Native.clamor_change_emitter(context.Handle, Handle, (uint)number, ref options));
         }
 
         // Measures the response to an impulse of one emitter (-1: of all) at each place: x, y, z in

@@ -193,6 +193,8 @@ namespace Clamor
         [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
         public delegate void ReleaseFunction(IntPtr user);
         [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
+        public delegate void LogFunction(IntPtr user, IntPtr sentence);
+        [UnmanagedFunctionPointer(CallingConvention.Cdecl)]
         public delegate uint PullFunction(IntPtr user, IntPtr samples, uint frames);
 
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
@@ -307,9 +309,11 @@ namespace Clamor
     {
         private readonly List<GCHandle> kept = new List<GCHandle>();
 
-        public ContextHandle(IntPtr context) : base(IntPtr.Zero, true)
+        // `user` is freed with the context, if it is allocated.
+        public ContextHandle(IntPtr context, GCHandle user) : base(IntPtr.Zero, true)
         {
             SetHandle(context);
+            if (user.IsAllocated) kept.Add(user);
         }
 
         public override bool IsInvalid
