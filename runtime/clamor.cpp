@@ -192,7 +192,6 @@ void clamor_destroy(clamor_context* context) { delete context; }
 
 clamor_result clamor_update(clamor_context* context, double loading_s, uint32_t* made) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (made != nullptr) *made = 0;
     if (context == nullptr || !(loading_s >= 0)) return CLAMOR_ERROR_ARGUMENT;
     if (!context->caller_updates) return CLAMOR_ERROR_STATE;
     const std::size_t count = context->world.update(std::min(loading_s, 3600.0));

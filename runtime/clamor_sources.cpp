@@ -128,8 +128,9 @@ clamor_result clamor_add_sound(clamor_context* context, const float* samples, ui
     if (chosen.rate_hz == 0) chosen.rate_hz = clamor::kSampleRate_hz;
     const std::span given(samples, static_cast<std::size_t>(frames));
     for (const float sample : given)
-      if (!std::isfinite(sample))
-        return fail(error, CLAMOR_ERROR_ARGUMENT, "a sample is not finite");
+      if (!(std::abs(sample) <= clamor::kMaxSample))
+        return fail(error, CLAMOR_ERROR_ARGUMENT,
+                    "a sample is not finite, or beyond a million times full scale");
     if (chosen.rate_hz > 1'000'000) return fail(error, CLAMOR_ERROR_ARGUMENT);
     auto at_48k = clamor::resampled(given, static_cast<int>(chosen.rate_hz));
     if (!at_48k.ok())
@@ -186,7 +187,6 @@ clamor_result clamor_add_stream(clamor_context* context, const clamor_stream* st
 
 clamor_result clamor_write_stream(clamor_context* context, clamor_sound sound, const float* samples,
                                   uint32_t frames, uint32_t* taken) {
-  if (taken != nullptr) *taken = 0;
   if (context == nullptr || samples == nullptr) return CLAMOR_ERROR_ARGUMENT;
   return entered(context->world.sources().written(), sound,
                  [=](WorldSound& written) noexcept -> clamor_result {

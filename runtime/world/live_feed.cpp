@@ -1,6 +1,7 @@
 #include "runtime/world/live_feed.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/sample_rate.h"
@@ -40,6 +41,8 @@ void LiveFeed::take(std::span<float> samples) noexcept {
     for (std::size_t i = 0; i < count; ++i) samples[i] = ring_[(read + i) % ring_.size()];
     read_.store(read + count, std::memory_order_release);
   }
+  for (float& sample : samples.first(count))
+    sample = std::isfinite(sample) ? std::clamp(sample, -kMaxSample, kMaxSample) : 0;
   std::fill(samples.begin() + static_cast<std::ptrdiff_t>(count), samples.end(), 0.0f);
   missing_.fetch_add(samples.size() - count, std::memory_order_relaxed);
 }

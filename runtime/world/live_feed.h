@@ -1,7 +1,8 @@
 // live_feed.h: where the samples of a live signal come from: a function that is called for them, or
 // a ring that the application writes.
 //
-// A ring that has run dry, or a function that reports an end, yields silence.
+// A ring that has run dry, or a function that reports an end, yields silence. Samples that are not
+// finite count as 0, and others are clipped to kMaxSample.
 //
 // Threads: write() on one, which never waits; read() on one other.   Memory: a second of samples.
 #pragma once
@@ -19,6 +20,8 @@
 #include "runtime/realtime/realtime.h"
 
 namespace clamor {
+
+inline constexpr float kMaxSample = 1e6f;  // of the application's sounds: 120 dB above full scale
 
 class LiveFeed {
  public:

@@ -12,6 +12,8 @@ namespace clamor {
 namespace {
 
 constexpr double kJump_s = 0.1, kSmoothing = 0.01;
+constexpr double kFade_s = 0.1;      // of a source that is removed or paused
+constexpr double kMaxStart_s = 1e7;  // of moving sources
 // The mixer looks this far beyond a keyframe's time, to fade voices out if no other keyframe comes:
 // binaural filters, a period, a fade, and what one call reads.
 constexpr std::int64_t kReadAhead_frames = 3072;
@@ -64,6 +66,7 @@ bool SourceMirror::take_over(const WorldSources::Commit& commit, double keyframe
     voice_shares_[group] = commit.voice_shares[group];
     auralizer_.limit_group(static_cast<std::uint16_t>(group), voice_shares_[group]);
   }
+  for (SoundSlot& slot : sound_slots_) slot.plays = false;
   for (std::size_t i = 0; i < commit.sources.size(); ++i) {
     const WorldSources::Committed& source = commit.sources[i];
     Slot& slot = slots_[i];
@@ -91,12 +94,16 @@ void SourceMirror::take_over_emitters(const WorldSources::Commit& commit) {
 bool SourceMirror::has_sound(const WorldSources::Committed& source, double keyframe_s) {
   const std::size_t i = sound_slot(source);
   SoundSlot& slot = sound_slots_[i];
-  if (slot.handle == source.sound_handle) return true;
-  clear_sound(i);
-  if (!auralizer_.signal_slots().is_free(i)) return false;
-  slot.handle = source.sound_handle;
-  slot.sound = source.sound;
-  auralizer_.set_signal(i, source.sound->for_mode(auralizer_.mode()));
+  if (slot.handle != source.sound_handle) {
+    clear_sound(i);
+    if (!auralizer_.signal_slots().is_free(i)) return false;
+    slot.handle = slot.last_handle = source.sound_handle;
+    slot.sound = source.sound;
+    auralizer_.set_signal(i, source.sound->for_mode(auralizer_.mode()));
+  }
+  slot.plays = true;
+  if (slot.is_read) return true;
+  slot.is_read = source.sound->is_live();
   // The newest samples of a live sound leave its sources with this keyframe.
   const double arrived_s = static_cast<double>(source.sound->produced()) / kSampleRate_hz;
   slot.live_start_s = keyframe_s - arrived_s;
@@ -141,21 +148,29 @@ bool SourceMirror::add(std::size_t i, const WorldSources::Committed& source, dou
 // When a sound begins on the auralizer's clock.
 double SourceMirror::start_of(const WorldSources::Committed& source, double keyframe_s) const {
   if (source.sound->is_live()) return sound_slots_[sound_slot(source)].live_start_s;
-  const double start_s = source.begin.of(offline_) - *start_s_;
+  const double start_s =
+      std::clamp(source.begin.of(offline_) - *start_s_, -kMaxStart_s, kMaxStart_s);
   // A sound that begins now has its first sample with the next keyframe, whatever the clocks say.
   return !offline_ && std::abs(start_s - keyframe_s) < kJump_s ? kStartsWhenHeard : start_s;
 }
 
 void SourceMirror::clear_sound(std::size_t i) {
   if (sound_slots_[i].handle == 0) return;
-  sound_slots_[i] = {};
+  SoundSlot cleared;
+  cleared.last_handle = sound_slots_[i].last_handle;
+  sound_slots_[i] = cleared;
   auralizer_.signal_slots().clear(i);
 }
 
+// A live sound that no source plays stands still once the last one has faded out.
 void SourceMirror::produce(double keyframe_s) {
   for (std::size_t i = 0; i < sound_slots_.size(); ++i) {
-    const SoundSlot& slot = sound_slots_[i];
-    if (slot.handle == 0 || !slot.sound->is_live()) continue;
+    SoundSlot& slot = sound_slots_[i];
+    if (slot.plays)
+      slot.last_played_s = keyframe_s;
+    else if (keyframe_s > slot.last_played_s + kFade_s)
+      slot.is_read = false;
+    if (!slot.is_read) continue;
     const double read_s = keyframe_s - slot.live_start_s;
     slot.sound->produce(std::llround(read_s * kSampleRate_hz) + kReadAhead_frames);
     auralizer_.signal_slots().set_weights(i, slot.sound->live_weights());

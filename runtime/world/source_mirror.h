@@ -31,8 +31,9 @@ class SourceMirror {
   // keyframe plays them.
   void update();
 
-  // The handle of the sound in a slot of the auralizer; 0: none.
-  std::uint64_t sound_of(std::size_t slot) const { return sound_slots_[slot].handle; }
+  // The handle of the sound in a slot of the auralizer, which may have been removed while its
+  // voices fade out.
+  std::uint64_t sound_of(std::size_t slot) const { return sound_slots_[slot].last_handle; }
 
   // The world's time at the auralizer's time 0, as far as it is known.
   double start_s() const { return start_s_.value_or(0); }
@@ -45,9 +46,13 @@ class SourceMirror {
     Vec3 position_m{}, velocity_mps{};
   };
   struct SoundSlot {
-    std::uint64_t handle = 0;  // 0: none
+    std::uint64_t handle = 0;       // 0: none
+    std::uint64_t last_handle = 0;  // stays when the sound is removed
     std::shared_ptr<WorldSound> sound;
-    double live_start_s = 0;  // when frame 0 of a live sound is emitted
+    bool plays = false;    // a source plays it
+    bool is_read = false;  // a live sound that plays, or fades out
+    double last_played_s = 0;
+    double live_start_s = 0;  // when frame 0 of a live sound is emitted, while it is read
   };
 
   void update_start(double keyframe_s);

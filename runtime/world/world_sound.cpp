@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -63,10 +62,7 @@ void WorldSound::produce(std::int64_t end) {
     std::array<float, kFeedPart_frames> part;
     feed_->read(part);
     double sum = 0;
-    for (float& sample : part) {
-      if (!std::isfinite(sample)) sample = 0;
-      sum += static_cast<double>(sample) * sample;
-    }
+    for (const float sample : part) sum += static_cast<double>(sample) * sample;
     mean_square_ = std::max(kLevelFall * mean_square_, sum / kFeedPart_frames);
     for (const Prepared& one : prepared_) one.live->append(part);
     arrived_ += kFeedPart_frames;

@@ -10,6 +10,7 @@ namespace {
 
 // Commits further apart than this, and faster movements, tell no velocity.
 constexpr double kMaxInterval_s = 0.25, kMaxSpeed_mps = 150;
+constexpr float kMaxGain = 1e6f;  // of moving sources
 // A sound that has ended may still be travelling.
 constexpr double kTravel_s = 3;
 
@@ -188,10 +189,11 @@ void WorldSources::commit(const WorldTime& time) {
       state.handle = source->handle;
     }
     commit(*source, committed, state, time);
-    const double over_s = committed.sound->duration_s() + kTravel_s;
+    // Offline listeners may be rendered faster or slower than in real time.
     const WorldTime age = time - committed.begin;
-    if (source->now.ends_with_sound && !state.paused_at && age.real_s > over_s &&
-        age.offline_s > over_s)
+    const double age_s = age.of(time.offline_s != 0);
+    if (source->now.ends_with_sound && !state.paused_at &&
+        age_s > committed.sound->duration_s() + kTravel_s)
       ended.push_back(source->handle);
     else
       is_present[slot] = true;
@@ -243,7 +245,8 @@ void WorldSources::commit(Source& source, Committed& committed, SlotState& state
   committed.level = source.now.level;
   committed.group = group == nullptr ? std::uint16_t{0} : group_number(source.now.group);
   const auto group_gain = static_cast<float>(group == nullptr ? 1 : group->now.gain);
-  for (std::size_t b = 0; b < kBandCount; ++b) committed.gain[b] = group_gain * source.now.gain[b];
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    committed.gain[b] = std::min(group_gain * source.now.gain[b], kMaxGain);
   committed.directivity = source.now.directivity;
   // A paused source is silent, and its sound goes on later from where it was.
   const bool pauses = group != nullptr && group->now.paused;

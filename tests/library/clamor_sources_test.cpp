@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 #include <functional>
+#include <memory>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -16,6 +17,8 @@
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/sampling/moving_sources.h"
+#include "runtime/world/world_sound.h"
+#include "runtime/world/world_sources.h"
 #include "tests/library/library_room.h"
 #include "tests/temporary_file.h"
 
@@ -353,6 +356,24 @@ TEST(ClamorSources, AreToldWithTheirDirectionDelayAndGains) {
   for (const float gain : voices[0].band_gains) EXPECT_NEAR(db(gain / (2.0 / 5)), 0, 0.6);  // air
 }
 
+TEST(ClamorSources, AreToldWithTheirSoundWhileTheyFadeOutAfterItsRemoval) {
+  Field field;
+  const clamor_sound sound = field.add(tone(500, kSecond), true);
+  field.add(Field::at(sound, {3, 0, -4}));
+  field.heard(kSecond / 5);
+  EXPECT_EQ(clamor_remove_sound(field.context.get(), sound), CLAMOR_OK);
+  std::size_t told = 0;
+  for (int i = 0; i < 10; ++i) {
+    field.heard(960);
+    for (const clamor_voice& voice : field.voices()) {
+      EXPECT_EQ(voice.sound, sound);
+      ++told;
+    }
+  }
+  EXPECT_GT(told, 0u);
+  EXPECT_TRUE(field.voices().empty());
+}
+
 TEST(ClamorSources, EndWithTheirSoundTheirHandleAndTheirLevel) {
   Field field;
   const clamor_sound sound = field.add(tone(500, 4'800));
@@ -369,6 +390,96 @@ TEST(ClamorSources, EndWithTheirSoundTheirHandleAndTheirLevel) {
   EXPECT_EQ(clamor_remove_source(field.context.get(), kept), CLAMOR_ERROR_HANDLE);
   EXPECT_EQ(clamor_remove_source(field.context.get(), once), CLAMOR_ERROR_HANDLE);
   EXPECT_LT(rms(field.heard(kSecond / 2)), 1e-12);
+}
+
+// Offline listeners are rendered at any speed, so that their clock decides.
+TEST(ClamorSources, WhoseHandleEndsWithTheirSoundEndOnceItHasTravelled) {
+  Field field;
+  clamor_source_options shot = Field::at(field.add(tone(500, 4'800)), {0, 0, -2});
+  shot.ends_with_sound = 1;
+  const clamor_source source = field.add(shot);
+  const auto exists_at = [&](double time_s) {
+    EXPECT_EQ(clamor_commit(field.context.get(), time_s), CLAMOR_OK);
+    return clamor_move_source(field.context.get(), source, &shot.motion) == CLAMOR_OK;
+  };
+  EXPECT_TRUE(exists_at(0.02));
+  EXPECT_TRUE(exists_at(1));
+  EXPECT_FALSE(exists_at(4));
+}
+
+// Without offline listeners commits are for no time of theirs.
+TEST(ClamorSources, WhoseHandleEndsWithTheirSoundEndInRealTimeToo) {
+  WorldSources sources(1, 1, 0);
+  WorldSource shot;
+  shot.sound =
+      sources.add(std::make_shared<WorldSound>(Signal{"shot", std::vector<float>(4'800), false}));
+  shot.ends_with_sound = true;
+  const std::uint64_t source = sources.add(shot);
+  const auto exists_at = [&](double real_s) {
+    sources.commit({real_s, 0});
+    return sources.move(source, {});
+  };
+  EXPECT_TRUE(exists_at(1000));
+  EXPECT_TRUE(exists_at(1002));
+  EXPECT_FALSE(exists_at(1004));
+}
+
+TEST(ClamorSources, OfAStreamDoNotReadItWhileTheirGroupIsPausedOrAfterTheyEnd) {
+  Field field;
+  std::size_t pulled = 0;
+  clamor_stream stream{};
+  stream.bytes = sizeof(stream);
+  stream.user = &pulled;
+  stream.pull = [](void* user, float* into, uint32_t frames) -> uint32_t {
+    std::fill_n(into, frames, 0.5f);
+    *static_cast<std::size_t*>(user) += frames;
+    return frames;
+  };
+  clamor_sound sound = 0;
+  ASSERT_EQ(clamor_add_stream(field.context.get(), &stream, &sound, nullptr), CLAMOR_OK);
+  clamor_group_options bus{};
+  bus.bytes = sizeof(bus);
+  clamor_group group = 0;
+  ASSERT_EQ(clamor_add_group(field.context.get(), &bus, &group), CLAMOR_OK);
+  clamor_source_options options = Field::at(sound, {0, 0, -2});
+  options.group = group;
+  field.heard(kSecond / 4);
+  EXPECT_EQ(pulled, 0u);
+  const clamor_source source = field.add(options);
+  const auto pulled_in = [&](std::size_t frames) {
+    const std::size_t before = pulled;
+    field.heard(frames);
+    return pulled - before;
+  };
+  pulled_in(kSecond / 4);
+  EXPECT_NEAR(static_cast<double>(pulled_in(kSecond)), kSecond, 2'000);
+  bus.is_paused = 1;
+  EXPECT_EQ(clamor_change_group(field.context.get(), group, &bus), CLAMOR_OK);
+  pulled_in(kSecond / 4);  // fades out
+  EXPECT_EQ(pulled_in(kSecond), 0u);
+  bus.is_paused = 0;
+  EXPECT_EQ(clamor_change_group(field.context.get(), group, &bus), CLAMOR_OK);
+  pulled_in(kSecond / 4);
+  const std::size_t before = pulled;
+  EXPECT_GT(rms(field.heard(kSecond / 2)), 0.01);
+  EXPECT_NEAR(static_cast<double>(pulled - before), kSecond / 2, 2'000);
+  EXPECT_EQ(clamor_remove_source(field.context.get(), source), CLAMOR_OK);
+  pulled_in(kSecond / 4);
+  EXPECT_EQ(pulled_in(kSecond), 0u);
+}
+
+// 120 dB of the source and 120 dB of its group make 120 dB.
+TEST(ClamorSources, OfAGroupAreHeardWithTheLargestGainsOfBoth) {
+  Field field;
+  clamor_group_options bus{};
+  bus.bytes = sizeof(bus);
+  bus.has_gain = 1;
+  bus.gain = 1e6;
+  clamor_source_options options = Field::at(field.add(tone(500, kSecond, 1e-6f), true), {0, 0, -2});
+  ASSERT_EQ(clamor_add_group(field.context.get(), &bus, &options.group), CLAMOR_OK);
+  options.gain = 1e6;
+  field.add(options);
+  EXPECT_NEAR(db(rms_between(field.heard(kSecond), 0.5, 1) * std::sqrt(2.0)), -6, 0.6);
 }
 
 TEST(ClamorSources, AreAsManyAsTheContextAllows) {
@@ -410,8 +521,14 @@ TEST(ClamorSources, RefuseWrongArguments) {
   options = Field::at(sound, {0, 0, 0});
   EXPECT_EQ(clamor_add_source(other.get(), &options, &source), CLAMOR_ERROR_HANDLE);
   EXPECT_EQ(clamor_commit(context, NAN), CLAMOR_ERROR_ARGUMENT);
+  const std::vector<float> too_loud = {0, 2e6f};
+  clamor_sound refused = 0;
+  EXPECT_EQ(clamor_add_sound(context, too_loud.data(), 2, nullptr, &refused, nullptr),
+            CLAMOR_ERROR_ARGUMENT);
   float sample = 0;
-  EXPECT_EQ(clamor_write_stream(context, sound, &sample, 1, nullptr), CLAMOR_ERROR_STATE);
+  uint32_t taken = 7;
+  EXPECT_EQ(clamor_write_stream(context, sound, &sample, 1, &taken), CLAMOR_ERROR_STATE);
+  EXPECT_EQ(taken, 7u) << "after an error results are as they were";
   EXPECT_EQ(clamor_write_stream(context, 77, &sample, 1, nullptr), CLAMOR_ERROR_HANDLE);
 }
 
