@@ -2,7 +2,7 @@
 // called and with which arguments: tests/library/call_sequence.h.
 // Tells at the end how many calls there were.
 //
-//   build/fuzz/tests/fuzz_interface tests/fuzz/corpus/interface -max_len=800 -len_control=0
+//   build/fuzz/tests/fuzz_interface tests/fuzz/corpus/interface -max_len=3000 -len_control=0
 //   -runs=150000
 #include <cstdio>
 

@@ -1,4 +1,4 @@
-// call_helpers.h: what level_calls.cpp and listener_calls.cpp share.
+// call_helpers.h: what the files *_calls.cpp share.
 #pragma once
 
 #include "tests/library/call_sequence.h"
@@ -13,6 +13,11 @@ inline void expect_untouched(std::uint64_t result) {
 inline void remember(Sequence& sequence, std::uint64_t handle) {
   if (handle == 0) broken("a new handle is 0");
   sequence.handles.push_back(handle);
+}
+
+// A number that is within [low, high].
+inline bool is_within(double number, double low, double high) {
+  return number >= low && number <= high;
 }
 
 // Structures that the library writes, as they were if the call failed.
@@ -35,8 +40,16 @@ inline constexpr clamor_result kArgument = CLAMOR_ERROR_ARGUMENT, kHandle = CLAM
                                kFull = CLAMOR_ERROR_FULL, kBusy = CLAMOR_ERROR_BUSY,
                                kState = CLAMOR_ERROR_STATE;
 
+// Every level that the calls open has as many sounds, and as many emitters.
+inline constexpr std::uint32_t kLevelSounds = 3;
+
 // The functions of the interface, by the files that call them.
 std::vector<Call> level_calls();
 std::vector<Call> listener_calls();
+std::vector<Call> sound_calls();
+std::vector<Call> source_calls();
+
+// Removes all sounds, sources and groups, which must exist still.
+void remove_all_sources(const KnownContext& known);
 
 }  // namespace clamor::testing

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <limits>
 #include <numeric>
+#include <string_view>
 #include <utility>
 
 #include "formats/bake_file/bake_writer.h"
@@ -23,6 +24,8 @@ namespace {
 constexpr std::size_t kMaxCalls = 200;
 
 const char* current_call = "";
+
+constexpr std::uint32_t kMaxSources = 8, kMaxSounds = 6;  // so that contexts become full
 
 // All that a caller can read of a context. Where the library has threads of its own, statistics
 // change between two calls.
@@ -51,6 +54,13 @@ std::vector<std::uint64_t> state_of(const KnownContext& known) {
     state.insert(state.end(), {wanted, static_cast<std::uint64_t>(time_s * 1e6), statistics.voices,
                                statistics.keyframes, statistics.held_blocks, statistics.pages,
                                statistics.page_bytes, statistics.sound_bytes, statistics.failures});
+  }
+  // A sound is asked about by writing nothing to it.
+  for (const KnownSound& sound : known.sounds) {
+    const float none = 0;
+    const clamor_result expected = sound.is_written ? CLAMOR_OK : CLAMOR_ERROR_STATE;
+    if (clamor_write_stream(known.context, sound.handle, &none, 0, nullptr) != expected)
+      broken("a sound has ended or is of another kind");
   }
   return state;
 }
@@ -89,6 +99,17 @@ void check(const Call& call, const CallOutcome& outcome, const Sequence& sequenc
     broken("a failed call changed something");
 }
 
+// Sequences begin with these calls, so that most have something to hear.
+constexpr std::string_view kFirstCalls[] = {
+    "clamor_create_listener", "clamor_add_sound",  "clamor_add_stream", "clamor_add_source",
+    "clamor_add_source",      "clamor_add_source", "clamor_commit",     "clamor_update"};
+
+const Call& first_call(std::size_t number) {
+  for (const Call& call : all_calls())
+    if (call.name == kFirstCalls[number]) return call;
+  broken("a first call has no entry");
+}
+
 const Call& pick_call(Draws& draws) {
   static const std::uint32_t weights =
       std::accumulate(all_calls().begin(), all_calls().end(), 0u,
@@ -106,11 +127,16 @@ const Call& pick_call(Draws& draws) {
 std::span<const Call> all_calls() {
   static const std::vector<Call> calls = [] {
     std::vector<Call> all = level_calls();
-    const std::vector<Call> more = listener_calls();
-    all.insert(all.end(), more.begin(), more.end());
+    for (const auto& more : {listener_calls(), sound_calls(), source_calls()})
+      all.insert(all.end(), more.begin(), more.end());
     return all;
   }();
   return calls;
+}
+
+bool makes_keyframes() {
+  static constexpr std::string_view kMaking[] = {"clamor_update", "clamor_create_listener"};
+  return std::find(std::begin(kMaking), std::end(kMaking), current_call) != std::end(kMaking);
 }
 
 void broken(const std::string& promise) {
@@ -150,57 +176,34 @@ double Draws::odd_number() {
 }
 
 KnownContext* Sequence::pick_context(clamor_context*& pointer) {
-  KnownContext& known = contexts[draws.one_in(4) ? 1 : 0];
+  KnownContext& known = contexts[!is_beginning && draws.one_in(8) ? 1 : 0];
   pointer = draws.one_in(48) ? nullptr : known.context;
   return pointer == nullptr ? nullptr : &known;
 }
 
-namespace {
-
-std::uint64_t wrong_handle(Sequence& sequence) {
-  Draws& draws = sequence.draws;
-  const auto& all = sequence.handles;
+std::uint64_t Sequence::wrong_handle() {
   switch (draws.below(4)) {
     case 0:
       return draws.word();
     case 1:
       return draws.below(4);
     default: {  // stale, foreign or of another kind, and sometimes with a wrong bit
-      if (all.empty()) return 0;
-      const std::uint64_t given = all[draws.below(static_cast<std::uint32_t>(all.size()))];
+      if (handles.empty()) return 0;
+      const std::uint64_t given = handles[draws.below(static_cast<std::uint32_t>(handles.size()))];
       return draws.one_in(4) ? given ^ std::uint64_t{1} << draws.below(64) : given;
     }
   }
 }
 
-}  // namespace
-
 Picked Sequence::pick_level(const KnownContext* context) {
   if (context == nullptr || draws.one_in(12)) {
-    const std::uint64_t handle = wrong_handle(*this);
-    if (context == nullptr) return {handle, false};
-    const auto is_in = [&](const auto& levels) {
-      return std::find(levels.begin(), levels.end(), handle) != levels.end();
-    };
-    return {handle, is_in(context->levels) || is_in(context->damaged_levels)};
+    const std::uint64_t handle = wrong_handle();
+    return {handle, context != nullptr && has_level(*context, handle)};
   }
   const auto& levels =
       draws.one_in(8) || context->levels.empty() ? context->damaged_levels : context->levels;
   if (levels.empty()) return {};
   return {levels[draws.below(static_cast<std::uint32_t>(levels.size()))], true};
-}
-
-Picked Sequence::pick_listener(const KnownContext* context) {
-  if (context == nullptr || context->listeners.empty() || draws.one_in(12)) {
-    const std::uint64_t handle = wrong_handle(*this);
-    const bool is_valid =
-        context != nullptr &&
-        std::any_of(context->listeners.begin(), context->listeners.end(),
-                    [&](const KnownListener& listener) { return listener.handle == handle; });
-    return {handle, is_valid};
-  }
-  const auto count = static_cast<std::uint32_t>(context->listeners.size());
-  return {context->listeners[draws.below(count)].handle, true};
 }
 
 clamor_error* Sequence::pick_error() {
@@ -235,6 +238,8 @@ std::size_t make_call_sequence(std::span<const std::uint8_t> bytes) {
     clamor_options options{};
     options.bytes = sizeof(options);
     options.caller_updates = known.caller_updates = !sequence.draws.one_in(16);
+    options.max_sources = known.max_sources = kMaxSources;
+    options.max_sounds = known.max_sounds = kMaxSounds;
     if (clamor_create(&options, &known.context, nullptr) != CLAMOR_OK) broken("clamor_create()");
     clamor_level level = 0;
     if (clamor_open_level(known.context, bake_path().c_str(), &level, nullptr) != CLAMOR_OK)
@@ -243,7 +248,8 @@ std::size_t make_call_sequence(std::span<const std::uint8_t> bytes) {
     sequence.handles.push_back(level);
   }
   while (!sequence.draws.empty() && count < kMaxCalls) {
-    const Call& call = pick_call(sequence.draws);
+    sequence.is_beginning = count < std::size(kFirstCalls);
+    const Call& call = sequence.is_beginning ? first_call(count) : pick_call(sequence.draws);
     current_call = call.name;
     sequence.has_error = false;
     const auto before = state_of(sequence);
@@ -251,6 +257,8 @@ std::size_t make_call_sequence(std::span<const std::uint8_t> bytes) {
     check(call, outcome, sequence, before);
     ++count;
   }
+  current_call = "the end of the sequence";
+  for (const KnownContext& known : sequence.contexts) remove_all_sources(known);
   current_call = "clamor_destroy";
   for (const KnownContext& known : sequence.contexts) clamor_destroy(known.context);
   for (const Archive& archive : sequence.archives)

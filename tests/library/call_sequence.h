@@ -7,9 +7,9 @@
 // addition, every code is one that clamor.h documents for the function, a failed call leaves its
 // results and all objects as they were, and no level is released twice or kept.
 //
-// A new function of the interface needs one entry in level_calls() or listener_calls(). A broken
-// promise aborts the program with a message, so libFuzzer (tests/fuzz/interface_fuzz.cpp) and
-// GoogleTest both see it.
+// A new function of the interface needs one entry in a table of *_calls.cpp, which
+// clamor_sequences_test.cpp checks. A broken promise aborts the program with a message, so
+// libFuzzer (tests/fuzz/interface_fuzz.cpp) and GoogleTest both see it.
 #pragma once
 
 #include <algorithm>
@@ -74,18 +74,69 @@ struct Archive {
   bool expects_release = false;
 };
 
+// What a stream's pull callback does.
+enum class PullKind : std::uint8_t { kAll, kHalf, kNone, kMoreThanAsked, kOddSamples };
+
+// Its context may pull it on a thread of its own.
+struct PulledStream {
+  PullKind kind = PullKind::kAll;
+  bool caller_updates = true;
+  std::atomic<bool> has_ended{false};  // it must not be pulled any more
+};
+
 struct KnownListener {
   clamor_listener handle = 0;
   std::uint32_t channels = 0;
+  bool reports_voices = false, is_silent = false;
+};
+
+struct KnownSound {
+  clamor_sound handle = 0;
+  bool is_written = false;         // a stream without a callback
+  PulledStream* pulled = nullptr;  // a stream with one
+};
+
+struct KnownSource {
+  clamor_source handle = 0;
+  clamor_sound sound = 0;
+  bool ends_with_sound = false;
+  clamor_motion motion{};
 };
 
 // The expected contents of one context.
 struct KnownContext {
   clamor_context* context = nullptr;
   bool caller_updates = false;
-  std::vector<clamor_level> levels, damaged_levels;
-  std::vector<KnownListener> listeners;
+  std::uint32_t max_sources = 0, max_sounds = 0;
+  std::vector<clamor_level> levels{}, damaged_levels{};
+  std::vector<KnownListener> listeners{};
+  std::vector<KnownSound> sounds{};
+  std::vector<PulledStream*> removed_streams{};  // since the last commit
+  std::vector<clamor_group> groups{};
+  std::vector<KnownSource> sources{};
 };
+
+inline std::uint64_t handle_of(std::uint64_t handle) { return handle; }
+template <class Known>
+std::uint64_t handle_of(const Known& known) {
+  return known.handle;
+}
+
+// The object of a handle, or null.
+template <class Known>
+Known* find(std::vector<Known>& all, std::uint64_t handle) {
+  const auto found = std::find_if(all.begin(), all.end(),
+                                  [=](const Known& one) { return handle_of(one) == handle; });
+  return found == all.end() ? nullptr : &*found;
+}
+template <class Known>
+const Known* find(const std::vector<Known>& all, std::uint64_t handle) {
+  return find(const_cast<std::vector<Known>&>(all), handle);
+}
+// Whether a level is open.
+inline bool has_level(const KnownContext& context, clamor_level level) {
+  return find(context.levels, level) != nullptr || find(context.damaged_levels, level) != nullptr;
+}
 
 struct Picked {
   std::uint64_t handle = 0;
@@ -108,7 +159,13 @@ struct Sequence {
   KnownContext* pick_context(clamor_context*& pointer);
   // Handles for a call in `context`, which may be null.
   Picked pick_level(const KnownContext* context);
-  Picked pick_listener(const KnownContext* context);
+  template <class Known>
+  Picked pick(const KnownContext* context, std::vector<Known> KnownContext::*objects);
+  Picked pick_listener(const KnownContext* context) {
+    return pick(context, &KnownContext::listeners);
+  }
+  // A handle that is stale, foreign, invented or of another kind. It may be valid by chance.
+  std::uint64_t wrong_handle();
   // Null at times, otherwise filled with what no call writes.
   clamor_error* pick_error();
   clamor_pose pick_pose(bool& is_valid);
@@ -121,8 +178,10 @@ struct Sequence {
   std::array<KnownContext, 2> contexts;
   std::vector<std::uint64_t> handles;  // all that were ever given out
   std::list<Archive> archives;
+  std::list<PulledStream> pulled_streams;
   clamor_error error{};
-  bool has_error = false;  // the current call got &error
+  bool has_error = false;     // the current call got &error
+  bool is_beginning = false;  // all calls are in the first context
 };
 
 // A function of the interface.
@@ -140,7 +199,21 @@ const std::string& bake_path();
 const std::string& damaged_path();
 const std::string& head_path();
 
+// Whether keyframes may be made in the current call, if the context has no thread of its own.
+bool makes_keyframes();
+
 constexpr std::uint64_t kUntouched = 0x5a5a5a5a5a5a5a5a;
+
+template <class Known>
+Picked Sequence::pick(const KnownContext* context, std::vector<Known> KnownContext::*objects) {
+  if (context == nullptr) return {wrong_handle(), false};
+  const std::vector<Known>& all = context->*objects;
+  if (all.empty() || draws.one_in(12)) {
+    const std::uint64_t handle = wrong_handle();
+    return {handle, find(all, handle) != nullptr};
+  }
+  return {handle_of(all[draws.below(static_cast<std::uint32_t>(all.size()))]), true};
+}
 
 template <class T>
 Structure<T> Sequence::pick_structure(T filled, std::size_t step, bool may_be_null) {

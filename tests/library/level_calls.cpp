@@ -1,5 +1,6 @@
 // level_calls.cpp: calls about contexts and levels, see call_sequence.h.
 #include <algorithm>
+#include <cmath>
 
 #include "tests/library/call_helpers.h"
 
@@ -17,16 +18,27 @@ CallOutcome create(Sequence& sequence) {
   clamor_options options{};
   options.caller_updates = !sequence.draws.one_in(16);
   if (sequence.draws.one_in(4)) options.update_period_s = sequence.draws.odd_number();
+  static constexpr std::uint32_t kCounts[] = {1, 8, 0, 4096, 4097, 65'536, 65'537, UINT32_MAX};
+  options.max_sources = options.max_sounds = 5;
+  if (sequence.draws.one_in(8)) options.max_sources = kCounts[sequence.draws.below(8)];
+  if (sequence.draws.one_in(8)) options.max_sounds = kCounts[sequence.draws.below(8)];
   const auto given = sequence.pick_structure(options, 1, true);
   clamor_context* made = nullptr;
   clamor_context** const into = sequence.draws.one_in(16) ? nullptr : &made;
   const double period_s = given.known.update_period_s;
-  const bool is_valid = into != nullptr && given.is_valid && period_s >= 0 && period_s <= 0.1;
+  const std::uint32_t sources = given.known.max_sources, sounds = given.known.max_sounds;
+  const bool is_valid = into != nullptr && given.is_valid && is_within(period_s, 0, 0.1) &&
+                        sources <= 65'536 && sounds <= 4096;
   const clamor_result result = clamor_create(given.pointer, into, sequence.pick_error());
   if (result != CLAMOR_OK && made != nullptr) broken("a context without success");
   if (result == CLAMOR_OK) {
     clamor_destroy(known.context);
-    known = {made, given.known.caller_updates != 0, {}, {}, {}};
+    for (const KnownSound& sound : known.sounds)
+      if (sound.pulled != nullptr) sound.pulled->has_ended = true;
+    known = {.context = made,
+             .caller_updates = given.known.caller_updates != 0,
+             .max_sources = sources != 0 ? sources : 1024,
+             .max_sounds = sounds != 0 ? sounds : 256};
   }
   return {result, success_if(is_valid)};
 }
@@ -35,11 +47,15 @@ CallOutcome update(Sequence& sequence) {
   clamor_context* context = nullptr;
   const KnownContext* const known = sequence.pick_context(context);
   const double loading_s = sequence.draws.one_in(8) ? sequence.draws.odd_number() : 0;
-  std::uint32_t made = 0;
+  constexpr std::uint32_t kUnwritten = 99;
+  std::uint32_t made = kUnwritten;
   const bool is_valid = known != nullptr && known->caller_updates && loading_s >= 0;
-  const clamor_result result =
-      clamor_update(context, loading_s, sequence.draws.one_in(4) ? nullptr : &made);
-  if (known != nullptr && made > 2 * known->listeners.size()) broken("too many keyframes");
+  std::uint32_t* const into = sequence.draws.one_in(4) ? nullptr : &made;
+  const clamor_result result = clamor_update(context, loading_s, into);
+  if (result != CLAMOR_OK && made != kUnwritten) broken("a failed call wrote");
+  if (result == CLAMOR_OK && into == nullptr) made = 0;
+  if (result == CLAMOR_OK && known != nullptr && made > 2 * known->listeners.size())
+    broken("too many keyframes");
   return {result, success_if(is_valid)};
 }
 
@@ -162,6 +178,42 @@ CallOutcome get_level_info(Sequence& sequence) {
   });
 }
 
+// Short responses at few places, because every call reads all of the level's sources.
+CallOutcome measure_responses(Sequence& sequence) {
+  constexpr float kSample = 77;  // what no call writes
+  clamor_context* context = nullptr;
+  const KnownContext* const known = sequence.pick_context(context);
+  Draws& draws = sequence.draws;
+  const Picked level = sequence.pick_level(known);
+  static constexpr std::uint32_t kEmitters[] = {UINT32_MAX, 0, 1, 2, 3, UINT32_MAX - 1};
+  const std::uint32_t emitter = kEmitters[draws.below(6)], places = draws.below(3);
+  std::uint64_t frames = draws.below(4) * 1000;
+  std::vector<double> positions_m;
+  for (std::uint32_t i = 0; i < 3 * places; ++i)
+    positions_m.push_back(draws.one_in(32) ? draws.odd_number() : 1 + draws.byte() / 128.0);
+  std::vector<float> samples(places * frames + 1, kSample);
+  if (places == 0) positions_m.push_back(0);
+  std::uint64_t whole_frames = kUntouched;
+  const bool has_positions = !draws.one_in(16), has_samples = !draws.one_in(16);
+  if (!has_samples && draws.one_in(2)) frames = UINT64_MAX;
+  std::uint64_t* const into = draws.one_in(4) ? nullptr : &whole_frames;
+  const clamor_result result = clamor_measure_responses(
+      context, level.handle, emitter, has_positions ? positions_m.data() : nullptr, places,
+      has_samples ? samples.data() : nullptr, frames, into, sequence.pick_error());
+  if (result != CLAMOR_OK) expect_untouched(whole_frames);
+  if (samples.back() != kSample) broken("samples are written beyond their end");
+  samples.pop_back();
+  for (const float sample : samples)
+    if (result == CLAMOR_OK ? !std::isfinite(sample) : sample != kSample)
+      broken(result == CLAMOR_OK ? "a sample is not finite" : "a failed call wrote samples");
+  const bool is_valid = level.is_valid && has_positions && has_samples &&
+                        (emitter < kLevelSounds || emitter == UINT32_MAX) &&
+                        std::all_of(positions_m.begin(), positions_m.end(),
+                                    [](double metre) { return is_within(metre, -1e9, 1e9); });
+  const bool may_fail = known != nullptr && find(known->damaged_levels, level.handle) != nullptr;
+  return {result, is_valid && may_fail ? Expected::kEither : success_if(is_valid)};
+}
+
 CallOutcome result_text(Sequence& sequence) {
   const auto code = static_cast<clamor_result>(sequence.draws.word());
   for (const clamor_result one : {code, clamor_result{-static_cast<int>(sequence.draws.below(12))}})
@@ -176,11 +228,12 @@ CallOutcome result_text(Sequence& sequence) {
 std::vector<Call> level_calls() {
   return {
       {"clamor_create", 1, {kArgument, kMemory}, create},
-      {"clamor_update", 20, {kArgument, kState, kMemory}, update},
+      {"clamor_update", 40, {kArgument, kState, kMemory}, update},
       {"clamor_open_level", 3, {kArgument, kFile, kFull, kMemory}, open_level},
       {"clamor_open_level_with", 6, {kArgument, kFile, kFull, kMemory}, open_level_with},
       {"clamor_close_level", 4, {kArgument, kHandle}, close_level},
-      {"clamor_get_level_info", 20, {kArgument, kHandle}, get_level_info},
+      {"clamor_get_level_info", 10, {kArgument, kHandle}, get_level_info},
+      {"clamor_measure_responses", 1, {kHandle, kArgument, kFile, kMemory}, measure_responses},
       {"clamor_result_text", 2, {}, result_text},
   };
 }

@@ -30,6 +30,7 @@ clamor_listener_options pick_listener_options(Draws& draws) {
   options.voices = 12;
   options.offline = draws.one_in(2);
   options.limits = draws.one_in(4);
+  options.reports_voices = draws.below(2);
   if (draws.one_in(4)) options.output = 1 + draws.below(5);
   if (draws.one_in(4)) options.layout = kLayouts[draws.below(6)];
   // Slow options are rare.
@@ -86,7 +87,8 @@ CallOutcome create_listener(Sequence& sequence) {
     std::uint32_t channels = 0;
     if (clamor_get_channels(context, listener, &channels) != CLAMOR_OK || channels < 1)
       broken("a new listener has no channels");
-    known->listeners.push_back({listener, channels});
+    known->listeners.push_back({listener, channels, known_options.reports_voices != 0,
+                                known_options.output == CLAMOR_OUTPUT_NONE});
   }
   const auto& damaged = context == nullptr ? std::vector<clamor_level>{} : known->damaged_levels;
   const bool may_fail = std::find(damaged.begin(), damaged.end(), level.handle) != damaged.end() ||
@@ -152,7 +154,59 @@ CallOutcome get_channels(Sequence& sequence) {
   return {result, success_if(listener.is_valid && has_room)};
 }
 
+// The voices that a call wrote, of sounds that the test's levels or the application have.
+void check_voices(const Sequence& sequence, std::span<const clamor_voice> voices) {
+  for (const clamor_voice& voice : voices) {
+    const auto& [x, y, z] = voice.direction;
+    if (!(std::abs(std::hypot(x, y, z) - 1) < 1e-3))
+      broken("a voice's direction is no unit vector");
+    if (!std::isfinite(voice.delay_s) || voice.starts > 1) broken("a voice has an odd member");
+    for (const float gain : voice.band_gains)
+      if (!std::isfinite(gain)) broken("a voice's gain is not finite");
+    const auto& all = sequence.handles;
+    if (voice.sound == 0 ? voice.level_sound >= kLevelSounds
+                         : std::find(all.begin(), all.end(), voice.sound) == all.end())
+      broken("a voice is of no sound");
+  }
+}
+
+CallOutcome get_voices(Sequence& sequence) {
+  clamor_context* context = nullptr;
+  const KnownContext* const known = sequence.pick_context(context);
+  const Picked picked = sequence.pick_listener(known);
+  static constexpr std::uint32_t kCapacities[] = {100, 0, 1, 7};
+  clamor_voices voices{};
+  voices.capacity = kCapacities[sequence.draws.below(4)];
+  const auto room = std::make_unique<clamor_voice[]>(voices.capacity);
+  std::memset(room.get(), 0x5a, voices.capacity * sizeof(clamor_voice));
+  voices.voices = sequence.draws.one_in(16) ? nullptr : room.get();
+  voices.count = 99;
+  const auto given = sequence.pick_structure(voices, 8, false);
+  const bool is_valid = given.pointer != nullptr && given.is_valid &&
+                        (given.known.capacity == 0 || given.known.voices != nullptr);
+  const std::vector<unsigned char> before(given.memory.get(), given.memory.get() + given.bytes);
+  const clamor_result result = clamor_get_voices(context, picked.handle, given.pointer);
+  if (result != CLAMOR_OK && !given.equals(before)) broken("a failed call wrote its structure");
+  std::uint32_t written = 0;
+  if (result == CLAMOR_OK && given.bytes >= sizeof(voices)) {
+    std::memcpy(&voices, given.memory.get(), sizeof(voices));
+    if (!std::isfinite(voices.time_s)) broken("a keyframe has no time");
+    written = std::min(voices.count, voices.capacity);
+    check_voices(sequence, std::span(room.get(), written));
+  } else if (result == CLAMOR_OK) {
+    written = voices.capacity;  // the count is not known
+  }
+  const auto* const bytes = reinterpret_cast<const unsigned char*>(room.get() + written);
+  if (!std::all_of(bytes, bytes + (voices.capacity - written) * sizeof(clamor_voice),
+                   [](unsigned char byte) { return byte == 0x5a; }))
+    broken("voices are written beyond their count");
+  const KnownListener* const listener =
+      known == nullptr ? nullptr : find(known->listeners, picked.handle);
+  return {result, success_if(is_valid && listener != nullptr && listener->reports_voices)};
+}
+
 struct Block {
+  bool is_silent = false;  // if the call succeeds
   std::uint32_t frames = 0, channels = 2;
   std::vector<float> samples;
 };
@@ -160,20 +214,26 @@ struct Block {
 constexpr float kSample = 77;  // what no call writes
 
 Block pick_block(Sequence& sequence, const KnownContext* known, clamor_listener listener) {
-  static constexpr std::uint32_t kFrames[] = {64, 0, 1, 16, 17, 64, 441, 4096};
+  static constexpr std::uint32_t kFrames[] = {960, 0, 1, 17, 64, 441, 960, 4096};
   Block block;
   block.frames = kFrames[sequence.draws.below(8)];
   if (known != nullptr)
-    for (const KnownListener& one : known->listeners)
-      if (one.handle == listener) block.channels = one.channels;
+    if (const KnownListener* const one = find(known->listeners, listener)) {
+      block.channels = one->channels;
+      block.is_silent = one->is_silent;
+    }
   block.samples.assign(std::size_t{block.frames} * block.channels, kSample);
   return block;
 }
 
 void check_block(const Block& block, clamor_result result) {
-  for (const float sample : block.samples)
-    if (result == CLAMOR_OK ? !std::isfinite(sample) : sample != kSample)
-      broken(result == CLAMOR_OK ? "a sample is not finite" : "a failed call wrote samples");
+  const std::size_t rendered = result == CLAMOR_OK ? std::size_t{block.frames} * block.channels : 0;
+  for (std::size_t i = 0; i < block.samples.size(); ++i) {
+    const float sample = block.samples[i];
+    if (i >= rendered && sample != kSample) broken("samples are written that should not be");
+    if (i < rendered && !std::isfinite(sample)) broken("a sample is not finite");
+    if (i < rendered && block.is_silent && sample != 0) broken("CLAMOR_OUTPUT_NONE is not silent");
+  }
 }
 
 CallOutcome render(Sequence& sequence) {
@@ -216,12 +276,13 @@ std::vector<Call> listener_calls() {
        create_listener},
       {"clamor_destroy_listener", 2, {kArgument, kHandle}, destroy_listener},
       {"clamor_enter_level", 3, {kArgument, kHandle, kFile, kMemory}, enter_level},
-      {"clamor_move_listener", 40, {kArgument, kHandle}, move_listener},
-      {"clamor_next_keyframe", 30, {kArgument, kHandle}, next_keyframe},
-      {"clamor_get_channels", 20, {kArgument, kHandle}, get_channels},
-      {"clamor_get_listener_statistics", 30, {kArgument, kHandle}, get_listener_statistics},
-      {"clamor_render", 30, {kArgument, kHandle, kBusy}, render},
-      {"clamor_render_planar", 20, {kArgument, kHandle, kBusy}, render_planar},
+      {"clamor_move_listener", 30, {kArgument, kHandle}, move_listener},
+      {"clamor_next_keyframe", 20, {kArgument, kHandle}, next_keyframe},
+      {"clamor_get_channels", 8, {kArgument, kHandle}, get_channels},
+      {"clamor_get_listener_statistics", 15, {kArgument, kHandle}, get_listener_statistics},
+      {"clamor_get_voices", 20, {kHandle, kArgument, kState}, get_voices},
+      {"clamor_render", 60, {kArgument, kHandle, kBusy}, render},
+      {"clamor_render_planar", 40, {kArgument, kHandle, kBusy}, render_planar},
   };
 }
 
