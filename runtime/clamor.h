@@ -29,7 +29,9 @@
  * append members. Members that are 0 mean the default. Options that the library does not know are
  * CLAMOR_ERROR_ARGUMENT unless they are 0, and results that it does not know become 0.
  *
- * UNITS. Metres and seconds. The frame is that of glTF: +X right, +Y up, and a listener whose
+ * UNITS. Metres and seconds. Listeners are within 1e9 m of the origin and sources within 1e6 m,
+ * speeds below 10 km/s and times below 1e7 s, of which 1e6 s played before; directivity exponents
+ * are below 1e4 and gains at most 1e6. The frame is that of glTF: +X right, +Y up, and a listener whose
  * orientation is the identity looks along -Z. Samples are amplitudes, 1 at full scale.
  */
 #ifndef CLAMOR_H
@@ -306,6 +308,10 @@ typedef struct clamor_stream {
    * that makes keyframes while a source plays the stream, some 90 ms ahead of the sound. It must not
    * call functions of this context. Null: the application calls clamor_write_stream(). */
   uint32_t (*pull)(void* user, float* samples, uint32_t frames);
+  /* Called once, when `pull` is not called any more: some keyframes after the stream is removed, or
+   * with the context. By any thread; it must not call functions of this context. May be null. Not
+   * called after an error. */
+  void (*release)(void* user);
 } clamor_stream;
 
 /* Adds a sound whose samples arrive while it plays: speech, a synthesiser, another engine's mix.
@@ -398,7 +404,7 @@ CLAMOR_API clamor_result clamor_change_emitter(clamor_context* context, clamor_l
 
 /* Publishes all changes of sounds, sources, emitters and groups together. `time_s` is the time of an
  * offline listener that the changes are for (clamor_next_keyframe()); listeners in real time take
- * them over now. Errors: ARGUMENT. Any thread; 0.1 us for each source. */
+ * them over now. Errors: ARGUMENT, MEMORY. Any thread; 0.1 us for each source. */
 CLAMOR_API clamor_result clamor_commit(clamor_context* context, double time_s);
 
 /* ---- Results for other mixers ------------------------------------------------------------------ */

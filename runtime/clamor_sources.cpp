@@ -174,14 +174,24 @@ clamor_result clamor_add_stream(clamor_context* context, const clamor_stream* st
     if (chosen.rate_hz == 0) chosen.rate_hz = clamor::kSampleRate_hz;
     if (chosen.rate_hz < kMinStreamRate_hz || chosen.rate_hz > kMaxStreamRate_hz)
       return fail(error, CLAMOR_ERROR_ARGUMENT, "a stream's rate lies between 8000 and 192000 Hz");
+    // What `user` points to is the application's again if adding fails.
+    const auto keeps = std::make_shared<bool>(false);
     LiveFeed::Pull pull;
-    if (chosen.pull != nullptr)
-      pull = [call = chosen.pull, user = chosen.user](std::span<float> samples) {
+    if (chosen.pull != nullptr) {
+      const std::shared_ptr<const void> owner(
+          nullptr, [keeps, release = chosen.release, user = chosen.user](const void*) {
+            if (*keeps && release != nullptr) release(user);
+          });
+      pull = [owner, call = chosen.pull, user = chosen.user](std::span<float> samples) {
         return std::size_t{call(user, samples.data(), static_cast<uint32_t>(samples.size()))};
       };
+    }
     auto feed = LiveFeed::create(static_cast<int>(chosen.rate_hz), std::move(pull));
     if (!feed.ok()) return fail(error, CLAMOR_ERROR_ARGUMENT, feed.error().message);
-    return add_sound(*context, std::make_shared<WorldSound>(std::move(*feed)), sound, error);
+    const clamor_result added =
+        add_sound(*context, std::make_shared<WorldSound>(std::move(*feed)), sound, error);
+    *keeps = added == CLAMOR_OK;
+    return added;
   });
 }
 

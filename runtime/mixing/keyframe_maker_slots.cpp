@@ -86,11 +86,11 @@ bool KeyframeMaker::keep(std::uint32_t s, const SampledSource& chosen) {
 bool KeyframeMaker::follow(std::uint32_t s, const SampledSource& chosen) {
   Slot& slot = slots_[s];
   const Source& source = *chosen.source;
-  if (!slides_to(s, point_of(chosen), table_.emission_frames_of(source))) {
+  if (!slides_to(s, point_of(chosen), table_.emission_frames_of(source, chosen.start_s))) {
     slot.frozen = true;
     return false;
   }
-  table_.put(s, source);
+  table_.put(s, source, chosen.start_s);
   table_.set_velocity(s, chosen.velocity_mps);
   slots_[s].changed = true;
   return true;
@@ -112,7 +112,7 @@ void KeyframeMaker::extrapolate(std::uint32_t s) {
 std::uint32_t KeyframeMaker::start(const SampledSource& chosen) {
   const std::uint32_t s = directory_.take();
   const Source& source = *chosen.source;
-  table_.put(s, source);
+  table_.put(s, source, chosen.start_s);
   table_.set_velocity(s, chosen.velocity_mps);
   table_.radiation.scale[s] = static_cast<float>(chosen.power_scale);
   table_.radiation.visibility[s] = visibility_targets_[s] = chosen.visibility;
@@ -155,8 +155,8 @@ void KeyframeMaker::begin_sound(std::uint32_t s, const SampledSource& chosen) {
       loops && (!chosen.moves || table_.geometry.emission_frames[s] <= 0);
   if (onset == kNoOnset || has_always_played) return;
   const double before_frames = due_frames_ - kKeyframeFrames;
-  // Rounding: a source's delay is a float.
-  const double rounds_frames = 1e-7 * table_.geometry.emission_frames[s];
+  // Rounding: a source's delay is a float, and a moving source's start is not.
+  const double rounds_frames = chosen.moves ? 1e-3 : 1e-7 * table_.geometry.emission_frames[s];
   for (const double delay_frames : voice.start_delay_frames)
     if (before_frames > delay_frames + rounds_frames) return;
   voice.has_onset = true;

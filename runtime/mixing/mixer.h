@@ -1,9 +1,9 @@
 // mixer.h: the inner half of the audio thread: interpolates voices between keyframes and sums them.
 //
-// Time is a 64-bit count of frames. A voice reads its signal at that count less its delay, in 32.32
-// fixed point, so phase does not drift however long it plays. Mixing works in steps of kStepFrames
-// on a grid fixed to the clock, several steps per call if asked for. The output is a function of
-// the keyframes alone.
+// Time is a 64-bit count of frames. A voice reads its signal at that count less its delay, which is
+// 40.24 fixed point, so phase does not drift however long it plays, and sounds may begin for weeks.
+// Mixing works in steps of kStepFrames on a grid fixed to the clock, several steps per call if
+// asked for. The output is a function of the keyframes alone.
 //
 // Between keyframes gains are linear. Delays follow two parabolas that meet at a knot, cut into
 // steps, so that pitch is continuous. The slope of a delay at a keyframe is extrapolated from the
@@ -75,6 +75,8 @@ class Mixer {
   Mixer(PlayableSignals signals, std::size_t slots, const MixMode& mode = {},
         const Panner* panner = nullptr, const Hrtf* head = nullptr,
         const HeadRotation* turns = nullptr);
+
+  static constexpr int kDelayBits = 24;  // of a delay's fraction, in fixed point
 
   int channels() const noexcept REALTIME { return kEars * mode_.pairs; }
 
@@ -152,8 +154,8 @@ class Mixer {
     const PreparedSignal* signal = nullptr;
     std::array<DelaySlope, kEars> slopes{};
     std::array<Parabola, kEars> after_knot{};
-    // 32.32 fixed point: the delay at the end of the segment, and the next read position if the
-    // signal plays once.
+    // The delay at the end of the segment, 40.24 fixed point, and the next read position if the
+    // signal plays once, 32.32.
     std::array<std::int64_t, kEars> delay{}, position{};
     std::uint32_t direction = 0;  // triangle of the HRTF's mesh, to start the next search
     std::uint8_t rank = 0;

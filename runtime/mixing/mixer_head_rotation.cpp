@@ -58,7 +58,7 @@ void Mixer::end_segment_here() noexcept REALTIME {
         path.bend = slot.after_knot[e].bend;
       }
       advance += path.position_at(after_knot);
-      slot.delay[e] += advance - (std::int64_t{to_knot + after_knot} << 32);
+      slot.delay[e] += (advance - (std::int64_t{to_knot + after_knot} << 32)) >> (32 - kDelayBits);
     }
     if (binaural_ != nullptr) binaural_->offset_ends[s] = binaural_->offsets[s].ahead;
   }

@@ -16,8 +16,10 @@ namespace {
 constexpr std::int64_t kFixedOne = std::int64_t{1} << 32;
 constexpr double kFixedOne_f = static_cast<double>(kFixedOne);
 constexpr double kFastestBent = 0.99;  // frames per frame
-constexpr double kMaxDelay_frames = 1 << 30;
-constexpr float kLoudest = 1e6f;  // 120 dB above full scale: no sum of voices overflows
+constexpr std::int64_t kDelayOne = std::int64_t{1} << Mixer::kDelayBits;
+constexpr double kDelayOne_f = static_cast<double>(kDelayOne);
+constexpr double kMaxDelay_frames = static_cast<double>(std::int64_t{1} << 38);  // 66 days
+constexpr float kLoudest = 1e8f;  // 160 dB above full scale: no sum of voices overflows
 
 bool is_usable(double delay_frames) {
   return std::abs(delay_frames) < kMaxDelay_frames;  // false for NaN
@@ -39,6 +41,7 @@ bool is_usable(const Voice& voice) {
 }
 
 std::int64_t fixed(double frames) { return std::llrint(frames * kFixedOne_f); }
+std::int64_t fixed_delay(double frames) { return std::llrint(frames * kDelayOne_f); }
 
 // fixed() for values below 2^19: adding a large number leaves exactly these bits.
 std::int64_t fixed_slope(double frames) {
@@ -56,14 +59,14 @@ CLAMOR_INLINE void Mixer::place(Slot& slot, VoicePath* paths,
   const PreparedSignal& signal = *slot.signal;
   std::int64_t first = 0, first_near = 0;
   for (std::size_t e = 0; e < kDelays; ++e) {
-    const std::int64_t whole = time_.clock_frames + lead_frames_ + (-delay[e] >> 32);
+    const std::int64_t whole = time_.clock_frames + lead_frames_ + (-delay[e] >> kDelayBits);
     const bool is_close = e > 0 && std::abs(whole - first) < signal.wrap() >> 32;
     const std::int64_t near = is_close ? first_near + (whole - first) : signal.near(whole);
     if (e == 0) {
       first = whole;
       first_near = near;
     }
-    slot.position[e] = near * kFixedOne + (-delay[e] & (kFixedOne - 1));
+    slot.position[e] = near * kFixedOne + (-delay[e] & (kDelayOne - 1)) * (kFixedOne / kDelayOne);
     signal.place(slot.position[e], paths[e]);
   }
 }
@@ -111,9 +114,9 @@ bool Mixer::slide_to(const Voice& voice) noexcept REALTIME {
   bool usable = is_usable(voice);
   for (std::size_t e = 0; e < kDelays; ++e) {
     from[e] = slot.delay[e];
-    if (usable && voice.starts) from[e] = fixed(voice.start_delay_frames[e]);
-    to[e] = usable ? fixed(voice.delay_frames[e]) : from[e];
-    change_frames[e] = static_cast<double>(to[e] - from[e]) / kFixedOne_f;
+    if (usable && voice.starts) from[e] = fixed_delay(voice.start_delay_frames[e]);
+    to[e] = usable ? fixed_delay(voice.delay_frames[e]) : from[e];
+    change_frames[e] = static_cast<double>(to[e] - from[e]) / kDelayOne_f;
     usable = usable && std::abs(change_frames[e]) < time_.segment.frames;
   }
   if (!usable) {

@@ -15,7 +15,7 @@ constexpr std::uint8_t kStepsToSilence = kKeyframeFrames / kStepFrames;
 }
 
 // Returns whether the pieces that the voice reads in the next `frames` frames are resident, while
-// its delays move from `from` (32.32).
+// its delays move from `from` (40.24).
 bool Mixer::is_resident(std::uint32_t s, const std::array<std::int64_t, kEars>& from,
                         const std::array<double, kEars>& change_frames,
                         int frames) const noexcept REALTIME {
@@ -23,7 +23,7 @@ bool Mixer::is_resident(std::uint32_t s, const std::array<std::int64_t, kEars>& 
   std::int64_t first = std::numeric_limits<std::int64_t>::max();
   std::int64_t last = std::numeric_limits<std::int64_t>::min();
   for (std::size_t e = 0; e < static_cast<std::size_t>(mode_.delays); ++e) {
-    const std::int64_t at = time_.clock_frames + lead_frames_ - (from[e] >> 32);
+    const std::int64_t at = time_.clock_frames + lead_frames_ - (from[e] >> kDelayBits);
     first = std::min(first, at - 2);
     last = std::max(last, at + frames + 2 - static_cast<std::int64_t>(change_frames[e]));
   }

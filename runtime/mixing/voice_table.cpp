@@ -29,18 +29,18 @@ VoiceTable::VoiceTable(const RadiationModel& radiation_model, std::size_t slots)
               arrivals.from);
 }
 
-double VoiceTable::emission_frames_of(const Source& source) const {
-  return radiation_model_.emission_time_s(source) * kSampleRate_hz;
+double VoiceTable::emission_frames_of(const Source& source, double start_s) const {
+  return (start_s + radiation_model_.emission_time_s(source)) * kSampleRate_hz;
 }
 
-void VoiceTable::put(std::size_t slot, const Source& source) {
+void VoiceTable::put(std::size_t slot, const Source& source, double start_s) {
   for (int axis = 0; axis < 3; ++axis) {
     geometry.position_m[axis][slot] = source.position_m[axis];
     geometry.normal[axis][slot] = source.normal[axis];
     geometry.mirror[axis][slot] = source.is_emitter ? source.normal[axis] : source.mirror[axis];
   }
   geometry.radius_m[slot] = static_cast<float>(source_radius_m(source));
-  geometry.emission_frames[slot] = emission_frames_of(source);
+  geometry.emission_frames[slot] = emission_frames_of(source, start_s);
   geometry.lift[slot] = source.is_emitter ? 0.5f : 0;
   geometry.changed[slot / kTile] = true;
 

@@ -65,7 +65,7 @@ class VoiceTable {
 
   VoiceTable(const RadiationModel& radiation_model, std::size_t slots);
 
-  void put(std::size_t slot, const Source& source);
+  void put(std::size_t slot, const Source& source, double start_s);
   // Velocity when the sound that is now heard in the centre left the source; 0 for a source at
   // rest.
   void set_velocity(std::size_t slot, const Vec3f& velocity_mps);
@@ -73,7 +73,8 @@ class VoiceTable {
 
   Vec3f mach_of(std::size_t slot) const { return at(geometry.mach, slot); }
   Vec3f position_of(std::size_t slot) const { return at(geometry.position_m, slot); }
-  double emission_frames_of(const Source& source) const;
+  // `start_s` is when a moving source's sound begins.
+  double emission_frames_of(const Source& source, double start_s) const;
 
   // Inputs and results of the kernels (voice_kernel.h).
   VoiceGeometry geometry;

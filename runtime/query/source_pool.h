@@ -33,6 +33,7 @@ struct FoundSource {
   // number for both. `velocity_mps` is that at `source`, the place that its sound left.
   std::uint64_t voice = 0;
   Vec3f velocity_mps{};
+  double start_s = 0;    // of a moving source's sound, on top of the source's delay
   double min_scale = 1;  // of its power, if it stands for others of its group
 };
 

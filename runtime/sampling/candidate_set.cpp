@@ -58,8 +58,9 @@ void CandidateSet::weigh_source(std::uint32_t index, const ReceivedIntensity& re
                                 const SamplingMoment& moment, double threshold) {
   const FoundSource& found = found_[index];
   const Source& source = *found.source;
-  const LoudnessTrack::Moment signal = weights_at_distance(
-      inputs_.radiation, inputs_.weights, found.signal, source, received.distance_m, moment.time_s);
+  const LoudnessTrack::Moment signal =
+      weights_at_distance(inputs_.radiation, inputs_.weights, found.signal, source,
+                          received.distance_m, moment.time_s - found.start_s);
   const float emitter_power = inputs_.emitter_power(source);
   if (found.upper_bound * (signal.share * emitter_power) < threshold) return;
   Bands intensity = apply_reception(moment.reception, source, moment.place_m, received.intensity);

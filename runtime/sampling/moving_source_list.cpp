@@ -49,6 +49,7 @@ std::uint64_t cell_of(const Vec3f& position_m, const Vec3& place) {
 
 MovingSourceList::Columns::Columns(std::size_t slots)
     : sources(slots),
+      starts_s(slots),
       versions(slots),
       generations(slots),
       x_m(slots),
@@ -91,9 +92,9 @@ void MovingSourceList::set(std::size_t slot, double time_s) {
   source.normal = source.mirror = settings.axis;
   const bool is_added = columns_.generations[slot] != settings.generation;
   if (!std::isnan(settings.start_s))
-    source.delay_s = static_cast<float>(settings.start_s);
+    columns_.starts_s[slot] = settings.start_s;
   else if (is_added)  // starts with the segment that ends with this keyframe
-    source.delay_s = static_cast<float>(std::max(0.0, time_s - kKeyframe_s));
+    columns_.starts_s[slot] = std::max(0.0, time_s - kKeyframe_s);
   source.emitter = first_emitter_ + settings.kind;
   source.is_emitter = true;
   const Bands& directivity = kinds_[settings.kind].directivity;
@@ -197,7 +198,7 @@ void MovingSourceList::find_above(const Vec3& place, double threshold,
       found.push_back({&source, number ^ (cell_of(source.position_m, place) & ~kMovingSourceBit),
                        radiation_.signal(source), 0, 1,
                        static_cast<double>(columns_.max_priority[i]) / (r_m * r_m), number,
-                       columns_.velocity_mps[i]});
+                       columns_.velocity_mps[i], columns_.starts_s[i]});
     }
   }
   if (limits_.any()) apply_limits(place, before, found);
@@ -214,7 +215,7 @@ void MovingSourceList::apply_limits(const Vec3& place, std::size_t first,
     const double distance_m = length(place - Vec3(one.source->position_m));
     return one.upper_bound *
            static_cast<double>(weights_at_distance(radiation_, weights_, one.signal, *one.source,
-                                                   distance_m, time_s_.value_or(0))
+                                                   distance_m, time_s_.value_or(0) - one.start_s)
                                    .share);
   };
   limits_.begin();

@@ -60,7 +60,8 @@ class MovingSourceList {
   struct Columns {
     explicit Columns(std::size_t slots);
 
-    std::vector<Source> sources;  // where sound left them
+    std::vector<Source> sources;   // where sound left them
+    std::vector<double> starts_s;  // of the sounds: a source's own delay is a float
     std::vector<std::uint32_t> versions, generations;
     std::vector<float> x_m, y_m, z_m;        // now
     std::vector<float> max_priority;         // at 1 m on the axis; -1: the slot is free

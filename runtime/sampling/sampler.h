@@ -69,12 +69,14 @@ struct SampledSource {
   double rank = -1;
   bool moves = false;
   Vec3f velocity_mps{};  // of a moving source, when the sound left it
+  double start_s = 0;    // of a moving source's sound, on top of the source's delay
 
   // Makes this a moving source, whose voice has another number than its visibility.
   void set_moving(const FoundSource& found) {
     number = found.voice;
     moves = true;
     velocity_mps = found.velocity_mps;
+    start_s = found.start_s;
   }
 };
 

@@ -127,7 +127,7 @@ const Call& pick_call(Draws& draws) {
 std::span<const Call> all_calls() {
   static const std::vector<Call> calls = [] {
     std::vector<Call> all = level_calls();
-    for (const auto& more : {listener_calls(), sound_calls(), source_calls()})
+    for (const auto& more : {listener_calls(), sound_calls(), source_calls(), emitter_calls()})
       all.insert(all.end(), more.begin(), more.end());
     return all;
   }();
@@ -240,6 +240,9 @@ std::size_t make_call_sequence(std::span<const std::uint8_t> bytes) {
     options.caller_updates = known.caller_updates = !sequence.draws.one_in(16);
     options.max_sources = known.max_sources = kMaxSources;
     options.max_sounds = known.max_sounds = kMaxSounds;
+    options.log = [](void*, const char* sentence) {
+      if (sentence == nullptr || sentence[0] == 0) broken("nothing is told to the log");
+    };
     if (clamor_create(&options, &known.context, nullptr) != CLAMOR_OK) broken("clamor_create()");
     clamor_level level = 0;
     if (clamor_open_level(known.context, bake_path().c_str(), &level, nullptr) != CLAMOR_OK)
@@ -264,6 +267,9 @@ std::size_t make_call_sequence(std::span<const std::uint8_t> bytes) {
   for (const Archive& archive : sequence.archives)
     if (archive.releases != (archive.expects_release ? 1 : 0))
       broken("a level was released " + std::to_string(archive.releases) + " times");
+  for (const PulledStream& stream : sequence.pulled_streams)
+    if (stream.releases != (stream.expects_release ? 1 : 0))
+      broken("a stream was released " + std::to_string(stream.releases) + " times");
   return count;
 }
 

@@ -82,6 +82,8 @@ struct PulledStream {
   PullKind kind = PullKind::kAll;
   bool caller_updates = true;
   std::atomic<bool> has_ended{false};  // it must not be pulled any more
+  std::atomic<int> releases{0};
+  bool expects_release = false;
 };
 
 struct KnownListener {

@@ -36,10 +36,10 @@ struct Room {
   }
   void commit() const { ASSERT_EQ(clamor_commit(context.get(), 0), CLAMOR_OK); }
 
-  // The next half second of the first channel.
+  // The next quarter of a second of the first channel.
   std::vector<float> heard() const {
     std::vector<float> left, block(2 * 480);
-    while (left.size() < kSampleRate_hz / 2) {
+    while (left.size() < kSampleRate_hz / 4) {
       EXPECT_EQ(clamor_update(context.get(), 0, nullptr), CLAMOR_OK);
       EXPECT_EQ(clamor_render(context.get(), listener, block.data(), 480), CLAMOR_OK);
       for (std::size_t f = 0; f < block.size(); f += 2) left.push_back(block[f]);
@@ -52,7 +52,7 @@ struct Room {
   clamor_listener listener = 0;
 };
 
-// The first half second of a room whose emitters have these gains from the beginning on.
+// The first quarter of a second of a room whose emitters have these gains from the beginning on.
 std::vector<float> with_gains(double first, double second, double third) {
   const Room room;
   EXPECT_EQ(room.change(0, first), CLAMOR_OK);
@@ -112,11 +112,11 @@ TEST(ClamorEmitters, FollowTheirGroupAndAreNeverLouderThanTheBake) {
   };
   const double half = level_with(unchanged);
   EXPECT_NEAR(level_with(group_options(0.5)) / half, 0.5, 1e-3);
-  EXPECT_LT(level_with(group_options(0)) / half, 1e-9);
+  EXPECT_LT(level_with(group_options(0)) / half, 1e-5);
   EXPECT_NEAR(level_with(group_options(100)) / half, 2, 1e-3);
   clamor_group_options paused = unchanged;
   paused.is_paused = 1;
-  EXPECT_LT(level_with(paused) / half, 1e-9);
+  EXPECT_LT(level_with(paused) / half, 1e-5);
   ASSERT_EQ(clamor_remove_group(room.context.get(), group), CLAMOR_OK);
   room.commit();
   (void)room.heard();

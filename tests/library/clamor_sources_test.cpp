@@ -260,6 +260,24 @@ TEST(ClamorSources, StreamsThatAreWrittenAreHeardOnceAndMissingSamplesAreSilence
   EXPECT_LT(rms_between(heard, 1.5, 2), 1e-6);
 }
 
+// A loop does not tell how often it has been played, and no gain that is allowed is too much.
+TEST(ClamorSources, ThatHavePlayedForDaysAreHeardAsThoseThatBegin) {
+  const auto heard_after = [](double played_s) {
+    Field field;
+    auto source = field.at(field.add(tone(500, kSecond / 2), true), {0.1, 0, 0});
+    source.gain = 1e6;
+    source.played_s = played_s;
+    field.add(source);
+    return field.heard(kSecond / 4);
+  };
+  const auto a_minute = heard_after(60), eleven_days = heard_after(1e6);
+  EXPECT_GT(rms(a_minute), 1e6);
+  double largest = 0;
+  for (std::size_t i = 0; i < a_minute.size(); ++i)
+    largest = std::max(largest, std::abs(1.0 * a_minute[i] - eleven_days[i]));
+  EXPECT_LT(largest, 1e-4 * rms(a_minute));
+}
+
 TEST(ClamorSources, AreReadFromFilesAndLevels) {
   const testing::TemporaryFile file(".flac");
   const auto flac = encode_flac(tone(500, kSecond / 4));
@@ -466,6 +484,42 @@ TEST(ClamorSources, OfAStreamDoNotReadItWhileTheirGroupIsPausedOrAfterTheyEnd) {
   EXPECT_EQ(clamor_remove_source(field.context.get(), source), CLAMOR_OK);
   pulled_in(kSecond / 4);
   EXPECT_EQ(pulled_in(kSecond), 0u);
+}
+
+// What a stream uses is the application's again once it has been released.
+TEST(ClamorSources, ReleaseTheirStreamsOnce) {
+  std::vector<int> released;
+  struct Used {
+    std::vector<int>& released;
+    int number;
+  } removed{released, 1}, kept{released, 2}, refused{released, 3};
+  clamor_stream stream{};
+  stream.bytes = sizeof(stream);
+  stream.pull = [](void*, float*, uint32_t) -> uint32_t { return 0; };
+  stream.release = [](void* user) {
+    const auto& used = *static_cast<Used*>(user);
+    used.released.push_back(used.number);
+  };
+  {
+    Field field;
+    const auto add = [&](Used& used, uint32_t rate_hz) {
+      stream.user = &used;
+      stream.rate_hz = rate_hz;
+      clamor_sound sound = 0;
+      (void)clamor_add_stream(field.context.get(), &stream, &sound, nullptr);
+      return sound;
+    };
+    const clamor_sound sound = add(removed, 48'000);
+    field.add(Field::at(add(kept, 48'000), {0, 0, -2}));
+    field.add(Field::at(sound, {0, 0, -2}));
+    EXPECT_EQ(add(refused, 1), 0u);
+    field.heard(kSecond / 4);
+    EXPECT_EQ(clamor_remove_sound(field.context.get(), sound), CLAMOR_OK);
+    EXPECT_TRUE(released.empty());
+    field.heard(kSecond / 4);
+    EXPECT_EQ(released, std::vector<int>{1});
+  }
+  EXPECT_EQ(released, (std::vector<int>{1, 2}));
 }
 
 // 120 dB of the source and 120 dB of its group make 120 dB.

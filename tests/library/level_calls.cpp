@@ -207,7 +207,7 @@ CallOutcome measure_responses(Sequence& sequence) {
     if (result == CLAMOR_OK ? !std::isfinite(sample) : sample != kSample)
       broken(result == CLAMOR_OK ? "a sample is not finite" : "a failed call wrote samples");
   const bool is_valid = level.is_valid && has_positions && has_samples &&
-                        (emitter < kLevelSounds || emitter == UINT32_MAX) &&
+                        (emitter < kLevelEmitters || emitter == UINT32_MAX) &&
                         std::all_of(positions_m.begin(), positions_m.end(),
                                     [](double metre) { return is_within(metre, -1e9, 1e9); });
   const bool may_fail = known != nullptr && find(known->damaged_levels, level.handle) != nullptr;

@@ -106,7 +106,7 @@ def use(level_path):
         assert failure(listener.render, 16).code == -2
     assert failure(listener.render, 16, kind=ValueError)
     gc.collect()
-    assert not sys.modules["clamor.world"]._read_by_library, "bytes are kept that nothing reads"
+    assert not sys.modules["clamor.world"]._used_by_library, "bytes are kept that nothing reads"
 
 
 def sources(level_path):
@@ -175,6 +175,8 @@ def sources(level_path):
         before = next_peak()
         level.change_emitter(0, is_muted=True)
         assert 0 <= next_peak() < 1e-6 * before and not told
+    gc.collect()
+    assert not sys.modules["clamor.world"]._used_by_library, "callbacks are kept that nothing calls"
     with clamor.Context() as context:
         stream = clamor.Stream(context, 24000)
         assert stream.write(tone[:1000]) == 1000

@@ -124,7 +124,7 @@ CallOutcome read_level_sound(Sequence& sequence) {
 
 uint32_t pull_stream(void* user, float* samples, uint32_t frames) {
   const PulledStream& stream = *static_cast<const PulledStream*>(user);
-  if (stream.has_ended) broken("a stream that was removed is pulled");
+  if (stream.has_ended || stream.releases > 0) broken("a stream that was removed is pulled");
   if (stream.caller_updates && !makes_keyframes()) broken("a stream is pulled by another call");
   const bool is_odd = stream.kind == PullKind::kOddSamples;
   const std::uint32_t written = stream.kind == PullKind::kHalf   ? frames / 2
@@ -135,6 +135,8 @@ uint32_t pull_stream(void* user, float* samples, uint32_t frames) {
     samples[i] = is_odd ? kOdd[i % 4] : static_cast<float>(i % 48) / 48;
   return stream.kind == PullKind::kMoreThanAsked ? UINT32_MAX : written;
 }
+
+void release_stream(void* user) { ++static_cast<PulledStream*>(user)->releases; }
 
 CallOutcome add_stream(Sequence& sequence) {
   static constexpr std::uint32_t kRates_hz[] = {8000, 192'000, 44'100,    7999,
@@ -149,16 +151,20 @@ CallOutcome add_stream(Sequence& sequence) {
   pulled.caller_updates = known == nullptr || known->caller_updates;
   stream.user = &pulled;
   stream.pull = draws.one_in(2) ? nullptr : pull_stream;
+  stream.release = draws.one_in(4) ? nullptr : release_stream;
   const auto given = sequence.pick_structure(stream, 8, false);
   const bool is_written = given.known.pull == nullptr;
   const std::uint32_t rate_hz = given.known.rate_hz;
   const bool is_valid = given.pointer != nullptr && given.is_valid &&
                         (rate_hz == 0 || is_within(rate_hz, 8000, 192'000));
   const KnownSound sound{0, is_written, is_written ? nullptr : &pulled};
-  return add_any_sound(sequence, known, is_valid, false, sound,
-                       [&](auto* into, clamor_error* error) {
-                         return clamor_add_stream(context, given.pointer, into, error);
-                       });
+  const CallOutcome outcome =
+      add_any_sound(sequence, known, is_valid, false, sound, [&](auto* into, clamor_error* error) {
+        return clamor_add_stream(context, given.pointer, into, error);
+      });
+  pulled.expects_release =
+      outcome.result == CLAMOR_OK && !is_written && given.known.release != nullptr;
+  return outcome;
 }
 
 CallOutcome write_stream(Sequence& sequence) {

@@ -251,7 +251,7 @@ std::vector<Call> source_calls() {
       {"clamor_change_source", 15, {kHandle, kArgument}, change_source},
       {"clamor_move_source", 30, {kHandle, kArgument}, move_source},
       {"clamor_remove_source", 6, {kArgument, kHandle}, remove_source},
-      {"clamor_commit", 40, {kArgument}, commit},
+      {"clamor_commit", 40, {kArgument, kMemory}, commit},
   };
 }
 

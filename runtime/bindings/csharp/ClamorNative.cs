@@ -5,7 +5,6 @@
 // (IL2CPP) need no hints. An array member a[n] is n members a_0 to a_(n-1). A test compares all of it
 // with the header.
 using System;
-using System.Collections.Generic;
 using System.Runtime.InteropServices;
 
 namespace Clamor
@@ -125,9 +124,9 @@ namespace Clamor
         [StructLayout(LayoutKind.Sequential)]
         public struct clamor_stream
         {
-            public const uint Size = 24;
+            public const uint Size = 32;
             public uint bytes, rate_hz;
-            public IntPtr user, pull;
+            public IntPtr user, pull, release;
         }
 
         [StructLayout(LayoutKind.Sequential)]
@@ -307,13 +306,13 @@ namespace Clamor
     // The pointer to a context, which is destroyed once it is closed and no call uses it.
     internal sealed class ContextHandle : SafeHandle
     {
-        private readonly List<GCHandle> kept = new List<GCHandle>();
+        private GCHandle user;
 
         // `user` is freed with the context, if it is allocated.
         public ContextHandle(IntPtr context, GCHandle user) : base(IntPtr.Zero, true)
         {
             SetHandle(context);
-            if (user.IsAllocated) kept.Add(user);
+            this.user = user;
         }
 
         public override bool IsInvalid
@@ -321,18 +320,10 @@ namespace Clamor
             get { return handle == IntPtr.Zero; }
         }
 
-        // Keeps an object for the callbacks of the context, and returns what they find it by.
-        public IntPtr Keep(object target)
-        {
-            GCHandle user = GCHandle.Alloc(target);
-            lock (kept) kept.Add(user);
-            return GCHandle.ToIntPtr(user);
-        }
-
         protected override bool ReleaseHandle()
         {
             Native.clamor_destroy(handle);
-            foreach (GCHandle target in kept) target.Free();
+            if (user.IsAllocated) user.Free();
             return true;
         }
     }

@@ -102,8 +102,9 @@ namespace Clamor
     // called on the thread that makes keyframes, and must not call functions of the context.
     public sealed class PulledSound : Sound
     {
-        // The delegate lives as long as the process, because the library keeps a pointer to it.
+        // The delegates live as long as the process, because the library keeps pointers to them.
         private static readonly Native.PullFunction pull = Pull;
+        private static readonly Native.ReleaseFunction release = Release;
 
         private readonly Puller puller;
 
@@ -111,14 +112,19 @@ namespace Clamor
         {
             if (function == null) throw new ArgumentNullException("function");
             puller = new Puller { Function = function };
-            // The library may read a stream on for some keyframes after it was removed, so what it points
-            // to lives as long as the context.
-            IntPtr user = context.Handle.Keep(puller);
+            GCHandle user = GCHandle.Alloc(puller);
             var options = new Native.clamor_stream { bytes = Native.clamor_stream.Size,
-                rate_hz = (uint)rateHz, user = user, pull = Marshal.GetFunctionPointerForDelegate(pull) };
+                rate_hz = (uint)rateHz, user = GCHandle.ToIntPtr(user),
+                pull = Marshal.GetFunctionPointerForDelegate(pull),
+                release = Marshal.GetFunctionPointerForDelegate(release) };
             var error = new byte[Native.ErrorBytes];
-            ClamorException.Check(
-                Native.clamor_add_stream(context.Handle, ref options, out Handle, error), error);
+            int code = Native.CLAMOR_ERROR_INTERNAL;
+            try {
+                code = Native.clamor_add_stream(context.Handle, ref options, out Handle, error);
+            } finally {
+                if (code != Native.CLAMOR_OK) user.Free();
+            }
+            ClamorException.Check(code, error);
         }
 
         // What the function has thrown last, or null. The samples were silence then.
@@ -139,6 +145,12 @@ namespace Clamor
             public volatile PullFunction Function;
             public volatile Exception Failure;
             public float[] Samples = new float[0];
+        }
+
+        [MonoPInvokeCallback(typeof(Native.ReleaseFunction))]
+        private static void Release(IntPtr user)
+        {
+            GCHandle.FromIntPtr(user).Free();
         }
 
         [MonoPInvokeCallback(typeof(Native.PullFunction))]

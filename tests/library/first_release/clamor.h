@@ -18,8 +18,9 @@
  * locks nor calls the system, and its cost is that of the voices alone.
  *
  * ERRORS. Functions return CLAMOR_OK or a negative code, and have then changed nothing. Those that
- * read files also write a sentence into a clamor_error, which may be null. No C++ exception leaves
- * the library. It installs no signal handlers, prints nothing and reads no locale.
+ * read files also write a sentence into a clamor_error, which may be null. A null context is
+ * CLAMOR_ERROR_ARGUMENT. No C++ exception leaves the library. It installs no signal handlers, prints
+ * nothing and reads no locale.
  *
  * HANDLES are numbers. A handle that is stale, invented or another context's is
  * CLAMOR_ERROR_HANDLE. The pointer to a context is valid until clamor_destroy().
@@ -28,7 +29,9 @@
  * append members. Members that are 0 mean the default. Options that the library does not know are
  * CLAMOR_ERROR_ARGUMENT unless they are 0, and results that it does not know become 0.
  *
- * UNITS. Metres and seconds. The frame is that of glTF: +X right, +Y up, and a listener whose
+ * UNITS. Metres and seconds. Listeners are within 1e9 m of the origin and sources within 1e6 m,
+ * speeds below 10 km/s and times below 1e7 s, of which 1e6 s played before; directivity exponents
+ * are below 1e4 and gains at most 1e6. The frame is that of glTF: +X right, +Y up, and a listener whose
  * orientation is the identity looks along -Z. Samples are amplitudes, 1 at full scale.
  */
 #ifndef CLAMOR_H
@@ -219,8 +222,9 @@ typedef struct clamor_listener_options {
   uint32_t reports_voices; /* 1: clamor_get_voices() may be called */
 } clamor_listener_options;
 
-/* Adds a listener in a level. Errors: ARGUMENT, HANDLE, FILE, FULL (64 listeners), MEMORY. Any
- * thread; 10 to 100 ms, and a second for the first that uses a head. */
+/* Adds a listener in a level. Errors: ARGUMENT, HANDLE, FILE, FULL (64 listeners), MEMORY, STATE for
+ * an offline listener without caller_updates. Any thread; 10 to 100 ms, and a second for the first
+ * that uses a head. */
 CLAMOR_API clamor_result clamor_create_listener(clamor_context* context, clamor_level level,
                                                 const clamor_listener_options* options,
                                                 clamor_listener* listener, clamor_error* error);
@@ -278,8 +282,8 @@ typedef struct clamor_sound_options {
   uint32_t loops;   /* 1: plays without end */
 } clamor_sound_options;
 
-/* Copies samples. `options` may be null. Errors: ARGUMENT, FULL, MEMORY. Any thread; 3 ms for each
- * second of sound. */
+/* Copies samples, of up to 1 000 000 times full scale. `options` may be null. Errors: ARGUMENT, FULL,
+ * MEMORY. Any thread; 3 ms for each second of sound. */
 CLAMOR_API clamor_result clamor_add_sound(clamor_context* context, const float* samples,
                                           uint64_t frames, const clamor_sound_options* options,
                                           clamor_sound* sound, clamor_error* error);
@@ -304,6 +308,10 @@ typedef struct clamor_stream {
    * that makes keyframes while a source plays the stream, some 90 ms ahead of the sound. It must not
    * call functions of this context. Null: the application calls clamor_write_stream(). */
   uint32_t (*pull)(void* user, float* samples, uint32_t frames);
+  /* Called once, when `pull` is not called any more: some keyframes after the stream is removed, or
+   * with the context. By any thread; it must not call functions of this context. May be null. Not
+   * called after an error. */
+  void (*release)(void* user);
 } clamor_stream;
 
 /* Adds a sound whose samples arrive while it plays: speech, a synthesiser, another engine's mix.
@@ -311,9 +319,9 @@ typedef struct clamor_stream {
 CLAMOR_API clamor_result clamor_add_stream(clamor_context* context, const clamor_stream* stream,
                                            clamor_sound* sound, clamor_error* error);
 
-/* Appends samples to a stream without `pull` and writes to `taken` how many fitted into its buffer
- * of one second. What is missing when a source plays it is silence. Errors: HANDLE, ARGUMENT, STATE,
- * BUSY. Audio: one thread at a time for each stream. */
+/* Appends samples to a stream without `pull` and writes to `taken`, which may be null, how many
+ * fitted into its buffer of one second. What is missing when a source plays it is silence. Errors:
+ * HANDLE, ARGUMENT, STATE, BUSY. Audio: one thread at a time for each stream. */
 CLAMOR_API clamor_result clamor_write_stream(clamor_context* context, clamor_sound sound,
                                              const float* samples, uint32_t frames,
                                              uint32_t* taken);
@@ -396,7 +404,7 @@ CLAMOR_API clamor_result clamor_change_emitter(clamor_context* context, clamor_l
 
 /* Publishes all changes of sounds, sources, emitters and groups together. `time_s` is the time of an
  * offline listener that the changes are for (clamor_next_keyframe()); listeners in real time take
- * them over now. Errors: ARGUMENT. Any thread; 0.1 us for each source. */
+ * them over now. Errors: ARGUMENT, MEMORY. Any thread; 0.1 us for each source. */
 CLAMOR_API clamor_result clamor_commit(clamor_context* context, double time_s);
 
 /* ---- Results for other mixers ------------------------------------------------------------------ */

@@ -240,15 +240,18 @@ TEST(Mixer, PlaysSilenceForSamplesThatAreNotNumbersAndCountsThem) {
 
 TEST(Mixer, PlaysAOneShotOnceAtItsTime) {
   const auto signals = prepare_signals(std::vector<Signal>{{"click", {1, 0.5f}, false}});
-  const auto still = [](std::uint64_t number) {
-    Keyframe keyframe;
-    keyframe.voices = {voice(0, 2000, 1)};
-    keyframe.voices[0].starts = number == 0;
-    return keyframe;
-  };
-  const auto out = mixed_steps(signals, 200, still);
-  for (std::size_t n = 0; n < out.size(); ++n)
-    ASSERT_NEAR(out[n], n == 2000 ? 1 : n == 2001 ? 0.5 : 0, 1e-4) << n;
+  // Also where the clock has run for weeks.
+  for (const double clock_frames : {0.0, 4e9, 1e11}) {
+    const auto still = [clock_frames](std::uint64_t number) {
+      Keyframe keyframe;
+      keyframe.voices = {voice(0, clock_frames + 2000, 1)};
+      keyframe.voices[0].starts = number == 0;
+      return keyframe;
+    };
+    const auto out = mixed_steps(signals, 200, still, static_cast<std::int64_t>(clock_frames));
+    for (std::size_t n = 0; n < out.size(); ++n)
+      ASSERT_NEAR(out[n], n == 2000 ? 1 : n == 2001 ? 0.5 : 0, 1e-4) << n;
+  }
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ class Voices {
   Voices() : sources_(listener().centre_m), table_(sources_.radiation(), kCount) {
     for (std::uint32_t i = 0; i < kCount; ++i) {
       slots_.push_back(i);
-      table_.put(i, sources_[i]);
+      table_.put(i, sources_[i], 0);
       table_.radiation.scale[i] = static_cast<float>(1 + 100 * SourcesOfAllKinds::at(i, 20));
       for (std::uint32_t b = 0; b < kBandCount; ++b)
         table_.radiation.visibility[i][b] = static_cast<float>(SourcesOfAllKinds::at(i, 30 + b));

@@ -84,7 +84,7 @@ class clamor_sound_options(Structure):
 
 class clamor_stream(Structure):
     _fields_ = [("bytes", c_uint32), ("rate_hz", c_uint32), ("user", c_void_p),
-                ("pull", PullFunction)]
+                ("pull", PullFunction), ("release", ReleaseFunction)]
 
 
 class clamor_group_options(Structure):

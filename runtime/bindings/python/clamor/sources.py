@@ -12,7 +12,7 @@ import numpy as np
 from . import _interface as native
 from ._interface import check, library
 from ._library import utf8
-from .world import Context, Level, _close, _Owner
+from .world import Context, Level, _close, _numbers, _Owner, _release, _used_by_library
 
 # A callback that fills samples (frames,) float32 and returns how many it had.
 Pull = Callable[[np.ndarray], int]
@@ -68,7 +68,7 @@ class Stream(_InContext):
     Args:
         context, rate_hz: as for Sound.
         pull: fills a float32 array (frames,) and returns how many samples it had; the rest are
-            silence. The thread that makes keyframes calls it, about 60 ms ahead of the sound. It
+            silence. The thread that makes keyframes calls it, about 90 ms ahead of the sound. It
             must not call the context. None: call write().
     """
 
@@ -79,13 +79,17 @@ class Stream(_InContext):
             except Exception:  # no exception can pass through the library; it hears silence
                 return 0
 
-        # The context keeps the callback, because the library may call it until it is destroyed.
-        callback = native.PullFunction(fill) if pull is not None else native.PullFunction()
-        context._callbacks.append(callback)
-        options = native.clamor_stream(rate_hz=rate_hz, pull=callback)
+        options = native.clamor_stream(rate_hz=rate_hz)
+        if pull is not None:
+            options.user, options.pull = next(_numbers), native.PullFunction(fill)
+            options.release = _release
+            _used_by_library[options.user] = options.pull
         handle, error = c_uint64(), native.clamor_error()
-        check(library().clamor_add_stream(context._open, byref(options), byref(handle),
-                                          byref(error)), error)
+        code = library().clamor_add_stream(context._open, byref(options), byref(handle),
+                                           byref(error))
+        if code != native.CLAMOR_OK:
+            _used_by_library.pop(options.user, None)
+        check(code, error)
         self._own(context, handle.value, "clamor_remove_sound")
 
     def write(self, samples: Any) -> int:

@@ -24,14 +24,15 @@ OUTPUTS = {"binaural": native.CLAMOR_OUTPUT_BINAURAL,
 # A path, or the bytes of a bake.
 Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
 
-# Bakes in memory that the library reads, by the number that it gives back when it no longer does.
-_read_by_library: Dict[int, Any] = {}
+# Bakes in memory and callbacks that the library uses, by the number that it gives back when it no
+# longer does.
+_used_by_library: Dict[int, Any] = {}
 _numbers = itertools.count(1)
 
 
 @native.ReleaseFunction
 def _release(number: int) -> None:
-    _read_by_library.pop(number, None)
+    _used_by_library.pop(number, None)
 
 
 class LevelInfo(NamedTuple):
@@ -168,11 +169,11 @@ class Level(_Owner):
             number = next(_numbers)
             reader = native.clamor_reader(name=utf8(name), size=array.size, user=number,
                                           memory=array.ctypes.data, release=_release)
-            _read_by_library[number] = array
+            _used_by_library[number] = array
             result = library().clamor_open_level_with(context._open, byref(reader), byref(handle),
                                                       byref(error))
             if result != native.CLAMOR_OK:
-                _read_by_library.pop(number)
+                _used_by_library.pop(number)
             check(result, error)
         self.context, self.source, self.name = context, source, name
         self._handle = handle.value
