@@ -154,6 +154,8 @@ const char* clamor_result_text(clamor_result result) {
       return "another thread is rendering this listener";
     case CLAMOR_ERROR_STATE:
       return "the call is not possible now, or not with these options";
+    case CLAMOR_ERROR_NOT_FOUND:
+      return "nothing has this name";
     case CLAMOR_ERROR_INTERNAL:
       return "a fault of the library";
     default:

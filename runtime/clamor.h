@@ -17,10 +17,14 @@
  * voices. "Audio" may be called by one thread at a time for each listener; it neither allocates nor
  * locks nor calls the system, and its cost is that of the voices alone.
  *
- * ERRORS. Functions return CLAMOR_OK or a negative code, and have then changed nothing. Those that
- * read files also write a sentence into a clamor_error, which may be null. A null context is
- * CLAMOR_ERROR_ARGUMENT. No C++ exception leaves the library. It installs no signal handlers, prints
- * nothing and reads no locale.
+ * ERRORS. Functions return CLAMOR_OK, or a negative code if they failed. A function that failed has
+ * changed nothing, results included, except clamor_commit(), which may have published some of the
+ * changes if memory ran out. Functions with a clamor_error, which may be null, also write a sentence
+ * into it. A null context is CLAMOR_ERROR_ARGUMENT. No C++ exception leaves the library. It installs
+ * no signal handlers, prints nothing and reads no locale.
+ *
+ * CALLBACKS of the application's may run while the library holds locks. They must not throw, and
+ * must neither call functions of the context nor wait for a thread that does.
  *
  * HANDLES are numbers. A handle that is stale, invented or another context's is
  * CLAMOR_ERROR_HANDLE. The pointer to a context is valid until clamor_destroy().
@@ -29,9 +33,11 @@
  * append members. Members that are 0 mean the default. Options that the library does not know are
  * CLAMOR_ERROR_ARGUMENT unless they are 0, and results that it does not know become 0.
  *
- * UNITS. Metres and seconds. Listeners are within 1e9 m of the origin and sources within 1e6 m,
- * speeds below 10 km/s and times below 1e7 s, of which 1e6 s played before; directivity exponents
- * are below 1e4 and gains at most 1e6. The frame is that of glTF: +X right, +Y up, and a listener whose
+ * LIMITS, beyond which calls return CLAMOR_ERROR_ARGUMENT: listeners 1e9 m and sources 1e6 m from the
+ * origin, 10 km/s, 5e6 s for clamor_commit(), 1e6 s for `played_s`, 1e4 for directivity exponents, and
+ * gains of 1e6 for sources and groups.
+ *
+ * UNITS. Metres and seconds. The frame is that of glTF: +X right, +Y up, and a listener whose
  * orientation is the identity looks along -Z. Samples are amplitudes, 1 at full scale.
  */
 #ifndef CLAMOR_H
@@ -68,7 +74,8 @@ enum {
   CLAMOR_ERROR_FULL = -5,   /* there are as many objects as a context can hold */
   CLAMOR_ERROR_BUSY = -6,   /* another thread is rendering this listener */
   CLAMOR_ERROR_STATE = -7,  /* not possible now, or not with these options */
-  CLAMOR_ERROR_INTERNAL = -8 /* a fault of the library; please report it */
+  CLAMOR_ERROR_INTERNAL = -8,  /* a fault of the library; please report it */
+  CLAMOR_ERROR_NOT_FOUND = -12 /* nothing has this name */
 };
 
 typedef struct clamor_error {
@@ -97,16 +104,15 @@ typedef struct clamor_options {
   double update_period_s;
   uint32_t max_sources; /* at a time, 1 to 65 536 [1024]; each takes 1.5 kB for each listener */
   uint32_t max_sounds;  /* at a time, 1 to 4096 [256] */
-  /* Functions of the application's that the library calls, each with `user`; all may be null. They
-   * must not call functions of this context. */
+  /* Callbacks, each called with `user`; any may be null. */
   void* user;
-  /* Tells in a UTF-8 sentence what no call can return: a page or a part of a sound that cannot be
-   * read, a keyframe that could not be made. Called by any thread but the audio thread, several at a
-   * time. */
+  /* Receives a UTF-8 sentence for each failure that no function can return: a page or a part of a
+   * sound that cannot be read, a keyframe that could not be made. Called by any thread but the audio
+   * thread, several at a time. */
   void (*log)(void* user, const char* sentence);
   /* Called on each thread that the library keeps, as it begins and as it ends, so that it can be
-   * named, counted or bound to cores: "sampler", "page loader", "sound loader". Threads that help
-   * with one call, and those of oneTBB, are not told. */
+   * registered, counted or bound to cores: "sampler", "page loader", "sound loader". Not called for
+   * threads that live for one call, or for those of oneTBB. */
   void (*thread_begins)(void* user, const char* name);
   void (*thread_ends)(void* user, const char* name);
 } clamor_options;
@@ -172,7 +178,7 @@ CLAMOR_API clamor_result clamor_get_level_info(clamor_context* context, clamor_l
 typedef struct clamor_emitter_info {
   uint32_t bytes;
   uint32_t sound;       /* of the level's: its index */
-  double position_m[3]; /* in the level; of an instanced one, in what is instanced */
+  double position_m[3];
   double gain;          /* amplitude at 1 m at full scale */
   const char* name;     /* of its node in glTF, UTF-8; valid until the level is closed */
 } clamor_emitter_info;
@@ -182,8 +188,8 @@ typedef struct clamor_emitter_info {
 CLAMOR_API clamor_result clamor_get_emitter_info(clamor_context* context, clamor_level level,
                                                  uint32_t emitter, clamor_emitter_info* info);
 
-/* Writes to `emitter` the number of the first one with this name. Errors: HANDLE, ARGUMENT if there
- * is none. Any thread. */
+/* Writes to `emitter` the number of the first one with this name. Errors: HANDLE, ARGUMENT,
+ * NOT_FOUND. Any thread. */
 CLAMOR_API clamor_result clamor_find_emitter(clamor_context* context, clamor_level level,
                                              const char* name, uint32_t* emitter);
 
@@ -223,8 +229,8 @@ typedef struct clamor_listener_options {
 } clamor_listener_options;
 
 /* Adds a listener in a level. Errors: ARGUMENT, HANDLE, FILE, FULL (64 listeners), MEMORY, STATE for
- * an offline listener without caller_updates. Any thread; 10 to 100 ms, and a second for the first
- * that uses a head. */
+ * an offline listener without caller_updates. Any thread; 10 to 200 ms, and two seconds for the
+ * first with a head of your own. */
 CLAMOR_API clamor_result clamor_create_listener(clamor_context* context, clamor_level level,
                                                 const clamor_listener_options* options,
                                                 clamor_listener* listener, clamor_error* error);
@@ -309,8 +315,8 @@ typedef struct clamor_stream {
    * call functions of this context. Null: the application calls clamor_write_stream(). */
   uint32_t (*pull)(void* user, float* samples, uint32_t frames);
   /* Called once, when `pull` is not called any more: some keyframes after the stream is removed, or
-   * with the context. By any thread; it must not call functions of this context. May be null. Not
-   * called after an error. */
+   * with the context. By any thread. May be null, and must be without `pull`. Not called after an
+   * error. */
   void (*release)(void* user);
 } clamor_stream;
 
@@ -361,7 +367,7 @@ typedef struct clamor_motion {
 
 typedef struct clamor_source_options {
   uint32_t bytes;
-  uint32_t ends_with_sound; /* 1: the handle ends some seconds after the sound has */
+  uint32_t ends_with_sound; /* 1: the handle ends 3 s after the sound, which is heard within 1 km */
   clamor_sound sound;
   clamor_group group;    /* 0: none */
   clamor_level level;    /* only listeners in this level hear it; 0: all */
@@ -390,14 +396,16 @@ CLAMOR_API clamor_result clamor_remove_source(clamor_context* context, clamor_so
 typedef struct clamor_emitter_options {
   uint32_t bytes;
   uint32_t is_muted;
-  clamor_group group; /* 0: none. Only its gain and mute matter; its pause mutes, too */
-  double gain;        /* amplitude relative to the bake's, above 0 to 1 [1] */
+  uint32_t has_gain;  /* 0: the gain is 1 */
+  clamor_group group; /* 0: none. Its gain and mute apply, its pause mutes, its share does not apply */
+  double gain;        /* amplitude relative to the bake's, 0 to 1 */
 } clamor_emitter_options;
 
-/* Changes how loud an emitter of a level is, with all its reflections and instances, for all
- * listeners until the level is closed. What a bake holds can be turned down, not up: if the gain
- * times that of the group is above 1, it is 1. Errors: HANDLE, ARGUMENT, MEMORY. Any thread;
- * microseconds. */
+/* Changes how loud an emitter of a level is, with all its reflections, for all listeners. In a bake
+ * without photons, instances of an emitter share its number and change with it. What a bake holds can
+ * be turned down, not up: if the gain times that of the group is above 1, it is 1. Listeners who are
+ * in a level that is closed hear its emitters as they were at the last commit before. Errors: HANDLE,
+ * ARGUMENT, MEMORY. Any thread; microseconds. */
 CLAMOR_API clamor_result clamor_change_emitter(clamor_context* context, clamor_level level,
                                                uint32_t emitter,
                                                const clamor_emitter_options* options);
@@ -436,8 +444,8 @@ CLAMOR_API clamor_result clamor_get_voices(clamor_context* context, clamor_liste
 /* Measures the response of a level to an impulse of one emitter (its index; 0xffffffff: of all) with
  * an omnidirectional receiver at each of `places` positions: `frames` samples at 48 kHz for each,
  * from the emission on. An emitter of gain 1 at 1 m gives one sample of 1. All sources of the level
- * take part, those of instances included; surfaces occlude. Writes to `whole_frames`, which may be
- * null, how long the longest response is. Errors: HANDLE, ARGUMENT, FILE, MEMORY. Any thread; takes
+ * take part, those of instances included; surfaces occlude; clamor_change_emitter() has no effect.
+ * Writes to `whole_frames`, which may be null, how long the longest response is. Errors: HANDLE, ARGUMENT, FILE, MEMORY. Any thread; takes
  * a second for 100 000 sources and place, on all cores. */
 CLAMOR_API clamor_result clamor_measure_responses(clamor_context* context, clamor_level level,
                                                   uint32_t emitter, const double* positions_m,

@@ -87,14 +87,14 @@ class OpenLevel : public OwnedHandle<clamor_close_level> {
   std::optional<std::uint32_t> find_emitter(const std::string& name) const {
     std::uint32_t number = 0;
     const clamor_result found = clamor_find_emitter(context_, handle_, name.c_str(), &number);
-    if (found == CLAMOR_ERROR_ARGUMENT) return {};
+    if (found == CLAMOR_ERROR_NOT_FOUND) return {};
     check(found);
     return number;
   }
   // Turns an emitter down, with the next commit: an amplitude from 0 to 1, times that of the group.
   void change_emitter(std::uint32_t number, double gain, clamor_group group = 0) {
     auto options = sized<clamor_emitter_options>();
-    options.is_muted = gain == 0;
+    options.has_gain = 1;
     options.gain = gain;
     options.group = group;
     check(clamor_change_emitter(context_, handle_, number, &options));

@@ -15,10 +15,9 @@ struct clamor_context {
       : caller_updates(options.caller_updates != 0),
         update_period_s(caller_updates ? options.update_period_s : 0),
         thread_hooks{options.thread_begins, options.thread_ends, options.user},
-        report(options.log == nullptr
-                   ? clamor::World::Report()
-                   : [log = options.log, user = options.user](
-                         const std::string& sentence) { log(user, sentence.c_str()); }),
+        report(options.log == nullptr ? clamor::World::Report()
+                                      : [log = options.log, user = options.user](
+                                            const char* sentence) { log(user, sentence); }),
         world({!caller_updates, options.max_sources, options.max_sounds, report, thread_hooks}) {}
 
   const bool caller_updates;

@@ -53,7 +53,7 @@ clamor_result clamor_find_emitter(clamor_context* context, clamor_level level, c
     const auto& emitters = file.emitters();
     const auto found = std::find_if(emitters.begin(), emitters.end(),
                                     [name](const Emitter& one) { return one.name == name; });
-    if (found == emitters.end()) return CLAMOR_ERROR_ARGUMENT;
+    if (found == emitters.end()) return CLAMOR_ERROR_NOT_FOUND;
     *emitter = static_cast<uint32_t>(found - emitters.begin());
     return CLAMOR_OK;
   });
@@ -65,14 +65,13 @@ clamor_result clamor_change_emitter(clamor_context* context, clamor_level level,
     clamor_emitter_options chosen;
     if (options == nullptr || !clamor::copy_from_caller(options, chosen))
       return CLAMOR_ERROR_ARGUMENT;
-    if (chosen.gain == 0) chosen.gain = 1;
-    if (emitter >= file.emitters().size() || !(chosen.gain > 0 && chosen.gain <= 1))
+    if (chosen.has_gain == 0) chosen.gain = 1;
+    if (emitter >= file.emitters().size() || !(chosen.gain >= 0 && chosen.gain <= 1))
       return CLAMOR_ERROR_ARGUMENT;
-    clamor::WorldSources& sources = context->world.sources();
-    if (chosen.group != 0 && !sources.has_group(chosen.group)) return CLAMOR_ERROR_HANDLE;
+    if (chosen.group != 0 && !context->world.sources().has_group(chosen.group))
+      return CLAMOR_ERROR_HANDLE;
     const WorldEmitter changed{chosen.is_muted != 0 ? 0 : chosen.gain, chosen.group};
-    sources.change_emitter(level, emitter, file.emitters().size(), changed);
-    return CLAMOR_OK;
+    return context->world.change_emitter(level, emitter, changed) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
   });
 }
 

@@ -35,7 +35,7 @@ using clamor::interface::kMaxGain;
 
 constexpr std::uint32_t kMinStreamRate_hz = 8000, kMaxStreamRate_hz = 192'000;
 constexpr double kMaxSource_m = 1e6, kMaxSpeed_mps = 1e4, kMaxPlayed_s = 1e6, kMaxExponent = 1e4;
-constexpr double kMaxTime_s = 1e7;
+constexpr double kMaxTime_s = 5e6;
 
 bool read_vector(const double (&given)[3], double limit, Vec3& vector) {
   for (const double part : given)
@@ -174,6 +174,8 @@ clamor_result clamor_add_stream(clamor_context* context, const clamor_stream* st
     if (chosen.rate_hz == 0) chosen.rate_hz = clamor::kSampleRate_hz;
     if (chosen.rate_hz < kMinStreamRate_hz || chosen.rate_hz > kMaxStreamRate_hz)
       return fail(error, CLAMOR_ERROR_ARGUMENT, "a stream's rate lies between 8000 and 192000 Hz");
+    if (chosen.pull == nullptr && chosen.release != nullptr)
+      return fail(error, CLAMOR_ERROR_ARGUMENT, "a stream without pull has nothing to release");
     // What `user` points to is the application's again if adding fails.
     const auto keeps = std::make_shared<bool>(false);
     LiveFeed::Pull pull;

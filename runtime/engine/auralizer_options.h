@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <string>
 
 #include "runtime/mixing/load_control.h"
 #include "runtime/mixing/output_format.h"
@@ -56,7 +55,7 @@ struct AuralizerOptions {
   ThreadHooks thread_hooks{};
   // Tells in a sentence that a page or a piece of a sound cannot be read. Called by the thread that
   // loads, several at a time.
-  std::function<void(const std::string& sentence)> report{};
+  std::function<void(const char* sentence)> report{};
   // Load shedding: sample and mix fewer sources if time is short (load_control.h). For real time
   // only, since the output then depends on the machine. Each clock is read on its own thread.
   bool adapt = false;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -30,11 +29,11 @@ SignalWeights weights_over_time(const AuralizerInput& input, int voices) {
 
 // Reads pages, and reports those that cannot be read.
 PageLoader::Fetch reporting(PageLoader::Fetch fetch,
-                            const std::function<void(const std::string&)>& report) {
+                            const std::function<void(const char*)>& report) {
   if (!report) return fetch;
   return [fetch = std::move(fetch), report](const PageEntry& entry) {
     auto content = fetch(entry);
-    if (!content.ok()) report(content.error().message);
+    if (!content.ok()) report(content.error().message.c_str());
     return content;
   };
 }

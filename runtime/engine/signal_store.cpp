@@ -45,7 +45,7 @@ std::unique_ptr<SoundLoader> stream(const BakeFile& file, const AuralizerInput& 
                                                std::size_t block) -> Result<std::vector<float>> {
         if (signal < file.signal_count()) {
           auto read = file.read_signal_block(signal, block);
-          if (!read.ok() && report) report(read.error().message);
+          if (!read.ok() && report) report(read.error().message.c_str());
           return read;
         }
         if (signal < input.envelopes.size())

@@ -244,7 +244,8 @@ int main(int count, char** words) {
   for (int i = 5; i < count; ++i) {
     const int left = count - 1 - i;
     if (strcmp(words[i], "--walk") == 0 && left >= 3) {
-      for (walks = 0; walks < 3; ++walks) end_m[walks] = atof(words[++i]);
+      walks = 1;
+      for (int k = 0; k < 3; ++k) end_m[k] = atof(words[++i]);
     } else if (strcmp(words[i], "--seconds") == 0 && left >= 1) {
       seconds = atof(words[++i]);
     } else if (strcmp(words[i], "--mute") == 0 && left >= 1) {
@@ -295,6 +296,7 @@ int main(int count, char** words) {
       if (!walks) walk_by_keys(now_s - time_s);
       move_all(time_s = now_s);
       done = SDL_AtomicGet(&heard_frames);
+      if (end > 0 && now_s > seconds + 60) is_running = 0; /* nothing is heard */
       SDL_Delay(10);
     }
     draw(view);

@@ -76,7 +76,12 @@ void make_smooth(std::span<const Vec3f> directions, std::vector<InterauralTimes>
 }  // namespace
 
 Result<std::shared_ptr<const Hrtf>> Hrtf::read(const std::string& path, unsigned threads) {
-  if (path.empty()) return default_hrtf();
+  if (path.empty()) {
+    auto embedded = default_hrtf();
+    if (embedded == nullptr)
+      return Error("the head inside this build does not fit it; run make_head and build again.");
+    return embedded;
+  }
   auto responses = read_sofa(path);
   if (!responses.ok()) return responses.error();
   auto head = std::make_shared<const Hrtf>(*responses, threads);

@@ -68,7 +68,8 @@ class Hrtf {
   // called.
   explicit Hrtf(const HrirSet& responses, unsigned threads = 0);
 
-  // All that was fitted, as bytes, and the HRTF that has been stored so. Null if they are damaged.
+  // stored() serializes the fit, and from_stored() restores it; null if the header or the size is
+  // wrong.
   std::vector<std::byte> stored() const;
   static std::shared_ptr<const Hrtf> from_stored(std::span<const std::byte> bytes);
 
@@ -138,7 +139,7 @@ class Hrtf {
                  float Direction::*frames) const noexcept REALTIME;
 
   std::vector<Direction> directions_;
-  std::vector<Vec3f> places_;  // where they are: unit vectors
+  std::vector<Vec3f> places_;  // unit vectors, one for each direction
   std::array<std::array<float, kErbBandCount>, kHrtfBands> shares_{};  // of a band, over ERB bands
   std::array<std::array<float, kHrtfBands>, kErbBandCount> parts_{};   // of an ERB band, over bands
   std::unique_ptr<const DirectionMesh> mesh_;

@@ -1,5 +1,5 @@
-// hrtf_stored.cpp: a fitted HRTF as bytes: a header, then floats of the machine's own order, per
-// direction and at last those of all bands.
+// hrtf_stored.cpp: a fitted HRTF as bytes: a header, then little-endian floats: for each direction
+// its place and its fit, and last the tables that all directions share.
 #include <array>
 #include <cstdint>
 #include <cstring>

@@ -155,7 +155,7 @@ void KeyframeMaker::begin_sound(std::uint32_t s, const SampledSource& chosen) {
       loops && (!chosen.moves || table_.geometry.emission_frames[s] <= 0);
   if (onset == kNoOnset || has_always_played) return;
   const double before_frames = due_frames_ - kKeyframeFrames;
-  // Rounding: a source's delay is a float, and a moving source's start is not.
+  // The rounding error: a baked source's delay is a float, a moving source's start a double.
   const double rounds_frames = chosen.moves ? 1e-3 : 1e-7 * table_.geometry.emission_frames[s];
   for (const double delay_frames : voice.start_delay_frames)
     if (before_frames > delay_frames + rounds_frames) return;

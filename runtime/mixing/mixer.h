@@ -1,7 +1,7 @@
 // mixer.h: the inner half of the audio thread: interpolates voices between keyframes and sums them.
 //
 // Time is a 64-bit count of frames. A voice reads its signal at that count less its delay, which is
-// 40.24 fixed point, so phase does not drift however long it plays, and sounds may begin for weeks.
+// 40.24 fixed point, so phase does not drift, and a sound may begin up to 66 days after the clock does.
 // Mixing works in steps of kStepFrames on a grid fixed to the clock, several steps per call if
 // asked for. The output is a function of the keyframes alone.
 //

@@ -114,7 +114,7 @@ class PrioritySampler final : public Sampler {
       Bands visibility = chosen.is_occlusion_applied
                              ? inputs_.occlusion->visibility(chosen.visibility)
                              : same_in_all_bands(1);
-      // An emitter that is turned down reaches less of its power, as one behind a surface does.
+      // The power of an emitter that is turned down counts as visibility.
       for (float& share : visibility) share *= inputs_.emitter_power(source);
       sample_.push_back({found.number, scale, &source, found.signal, visibility,
                          chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});

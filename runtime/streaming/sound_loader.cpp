@@ -175,7 +175,7 @@ bool SoundLoader::load_next(std::unique_lock<std::mutex>& lock) {
 void SoundLoader::play(std::span<const Voice> voices) {
   ++played_;
   if (shared_->settled.load(std::memory_order_relaxed)) return;
-  constexpr double kMaxSignal_frames = 1 << 30;  // same limit as the mixer's
+  constexpr double kMaxSignal_frames = 1 << 30;  // six hours: sounds of levels begin earlier
   for (const Voice& voice : voices) {
     if (voice.signal >= signals_.size()) continue;  // in a slot, and in memory
     double min_frames = std::min(voice.delay_frames[0], voice.delay_frames[1]);

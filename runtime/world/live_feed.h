@@ -21,7 +21,8 @@
 
 namespace clamor {
 
-inline constexpr float kMaxSample = 1e6f;  // of the application's sounds: 120 dB above full scale
+// The largest sample that is taken from the application: 120 dB above full scale.
+inline constexpr float kMaxSample = 1e6f;
 
 class LiveFeed {
  public:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/replaceable_signals.h"
@@ -13,7 +14,7 @@ namespace {
 
 constexpr double kJump_s = 0.1, kSmoothing = 0.01;
 constexpr double kFade_s = 0.1;      // of a source that is removed or paused
-constexpr double kMaxStart_s = 1e7;  // of moving sources
+constexpr double kMaxStart_s = 5e6;  // of moving sources; the mixer's limit is 66 days
 // The mixer looks this far beyond a keyframe's time, to fade voices out if no other keyframe comes:
 // binaural filters, a period, a fade, and what one call reads.
 constexpr std::int64_t kReadAhead_frames = 3072;
@@ -49,10 +50,12 @@ void SourceMirror::update() {
   update_start(keyframe_s);
   sources_.visit([&](const WorldSources::Commit& commit) {
     if (commit.number == commits_ && complete_) return;
+    complete_ = false;  // an exception leaves it so
     commits_ = commit.number;
     complete_ = take_over(commit, keyframe_s);
     auralizer_.moving()->commit(commit.time.of(offline_) - *start_s_);
   });
+  removed_sounds_.clear();
   produce(keyframe_s);
 }
 
@@ -86,8 +89,8 @@ bool SourceMirror::take_over(const WorldSources::Commit& commit, double keyframe
 void SourceMirror::take_over_emitters(const WorldSources::Commit& commit) {
   const auto level = commit.emitters.find(level_);
   if (level == commit.emitters.end() || level->second.version == emitters_version_) return;
-  emitters_version_ = level->second.version;
   auralizer_.set_emitter_powers(level->second.powers);
+  emitters_version_ = level->second.version;
 }
 
 // Brings the sound of a source into its slot; false if the slot is not free yet.
@@ -156,6 +159,7 @@ double SourceMirror::start_of(const WorldSources::Committed& source, double keyf
 
 void SourceMirror::clear_sound(std::size_t i) {
   if (sound_slots_[i].handle == 0) return;
+  removed_sounds_.push_back(std::move(sound_slots_[i].sound));
   SoundSlot cleared;
   cleared.last_handle = sound_slots_[i].last_handle;
   sound_slots_[i] = cleared;

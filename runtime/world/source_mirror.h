@@ -74,6 +74,8 @@ class SourceMirror {
   bool complete_ = true;  // every source of the last commit has been taken over
   std::vector<Slot> slots_;
   std::vector<SoundSlot> sound_slots_;
+  // They are freed outside of the world's lock, because the application may be told.
+  std::vector<std::shared_ptr<WorldSound>> removed_sounds_;
   std::vector<double> voice_shares_;  // that are set, by number of the group
 };
 

@@ -1,8 +1,11 @@
 #include "runtime/world/world.h"
 
+#include <array>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <exception>
+#include <new>
 #include <utility>
 
 #include "formats/bake_file/bake_file.h"
@@ -38,17 +41,33 @@ World::World(const Options& options)
   });
 }
 
-// An exception, such as std::bad_alloc, costs a keyframe and not the process.
 void World::make_keyframes(const std::stop_token& stop) {
-  std::size_t made = 0;
   while (!stop.stop_requested()) {
-    if (made == 0) std::this_thread::sleep_for(kSamplerNap);
-    made = 0;
+    std::size_t made = 0;
     try {
-      made = update(0);
-    } catch (const std::exception& thrown) {
-      if (report_) report_(std::string("A keyframe could not be made: ") + thrown.what());
+      for (const auto& listener : present()) made += make_keyframes(*listener);
+    } catch (const std::bad_alloc&) {  // there is no memory to list the listeners
     }
+    if (made == 0) std::this_thread::sleep_for(kSamplerNap);
+  }
+}
+
+// An exception, such as std::bad_alloc, costs a keyframe and not the process. It is reported once
+// until a keyframe is made again.
+std::size_t World::make_keyframes(WorldListener& listener) {
+  try {
+    const bool made = listener.make_keyframes();
+    fails_ = fails_ && !made;
+    return made;
+  } catch (const std::exception& thrown) {
+    if (report_ && !fails_) {
+      std::array<char, 256> sentence;  // without an allocation
+      std::snprintf(sentence.data(), sentence.size(), "A keyframe could not be made: %s",
+                    thrown.what());
+      report_(sentence.data());
+    }
+    fails_ = true;
+    return 0;
   }
 }
 
@@ -89,6 +108,15 @@ bool World::remove_level(std::uint64_t handle) {
   return true;
 }
 
+// The lock keeps the level open meanwhile.
+bool World::change_emitter(std::uint64_t level, std::size_t emitter, const WorldEmitter& changed) {
+  const std::lock_guard lock(tables_);
+  const auto file = levels_.find(level);
+  if (file == nullptr) return false;
+  sources_.change_emitter(level, emitter, file->emitters().size(), changed);
+  return true;
+}
+
 bool World::remove_listener(std::uint64_t handle) { return remove(listeners_, handle); }
 
 std::vector<std::shared_ptr<WorldListener>> World::present() const {
@@ -102,7 +130,6 @@ std::size_t World::update(double loading_s) {
   const auto listeners = present();
   std::size_t made = 0;
   for (const auto& listener : listeners) made += listener->make_keyframes();
-  if (own_thread_) return made;
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::duration<double>(loading_s);
   for (bool loaded = true; loaded;) {

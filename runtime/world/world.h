@@ -29,9 +29,9 @@ class World {
  public:
   static constexpr std::size_t kMaxLevels = 256, kMaxListeners = 64;
 
-  // Tells in a sentence what went wrong where no call can return it, or is empty. Any thread but
-  // the audio thread calls it, several at a time.
-  using Report = std::function<void(const std::string& sentence)>;
+  // Receives failures that no function can return; may be empty. Any thread but the audio thread
+  // calls it, several at a time.
+  using Report = std::function<void(const char* sentence)>;
 
   struct Options {
     // Keyframes are made on a thread of the world's. Otherwise the caller calls update().
@@ -57,10 +57,13 @@ class World {
   bool remove_level(std::uint64_t handle);
   bool remove_listener(std::uint64_t handle);
 
-  // Makes the keyframes that are wanted now and returns how many. Without a thread of its own, the
-  // world then loads pages and sounds for `loading_s` seconds, or until none are requested. One
-  // thread at a time.
+  // Without a thread of its own: makes the keyframes that are wanted now and returns how many. Then
+  // loads pages and sounds for `loading_s` seconds, or until none are requested. One thread at a
+  // time.
   std::size_t update(double loading_s);
+
+  // False if the handle names no level.
+  bool change_emitter(std::uint64_t level, std::size_t emitter, const WorldEmitter& changed);
 
   WorldSources& sources() { return sources_; }
   // Prepares a sound for all listeners, so that the sampler does not have to.
@@ -78,6 +81,7 @@ class World {
   std::vector<std::shared_ptr<WorldListener>> present() const;
 
   void make_keyframes(const std::stop_token& stop);
+  std::size_t make_keyframes(WorldListener& listener);
 
   const bool own_thread_;
   const Report report_;
@@ -86,6 +90,7 @@ class World {
   HandleTable<const BakeFile> levels_;
   WorldSources sources_;
   HandleTable<WorldListener> listeners_;
+  bool fails_ = false;  // the sampler's last keyframe
   std::mutex heads_mutex_;
   std::map<std::string, std::shared_ptr<const Hrtf>> heads_;
   std::jthread sampler_;  // stopped and joined first

@@ -53,7 +53,7 @@ SlotSignal WorldSound::for_mode(const MixMode& mode) {
     }
     found = prepared_.insert(prepared_.end(), std::move(made));
   }
-  return {found->signal, found->onset, is_live() ? live_weights() : weights_};
+  return {found->signal, found->onset, is_live() ? weights_now() : weights_};
 }
 
 void WorldSound::produce(std::int64_t end) {
@@ -69,8 +69,18 @@ void WorldSound::produce(std::int64_t end) {
   }
 }
 
-// The level counts for all bands alike, and full scale in each is the maximum.
+std::int64_t WorldSound::produced() const {
+  const std::lock_guard lock(mutex_);
+  return arrived_;
+}
+
 LoudnessTrack WorldSound::live_weights() const {
+  const std::lock_guard lock(mutex_);
+  return weights_now();
+}
+
+// The level counts for all bands alike, and full scale in each is the maximum.
+LoudnessTrack WorldSound::weights_now() const {
   const Bands max = loudness_weights();
   Bands weights = max;
   const double share = std::clamp(mean_square_ / kBandCount, kMinMeanSquare, 1.0);

@@ -4,7 +4,7 @@
 // A sound is prepared once for each mode of mixing, and all listeners of that mode read the same
 // samples.
 //
-// Threads: any, except that produce() runs on one at a time, the sampler's.
+// Threads: any.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ class WorldSound {
 
   // For a live sound: reads the feed until frame `end` can be read in every mode.
   void produce(std::int64_t end);
-  std::int64_t produced() const { return arrived_; }  // frames; sampler's thread
+  std::int64_t produced() const;  // frames
   LoudnessTrack live_weights() const;
 
  private:
@@ -49,10 +49,10 @@ class WorldSound {
   const LoudnessTrack weights_;           // of samples
   const std::unique_ptr<LiveFeed> feed_;  // null for samples
 
-  mutable std::mutex mutex_;  // guards prepared_
-  std::vector<Prepared> prepared_;
+  LoudnessTrack weights_now() const;  // live_weights() under the mutex
 
-  // Used by the sampler's thread.
+  mutable std::mutex mutex_;  // guards what follows
+  std::vector<Prepared> prepared_;
   std::int64_t arrived_ = 0;
   double mean_square_ = 0;  // of what a feed plays, which falls within two seconds
 };

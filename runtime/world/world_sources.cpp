@@ -76,8 +76,10 @@ std::vector<std::shared_ptr<WorldSound>> WorldSources::all_sounds() const {
 }
 
 bool WorldSources::remove_sound(std::uint64_t handle) {
+  std::shared_ptr<WorldSound> removed;  // freed after the lock, because the application may be told
   const std::lock_guard lock(mutex_);
-  if (sounds_.remove(handle) == nullptr) return false;
+  removed = sounds_.remove(handle);
+  if (removed == nullptr) return false;
   std::vector<std::uint64_t> ended;
   sources_.for_each([&](const auto& source) {
     if (source->now.sound == handle) ended.push_back(source->handle);
@@ -157,7 +159,6 @@ double WorldSources::group_gain(std::uint64_t handle) const {
 
 void WorldSources::commit_emitters() {
   if (!emitters_changed_) return;
-  emitters_changed_ = false;
   for (const auto& [level, emitters] : emitters_) {
     std::vector<float> powers;
     for (const WorldEmitter& emitter : emitters) {
@@ -169,9 +170,11 @@ void WorldSources::commit_emitters() {
     committed.powers = std::move(powers);
     ++committed.version;
   }
+  emitters_changed_ = false;
 }
 
 void WorldSources::commit(const WorldTime& time) {
+  std::vector<std::shared_ptr<WorldSound>> removed;  // freed after the lock, as in remove_sound()
   const std::lock_guard lock(mutex_);
   std::vector<bool> is_present(states_.size());
   std::vector<std::uint64_t> ended;
@@ -201,6 +204,7 @@ void WorldSources::commit(const WorldTime& time) {
   for (const std::uint64_t handle : ended) sources_.remove(handle);
   for (std::size_t slot = 0; slot < states_.size(); ++slot) {
     if (is_present[slot] || states_[slot].handle == 0) continue;
+    removed.push_back(std::move(commit_.sources[slot].sound));
     commit_.sources[slot] = {};
     states_[slot] = {};
   }

@@ -29,7 +29,7 @@ struct Room {
   clamor_result change(uint32_t emitter, double gain, clamor_group group = 0) const {
     clamor_emitter_options options{};
     options.bytes = sizeof(options);
-    options.is_muted = gain == 0;
+    options.has_gain = 1;
     options.gain = gain;
     options.group = group;
     return clamor_change_emitter(context.get(), level, emitter, &options);
@@ -135,7 +135,8 @@ TEST(ClamorEmitters, AreFoundByName) {
   const auto find = [&](const char* name) {
     return clamor_find_emitter(room.context.get(), room.level, name, &found);
   };
-  EXPECT_EQ(find("nobody"), CLAMOR_ERROR_ARGUMENT);
+  EXPECT_EQ(find("nobody"), CLAMOR_ERROR_NOT_FOUND);
+  EXPECT_EQ(find(nullptr), CLAMOR_ERROR_ARGUMENT);
   EXPECT_EQ(found, 99u);
   EXPECT_EQ(find(info.name), CLAMOR_OK);
   EXPECT_EQ(found, 0u);  // the first of the three, which have one name

@@ -49,7 +49,7 @@ Errors named_errors(const std::string& comment, const Errors& above) {
       {"ARGUMENT", CLAMOR_ERROR_ARGUMENT}, {"HANDLE", CLAMOR_ERROR_HANDLE},
       {"FILE", CLAMOR_ERROR_FILE},         {"MEMORY", CLAMOR_ERROR_MEMORY},
       {"FULL", CLAMOR_ERROR_FULL},         {"BUSY", CLAMOR_ERROR_BUSY},
-      {"STATE", CLAMOR_ERROR_STATE}};
+      {"STATE", CLAMOR_ERROR_STATE},       {"NOT_FOUND", CLAMOR_ERROR_NOT_FOUND}};
   const std::size_t begin = comment.find("Errors:");
   if (begin == std::string::npos) return {};
   const std::string sentence = comment.substr(begin, comment.find('.', begin) - begin);

@@ -46,12 +46,14 @@ CallOutcome change_emitter(Sequence& sequence) {
   const std::uint32_t emitter = pick_emitter(draws);
   clamor_emitter_options options{};
   options.is_muted = draws.one_in(4);
+  options.has_gain = draws.below(2);
   if (draws.one_in(2)) options.group = sequence.pick(known, &KnownContext::groups).handle;
   options.gain = draws.one_in(8) ? draws.odd_number() : draws.byte() / 255.0;
   const auto given = sequence.pick_structure(options, 8, false);
   const std::uint64_t group = given.known.group;
   const bool is_valid = level.is_valid && given.pointer != nullptr && given.is_valid &&
-                        emitter < kLevelEmitters && is_within(given.known.gain, 0, 1) &&
+                        emitter < kLevelEmitters &&
+                        (given.known.has_gain == 0 || is_within(given.known.gain, 0, 1)) &&
                         (group == 0 || (known != nullptr && find(known->groups, group) != nullptr));
   return {clamor_change_emitter(context, level.handle, emitter, given.pointer),
           success_if(is_valid)};
@@ -62,7 +64,7 @@ CallOutcome change_emitter(Sequence& sequence) {
 std::vector<Call> emitter_calls() {
   return {
       {"clamor_get_emitter_info", 4, {kHandle, kArgument}, get_emitter_info},
-      {"clamor_find_emitter", 2, {kHandle, kArgument}, find_emitter},
+      {"clamor_find_emitter", 2, {kHandle, kArgument, CLAMOR_ERROR_NOT_FOUND}, find_emitter},
       {"clamor_change_emitter", 10, {kHandle, kArgument, kMemory}, change_emitter},
   };
 }

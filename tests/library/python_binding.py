@@ -162,7 +162,7 @@ def sources(level_path):
     with clamor.Context(caller_updates=True, log=told.append) as context:
         level = context.open(level_path)
         assert level.find_emitter(level.emitter(0).name) == 0 and level.emitter(0).gain > 0
-        assert failure(level.find_emitter, "nobody").code == -1
+        assert failure(level.find_emitter, "nobody").code == -12
         listener = context.listen(level, [0, 1.7, 3], output="receivers", voices=50)
 
         def next_peak():
@@ -173,8 +173,11 @@ def sources(level_path):
             return np.abs(block).max()
 
         before = next_peak()
-        level.change_emitter(0, is_muted=True)
-        assert 0 <= next_peak() < 1e-6 * before and not told
+        for silence in {"is_muted": True}, {"gain": 0}:
+            level.change_emitter(0, **silence)
+            assert 0 <= next_peak() < 1e-6 * before and not told
+            level.change_emitter(0)
+            assert next_peak() > 0.1 * before
     gc.collect()
     assert not sys.modules["clamor.world"]._used_by_library, "callbacks are kept that nothing calls"
     with clamor.Context() as context:

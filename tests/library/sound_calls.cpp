@@ -151,12 +151,14 @@ CallOutcome add_stream(Sequence& sequence) {
   pulled.caller_updates = known == nullptr || known->caller_updates;
   stream.user = &pulled;
   stream.pull = draws.one_in(2) ? nullptr : pull_stream;
-  stream.release = draws.one_in(4) ? nullptr : release_stream;
+  if (draws.one_in(16) || (stream.pull != nullptr && draws.one_in(2)))
+    stream.release = release_stream;
   const auto given = sequence.pick_structure(stream, 8, false);
   const bool is_written = given.known.pull == nullptr;
   const std::uint32_t rate_hz = given.known.rate_hz;
   const bool is_valid = given.pointer != nullptr && given.is_valid &&
-                        (rate_hz == 0 || is_within(rate_hz, 8000, 192'000));
+                        (rate_hz == 0 || is_within(rate_hz, 8000, 192'000)) &&
+                        (!is_written || given.known.release == nullptr);
   const KnownSound sound{0, is_written, is_written ? nullptr : &pulled};
   const CallOutcome outcome =
       add_any_sound(sequence, known, is_valid, false, sound, [&](auto* into, clamor_error* error) {

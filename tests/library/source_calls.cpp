@@ -10,7 +10,7 @@ namespace clamor::testing {
 namespace {
 
 constexpr double kMaxGain = 1e6, kMaxPosition_m = 1e6, kMaxSpeed_mps = 1e4, kMaxAxis = 1e3,
-                 kMaxExponent = 1e4, kMaxPlayed_s = 1e6, kMaxTime_s = 1e7;
+                 kMaxExponent = 1e4, kMaxPlayed_s = 1e6, kMaxTime_s = 5e6;
 
 bool are_within(const double (&numbers)[3], double limit) {
   return std::all_of(std::begin(numbers), std::end(numbers),

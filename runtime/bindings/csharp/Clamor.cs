@@ -359,17 +359,17 @@ namespace Clamor
         {
             uint number;
             int code = Native.clamor_find_emitter(context.Handle, Handle, Context.Utf8(name), out number);
-            if (code == Native.CLAMOR_ERROR_ARGUMENT) return -1;
+            if (code == Native.CLAMOR_ERROR_NOT_FOUND) return -1;
             ClamorException.Check(code);
             return (int)number;
         }
 
         // Turns an emitter down, with all its reflections, for all listeners from the next commit. The
-        // gain is an amplitude relative to the bake's, above 0 to 1, times that of the group.
+        // gain is an amplitude relative to the bake's, 0 to 1, times that of the group.
         public void ChangeEmitter(int number, double gain = 1, bool isMuted = false, Group group = null)
         {
             var options = new Native.clamor_emitter_options {
-                bytes = Native.clamor_emitter_options.Size, is_muted = isMuted ? 1u : 0u,
+                bytes = Native.clamor_emitter_options.Size, is_muted = isMuted ? 1u : 0u, has_gain = 1,
                 group = group == null ? 0 : group.Handle, gain = gain };
             ClamorException.Check(
                 Native.clamor_change_emitter(context.Handle, Handle, (uint)number, ref options));

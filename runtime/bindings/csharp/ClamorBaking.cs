@@ -360,19 +360,10 @@ namespace Clamor
             var running = (RunningBake)GCHandle.FromIntPtr(user).Target;
             try {
                 if (running.Options.Message != null && running.Thrown == null)
-                    running.Options.Message(kind == BakeNative.CLAMOR_BAKE_WARNING, TextOf(sentence));
+                    running.Options.Message(kind == BakeNative.CLAMOR_BAKE_WARNING, NativeText.Read(sentence));
             } catch (Exception exception) {
                 running.Thrown = ExceptionDispatchInfo.Capture(exception);
             }
-        }
-
-        private static string TextOf(IntPtr utf8)
-        {
-            int count = 0;
-            while (Marshal.ReadByte(utf8, count) != 0) ++count;
-            var bytes = new byte[count];
-            Marshal.Copy(utf8, bytes, 0, count);
-            return Encoding.UTF8.GetString(bytes);
         }
     }
 

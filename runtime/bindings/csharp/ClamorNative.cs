@@ -28,6 +28,7 @@ namespace Clamor
         public const int CLAMOR_ERROR_BUSY = -6;
         public const int CLAMOR_ERROR_STATE = -7;
         public const int CLAMOR_ERROR_INTERNAL = -8;
+        public const int CLAMOR_ERROR_NOT_FOUND = -12;
 
         public const int CLAMOR_OUTPUT_BINAURAL = 0;
         public const int CLAMOR_OUTPUT_LOUDSPEAKERS = 1;
@@ -76,8 +77,8 @@ namespace Clamor
         [StructLayout(LayoutKind.Sequential)]
         public struct clamor_emitter_options
         {
-            public const uint Size = 24;
-            public uint bytes, is_muted;
+            public const uint Size = 32;
+            public uint bytes, is_muted, has_gain;
             public ulong group;
             public double gain;
         }

@@ -12,7 +12,7 @@
 namespace clamor {
 namespace {
 
-// Slow version. Where it fails after a change of the fit: make_head writes the head again.
+// Compares with a fresh fit. If the fit has changed, run make_head.
 TEST(DefaultHead, IsTheFitOfItsMeasurement) {
   const auto fitted = Hrtf::read(testing::kKemar), embedded = Hrtf::read("");
   ASSERT_TRUE(fitted.ok() && embedded.ok());

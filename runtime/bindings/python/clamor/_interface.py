@@ -22,6 +22,7 @@ CLAMOR_ERROR_FULL = -5
 CLAMOR_ERROR_BUSY = -6
 CLAMOR_ERROR_STATE = -7
 CLAMOR_ERROR_INTERNAL = -8
+CLAMOR_ERROR_NOT_FOUND = -12
 
 CLAMOR_OUTPUT_BINAURAL = 0
 CLAMOR_OUTPUT_LOUDSPEAKERS = 1
@@ -105,8 +106,8 @@ class clamor_source_options(Structure):
 
 
 class clamor_emitter_options(Structure):
-    _fields_ = [("bytes", c_uint32), ("is_muted", c_uint32), ("group", c_uint64),
-                ("gain", c_double)]
+    _fields_ = [("bytes", c_uint32), ("is_muted", c_uint32), ("has_gain", c_uint32),
+                ("group", c_uint64), ("gain", c_double)]
 
 
 class clamor_voice(Structure):

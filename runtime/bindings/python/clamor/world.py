@@ -206,9 +206,9 @@ class Level(_Owner):
                        group: Any = None) -> None:
         """Turns an emitter down, with all its reflections, for all listeners from the next commit.
 
-        `gain` is an amplitude relative to the bake's, above 0 to 1, times that of the Group.
+        `gain` is an amplitude relative to the bake's, 0 to 1, times that of the Group.
         """
-        options = native.clamor_emitter_options(is_muted=is_muted, gain=gain,
+        options = native.clamor_emitter_options(is_muted=is_muted, has_gain=1, gain=gain,
                                                 group=group._handle if group else 0)
         check(library().clamor_change_emitter(self.context._open, self._handle, number,
                                               byref(options)))
