@@ -187,6 +187,14 @@ static class CSharpBinding
         return peak;
     }
 
+    // Whether what is heard gets there. In real time it depends on the machine when a change is heard.
+    static bool Becomes(Context clamor, Listener ears, Func<float, bool> isReached)
+    {
+        for (int i = 0; i < 100; ++i)
+            if (isReached(Peak(clamor, ears))) return true;
+        return false;
+    }
+
     // The direction in which a pose looks: the -Z axis, rotated.
     static double[] Ahead(Pose p)
     {
@@ -216,7 +224,7 @@ static class CSharpBinding
             var source = new Source(clamor, options);
             Require(Peak(clamor, ears) < 100, "begins before the commit");
             clamor.Commit();
-            Require(Peak(clamor, ears) > 100, "the source is not heard");
+            Require(Becomes(clamor, ears, peak => peak > 100), "the source is not heard");
             var voices = new Voice[100];
             double timeS;
             int count = ears.GetVoices(voices, out timeS), own = 0;
@@ -225,8 +233,7 @@ static class CSharpBinding
             Require(own == 1 && timeS > 0, "voices");
             group.Change(isMuted: true);
             clamor.Commit();
-            Peak(clamor, ears);
-            Require(Peak(clamor, ears) < 100, "the group is not mute");
+            Require(Becomes(clamor, ears, peak => peak < 100), "the group is not mute");
             source.Change(new SourceOptions { Sound = stream, Gain = 1000 });
             source.Move(new Motion { Y = 1.7, Z = 1.5 });
             Require(stream.Write(tone, 0, tone.Length) == tone.Length, "Write()");
@@ -235,7 +242,7 @@ static class CSharpBinding
             });
             Require(allocated == 0, "Write() allocates");
             clamor.Commit();
-            Require(Peak(clamor, ears) > 100, "the stream is not heard");
+            Require(Becomes(clamor, ears, peak => peak > 100), "the stream is not heard");
             source.Dispose();
             Require(CodeOf(() => source.Move(new Motion())) == -2, "a source that is disposed of");
         }
@@ -252,12 +259,10 @@ static class CSharpBinding
         using (var ears = Cheap(clamor, level)) {
             EmitterInfo emitter = level.Emitter(0);
             Require(level.FindEmitter(emitter.Name) == 0 && level.FindEmitter("nobody") == -1, "FindEmitter()");
-            float before = Peak(clamor, ears);
-            Require(emitter.Gain > 0 && before > 0, "the emitter is not heard");
+            Require(emitter.Gain > 0 && Becomes(clamor, ears, peak => peak > 1e-6), "the emitter is not heard");
             level.ChangeEmitter(0, isMuted: true);
             clamor.Commit();
-            Peak(clamor, ears);
-            Require(Peak(clamor, ears) < 1e-3 * before, "the emitter is not mute");
+            Require(Becomes(clamor, ears, peak => peak < 1e-9), "the emitter is not mute");
             Require(told.Count == 0, "something is told");
             using (var late = Cheap(clamor, level)) {
                 archive.Fails = true;

@@ -165,19 +165,21 @@ def sources(level_path):
         assert failure(level.find_emitter, "nobody").code == -12
         listener = context.listen(level, [0, 1.7, 3], output="receivers", voices=50)
 
-        def next_peak():
+        # In real time it depends on the machine when a change is heard.
+        def becomes(is_reached, blocks=2000):
             context.commit()
-            for _ in range(25):
+            for _ in range(blocks):
                 context.update(0.1)
-                block = listener.render(480)
-            return np.abs(block).max()
+                if is_reached(np.abs(listener.render(480)).max()):
+                    return True
+            return False
 
-        before = next_peak()
+        assert becomes(lambda peak: peak > 1e-6)
         for silence in {"is_muted": True}, {"gain": 0}:
             level.change_emitter(0, **silence)
-            assert 0 <= next_peak() < 1e-6 * before and not told
+            assert becomes(lambda peak: peak < 1e-9) and not told
             level.change_emitter(0)
-            assert next_peak() > 0.1 * before
+            assert becomes(lambda peak: peak > 1e-6)
     gc.collect()
     assert not sys.modules["clamor.world"]._used_by_library, "callbacks are kept that nothing calls"
     with clamor.Context() as context:
