@@ -1,10 +1,7 @@
 # debian.cmake: Debian packages by CPack, one for each component; tools/package makes them.
 set(CPACK_GENERATOR DEB)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_COMPONENTS_ALL program runtime development)
-if(EXISTS ${PROJECT_SOURCE_DIR}/runtime/bindings/python/clamor)
-  list(APPEND CPACK_COMPONENTS_ALL python)
-endif()
+set(CPACK_COMPONENTS_ALL program runtime development python)
 set(CLAMOR_PACKAGE_CONTACT "The Clamor authors <clamor@localhost>" CACHE STRING "The maintainer in Debian packages")
 set(CPACK_PACKAGE_CONTACT ${CLAMOR_PACKAGE_CONTACT})
 set(CPACK_STRIP_FILES ON)
@@ -42,7 +39,7 @@ clamor_package(program clamor sound "baked acoustics for games and virtual reali
 clamor_package(runtime libclamor${PROJECT_VERSION_MAJOR} libs "baked acoustics for games (shared library)"
   "Streams the acoustics that clamor baked, samples the sources that matter to a\nlistener and mixes them into the buffers of an application.")
 clamor_package(development libclamor-dev libdevel "baked acoustics for games (development files)"
-  "Header files for C and C++, the static library, and what CMake and pkg-config\nneed.")
+  "Header files for C and C++, the static library, what CMake and pkg-config need,\nand the binding for LuaJIT.")
 clamor_package(python python3-clamor python "baked acoustics for Python"
   "Bakes levels, measures impulse responses and renders what listeners hear, with\nNumPy.")
 
@@ -60,7 +57,17 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "${library_package} (= ${PROJECT_VE
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "g++, libembree-dev, libtbb-dev, libsndfile1-dev, libsoxr-dev,
  libsamplerate0-dev, libmysofa-dev, libcapnp-dev, libzstd-dev, libxxhash-dev, libhwy-dev, libfmt-dev")
 string(REPLACE "\n" "" CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "${CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS}")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-numpy, ${library_package} (>= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.9), python3-numpy, ${library_package} (>= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS clamor)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+# Python's compiled files are written when the package is installed, and removed with it.
+file(WRITE ${PROJECT_BINARY_DIR}/debian/postinst "#!/bin/sh
+set -e
+if command -v py3compile >/dev/null; then py3compile -p python3-clamor; fi
+")
+file(WRITE ${PROJECT_BINARY_DIR}/debian/prerm "#!/bin/sh
+set -e
+if command -v py3clean >/dev/null; then py3clean -p python3-clamor; fi
+")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/debian/postinst ${PROJECT_BINARY_DIR}/debian/prerm)
 include(CPack)

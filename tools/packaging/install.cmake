@@ -75,7 +75,5 @@ endif()
 
 # --- The Python package ---------------------------------------------------------------------------
 set(CLAMOR_PYTHON_FOLDER lib/python3/dist-packages CACHE STRING "Where the Python package is installed")
-if(EXISTS ${PROJECT_SOURCE_DIR}/runtime/bindings/python/clamor)
-  install(DIRECTORY runtime/bindings/python/clamor DESTINATION ${CLAMOR_PYTHON_FOLDER} COMPONENT python
-    PATTERN __pycache__ EXCLUDE)
-endif()
+install(DIRECTORY runtime/bindings/python/clamor DESTINATION ${CLAMOR_PYTHON_FOLDER} COMPONENT python
+  PATTERN __pycache__ EXCLUDE)
