@@ -2,7 +2,8 @@
 // 6, which is visible only here; PulseAudio and JACK have their own files.
 //
 // RtAudio 5 throws and numbers devices from 0; RtAudio 6 returns error codes and uses opaque ids.
-// The UNSPECIFIED API is never used: it takes whichever it finds first.
+// showWarnings(false) keeps warnings from standard error, and in RtAudio 6 from the error callback
+// too. The UNSPECIFIED API is never used: it takes whichever it finds first.
 //
 // RtAudio 5.2.0 misbehaves when a sound server behind ALSA dies. Every write then fails at once, so
 // callbacks come as fast as they can, each with a warning to the error callback. Stopping throws on
@@ -114,6 +115,7 @@ class DeviceOutput final : public AudioOutput {
           [this](RtAudioErrorType, const std::string& text) { on_error(text); });
       audio_->openStream(&parameters, nullptr, RTAUDIO_FLOAT32, static_cast<unsigned>(rate_hz),
                          &frames_, &DeviceOutput::on_block, this, &options);
+      audio_->showWarnings(true);  // failed writes are warnings; on_error() prints none
 #else
       audio_->openStream(&parameters, nullptr, RTAUDIO_FLOAT32, static_cast<unsigned>(rate_hz),
                          &frames_, &DeviceOutput::on_block, this, &options,
