@@ -6,12 +6,16 @@ include(CMakePackageConfigHelpers)
 # --- libclamor.a: the library's objects as one, in which only the interface is global -------------
 # Its names cannot clash with an application's. The linker takes the groups of inline functions
 # apart, because it could otherwise replace one of them by an application's and lose a local name.
+# Objcopy makes weak symbols local, but not GCC's unique ones, so these become weak first; it refuses
+# an empty list of them.
 set(static_library)
 if(NOT CLAMOR_SANITIZE)
   set(static_library ${PROJECT_BINARY_DIR}/libclamor.a)
   add_custom_command(OUTPUT ${static_library}
     COMMAND ${CMAKE_LINKER} -r --force-group-allocation -o libclamor_all.o $<TARGET_OBJECTS:libclamor>
       $<TARGET_FILE:clamor_runtime> $<TARGET_FILE:clamor_formats> $<TARGET_FILE:clamor_common>
+    COMMAND sh -c "(echo '# unique' && '${CMAKE_NM}' libclamor_all.o | sed -n 's/.* u //p') > libclamor_unique.txt"
+    COMMAND ${CMAKE_OBJCOPY} --weaken-symbols=libclamor_unique.txt libclamor_all.o
     COMMAND ${CMAKE_OBJCOPY} --wildcard --keep-global-symbol=clamor_* --strip-debug libclamor_all.o libclamor.o
     COMMAND ${CMAKE_COMMAND} -E rm -f ${static_library}
     COMMAND ${CMAKE_AR} qcsD ${static_library} libclamor.o
