@@ -49,7 +49,7 @@ class Jack {
                                  "-t", "5000", "-n", name_, "-d", "dummy", "-r",
                                  std::to_string(rate_hz_), "-p", std::to_string(block_frames_)},
         log_);
-    ready_ = std::system(("jack_wait -w -t 10 -s " + name_ + " > /dev/null 2>&1").c_str()) == 0;
+    ready_ = std::system((std::string(testing::kJackListener) + " > /dev/null 2>&1").c_str()) == 0;
   }
 
   bool ready() const { return ready_; }
