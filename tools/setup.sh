@@ -70,12 +70,12 @@ install_with() {
     { "${get[@]}" update && "${get[@]}" install -y --no-install-recommends "${missing[@]}"; }
 }
 
-# install_packages demo|test: installs what is missing, or says how
+# install_packages demo|test [NAMES]: installs what is missing, or says how
 install_packages() {
   local -a wanted missing=()
   local name there began
   began=$(now_ms)
-  read -ra wanted <<<"$(packages "$1")"
+  read -ra wanted <<<"$(packages "$1") ${*:2}"
   if ! command -v dpkg-query apt-get >/dev/null; then
     line packages "not a Debian: hoping that CMake finds everything"
     return
