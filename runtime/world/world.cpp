@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "formats/bake_file/bake_file.h"
+#include "formats/level/emitter.h"
 #include "runtime/hrtf/hrtf.h"
 
 namespace clamor {
