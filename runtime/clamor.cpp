@@ -34,6 +34,7 @@ using clamor::interface::fail;
 using clamor::interface::guarded;
 using clamor::interface::hand_out;
 using clamor::interface::kMaxPosition_m;
+using clamor::interface::Loan;
 
 constexpr std::uint32_t kMinRate_hz = 8000, kMaxRate_hz = 192'000;
 constexpr std::uint32_t kMaxVoices = 100'000;
@@ -219,14 +220,10 @@ clamor_result clamor_open_level_with(clamor_context* context, const clamor_reade
         !copy_from_caller(reader, chosen) ||
         (chosen.read == nullptr && (chosen.memory == nullptr || chosen.size > SIZE_MAX)))
       return fail(error, CLAMOR_ERROR_ARGUMENT);
-    // The bytes are the application's again if opening fails.
-    const auto keeps = std::make_shared<bool>(false);
+    Loan loan(chosen.user, chosen.release);
     clamor::SuppliedBytes bytes;
     bytes.size = chosen.size;
-    bytes.owner = std::shared_ptr<const void>(
-        nullptr, [keeps, release = chosen.release, user = chosen.user](const void*) {
-          if (*keeps && release != nullptr) release(user);
-        });
+    bytes.owner = loan.owner();
     if (chosen.memory != nullptr)
       bytes.memory = {static_cast<const std::byte*>(chosen.memory),
                       static_cast<std::size_t>(chosen.size)};
@@ -237,10 +234,8 @@ clamor_result clamor_open_level_with(clamor_context* context, const clamor_reade
         return Error("cannot be read by the application");
       };
     const std::string name = chosen.name != nullptr ? chosen.name : "the level";
-    const clamor_result added =
-        add_level(*context, clamor::BakeFile::open(std::move(bytes), name), level, error);
-    *keeps = added == CLAMOR_OK;
-    return added;
+    return loan.keep_after(
+        add_level(*context, clamor::BakeFile::open(std::move(bytes), name), level, error));
   });
 }
 

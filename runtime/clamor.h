@@ -310,9 +310,9 @@ typedef struct clamor_stream {
   uint32_t bytes;
   uint32_t rate_hz; /* 8000 to 192 000 [48000] */
   void* user;
-  /* Fills `frames` samples and returns how many it had; the rest are silence. Called by the thread
-   * that makes keyframes while a source plays the stream, some 90 ms ahead of the sound. It must not
-   * call functions of this context. Null: the application calls clamor_write_stream(). */
+  /* Fills `frames` samples and returns how many it had; the rest are silence. Called while a source
+   * plays the stream, some 90 ms ahead of the sound, by the thread that makes keyframes or the one
+   * that creates a listener, one at a time. Null: the application calls clamor_write_stream(). */
   uint32_t (*pull)(void* user, float* samples, uint32_t frames);
   /* Called once, when `pull` is not called any more: some keyframes after the stream is removed, or
    * with the context. By any thread. May be null, and must be without `pull`. Not called after an

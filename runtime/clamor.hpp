@@ -195,52 +195,44 @@ class Clamor {
   clamor_context* get() const noexcept { return context_; }
 
   OpenLevel open(const std::string& path) {
-    clamor_level level = 0;
-    clamor_error error;
-    check(clamor_open_level(context_, path.c_str(), &level, &error), error);
-    return {context_, level};
+    return made<OpenLevel>([&](std::uint64_t* level, clamor_error* error) {
+      return clamor_open_level(context_, path.c_str(), level, error);
+    });
   }
   OpenLevel open(const clamor_reader& reader) {
-    clamor_level level = 0;
-    clamor_error error;
-    check(clamor_open_level_with(context_, &reader, &level, &error), error);
-    return {context_, level};
+    return made<OpenLevel>([&](std::uint64_t* level, clamor_error* error) {
+      return clamor_open_level_with(context_, &reader, level, error);
+    });
   }
   Ears listen(const OpenLevel& level, const clamor_listener_options& options = listener_options()) {
-    clamor_listener listener = 0;
-    clamor_error error;
-    check(clamor_create_listener(context_, level.handle(), &options, &listener, &error), error);
-    return {context_, listener};
+    return made<Ears>([&](std::uint64_t* listener, clamor_error* error) {
+      return clamor_create_listener(context_, level.handle(), &options, listener, error);
+    });
   }
   Sound add_sound(std::span<const float> samples, std::uint32_t rate_hz, bool loops = false) {
     auto options = sized<clamor_sound_options>();
     options.rate_hz = rate_hz;
     options.loops = loops;
-    clamor_sound sound = 0;
-    clamor_error error;
-    check(clamor_add_sound(context_, samples.data(), samples.size(), &options, &sound, &error),
-          error);
-    return {context_, sound};
+    return made<Sound>([&](std::uint64_t* sound, clamor_error* error) {
+      return clamor_add_sound(context_, samples.data(), samples.size(), &options, sound, error);
+    });
   }
   Sound read_sound(const std::string& path, bool loops = false) {
     auto options = sized<clamor_sound_options>();
     options.loops = loops;
-    clamor_sound sound = 0;
-    clamor_error error;
-    check(clamor_read_sound(context_, path.c_str(), &options, &sound, &error), error);
-    return {context_, sound};
+    return made<Sound>([&](std::uint64_t* sound, clamor_error* error) {
+      return clamor_read_sound(context_, path.c_str(), &options, sound, error);
+    });
   }
   Sound read_sound(const OpenLevel& level, std::uint32_t number) {
-    clamor_sound sound = 0;
-    clamor_error error;
-    check(clamor_read_level_sound(context_, level.handle(), number, &sound, &error), error);
-    return {context_, sound};
+    return made<Sound>([&](std::uint64_t* sound, clamor_error* error) {
+      return clamor_read_level_sound(context_, level.handle(), number, sound, error);
+    });
   }
   Sound add_stream(const clamor_stream& stream) {
-    clamor_sound sound = 0;
-    clamor_error error;
-    check(clamor_add_stream(context_, &stream, &sound, &error), error);
-    return {context_, sound};
+    return made<Sound>([&](std::uint64_t* sound, clamor_error* error) {
+      return clamor_add_stream(context_, &stream, sound, error);
+    });
   }
   Group add_group(const clamor_group_options& options = group_options()) {
     clamor_group group = 0;
@@ -263,6 +255,15 @@ class Clamor {
   }
 
  private:
+  // The owner of the handle that call(&handle, &error) writes.
+  template <class Owner, class Call>
+  Owner made(const Call& call) {
+    std::uint64_t handle = 0;
+    clamor_error error;
+    check(call(&handle, &error), error);
+    return {context_, handle};
+  }
+
   clamor_context* context_ = nullptr;
 };
 

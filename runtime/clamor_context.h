@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "common/c_structures.h"
@@ -30,7 +31,27 @@ struct clamor_context {
 namespace clamor::interface {
 
 constexpr double kMaxPosition_m = 1e9;
-constexpr double kMaxGain = 1e6;  // 120 dB
+
+// What the application lends with a release callback. It is the application's again if the call
+// that takes it fails; otherwise it is released with its last owner.
+class Loan {
+ public:
+  Loan(void* user, void (*release)(void* user))
+      : owner_(nullptr, [is_kept = is_kept_, user, release](const void*) {
+          if (*is_kept && release != nullptr) release(user);
+        }) {}
+
+  std::shared_ptr<const void> owner() const { return owner_; }
+  // Call with the result of the call that takes it; returns that.
+  clamor_result keep_after(clamor_result result) {
+    *is_kept_ = result == CLAMOR_OK;
+    return result;
+  }
+
+ private:
+  const std::shared_ptr<bool> is_kept_ = std::make_shared<bool>(false);
+  const std::shared_ptr<const void> owner_;
+};
 
 // Writes a failure where the caller wants it.
 inline clamor_result fail(clamor_error* error, clamor_result code,

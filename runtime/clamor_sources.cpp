@@ -31,11 +31,10 @@ using clamor::interface::entered;
 using clamor::interface::fail;
 using clamor::interface::guarded;
 using clamor::interface::hand_out;
-using clamor::interface::kMaxGain;
+using clamor::interface::Loan;
 
 constexpr std::uint32_t kMinStreamRate_hz = 8000, kMaxStreamRate_hz = 192'000;
 constexpr double kMaxSource_m = 1e6, kMaxSpeed_mps = 1e4, kMaxPlayed_s = 1e6, kMaxExponent = 1e4;
-constexpr double kMaxTime_s = 5e6;
 
 bool read_vector(const double (&given)[3], double limit, Vec3& vector) {
   for (const double part : given)
@@ -61,7 +60,7 @@ bool read_group(const clamor_group_options* given, WorldGroup& group) {
   group.gain = options.is_muted != 0 ? 0 : options.gain;
   group.paused = options.is_paused != 0;
   group.voice_share = options.max_voices;
-  return options.gain >= 0 && options.gain <= kMaxGain && options.max_voices > 0 &&
+  return options.gain >= 0 && options.gain <= clamor::kMaxWorldGain && options.max_voices > 0 &&
          options.max_voices <= 1;
 }
 
@@ -73,12 +72,13 @@ clamor_result read_source(clamor_context& context, const clamor_source_options* 
       !read_motion(options.motion, source.motion))
     return CLAMOR_ERROR_ARGUMENT;
   if (options.gain == 0) options.gain = 1;
-  if (!(options.gain > 0 && options.gain <= kMaxGain) ||
+  if (!(options.gain > 0 && options.gain <= clamor::kMaxWorldGain) ||
       !(options.played_s >= 0 && options.played_s <= kMaxPlayed_s))
     return CLAMOR_ERROR_ARGUMENT;
   bool has_bands = false;
   for (std::size_t b = 0; b < clamor::kBandCount; ++b) {
-    if (!(options.band_gains[b] >= 0 && options.band_gains[b] * options.gain <= kMaxGain) ||
+    if (!(options.band_gains[b] >= 0 &&
+          options.band_gains[b] * options.gain <= clamor::kMaxWorldGain) ||
         !(options.directivity[b] >= 0 && options.directivity[b] <= kMaxExponent))
       return CLAMOR_ERROR_ARGUMENT;
     has_bands = has_bands || options.band_gains[b] > 0;
@@ -176,24 +176,17 @@ clamor_result clamor_add_stream(clamor_context* context, const clamor_stream* st
       return fail(error, CLAMOR_ERROR_ARGUMENT, "a stream's rate lies between 8000 and 192000 Hz");
     if (chosen.pull == nullptr && chosen.release != nullptr)
       return fail(error, CLAMOR_ERROR_ARGUMENT, "a stream without pull has nothing to release");
-    // What `user` points to is the application's again if adding fails.
-    const auto keeps = std::make_shared<bool>(false);
+    Loan loan(chosen.user, chosen.release);
     LiveFeed::Pull pull;
-    if (chosen.pull != nullptr) {
-      const std::shared_ptr<const void> owner(
-          nullptr, [keeps, release = chosen.release, user = chosen.user](const void*) {
-            if (*keeps && release != nullptr) release(user);
-          });
-      pull = [owner, call = chosen.pull, user = chosen.user](std::span<float> samples) {
+    if (chosen.pull != nullptr)
+      pull = [owner = loan.owner(), call = chosen.pull,
+              user = chosen.user](std::span<float> samples) {
         return std::size_t{call(user, samples.data(), static_cast<uint32_t>(samples.size()))};
       };
-    }
     auto feed = LiveFeed::create(static_cast<int>(chosen.rate_hz), std::move(pull));
     if (!feed.ok()) return fail(error, CLAMOR_ERROR_ARGUMENT, feed.error().message);
-    const clamor_result added =
-        add_sound(*context, std::make_shared<WorldSound>(std::move(*feed)), sound, error);
-    *keeps = added == CLAMOR_OK;
-    return added;
+    return loan.keep_after(
+        add_sound(*context, std::make_shared<WorldSound>(std::move(*feed)), sound, error));
   });
 }
 
@@ -282,7 +275,8 @@ clamor_result clamor_remove_source(clamor_context* context, clamor_source source
 
 clamor_result clamor_commit(clamor_context* context, double time_s) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr || !(std::abs(time_s) <= kMaxTime_s)) return CLAMOR_ERROR_ARGUMENT;
+    if (context == nullptr || !(std::abs(time_s) <= clamor::kMaxWorldTime_s))
+      return CLAMOR_ERROR_ARGUMENT;
     context->world.sources().commit({WorldSources::now_s(), time_s});
     return CLAMOR_OK;
   });

@@ -115,7 +115,8 @@ class PrioritySampler final : public Sampler {
                              ? inputs_.occlusion->visibility(chosen.visibility)
                              : same_in_all_bands(1);
       // The power of an emitter that is turned down counts as visibility.
-      for (float& share : visibility) share *= inputs_.emitter_power(source);
+      const float emitter_power = inputs_.emitter_power(source);
+      for (float& share : visibility) share *= emitter_power;
       sample_.push_back({found.number, scale, &source, found.signal, visibility,
                          chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
       if (found.voice != 0) sample_.back().set_moving(found);

@@ -13,8 +13,7 @@ namespace clamor {
 namespace {
 
 constexpr double kJump_s = 0.1, kSmoothing = 0.01;
-constexpr double kFade_s = 0.1;      // of a source that is removed or paused
-constexpr double kMaxStart_s = 5e6;  // of moving sources; the mixer's limit is 66 days
+constexpr double kFade_s = 0.1;  // of a source that is removed or paused
 // The mixer looks this far beyond a keyframe's time, to fade voices out if no other keyframe comes:
 // binaural filters, a period, a fade, and what one call reads.
 constexpr std::int64_t kReadAhead_frames = 3072;
@@ -152,17 +151,16 @@ bool SourceMirror::add(std::size_t i, const WorldSources::Committed& source, dou
 double SourceMirror::start_of(const WorldSources::Committed& source, double keyframe_s) const {
   if (source.sound->is_live()) return sound_slots_[sound_slot(source)].live_start_s;
   const double start_s =
-      std::clamp(source.begin.of(offline_) - *start_s_, -kMaxStart_s, kMaxStart_s);
+      std::clamp(source.begin.of(offline_) - *start_s_, -kMaxWorldTime_s, kMaxWorldTime_s);
   // A sound that begins now has its first sample with the next keyframe, whatever the clocks say.
   return !offline_ && std::abs(start_s - keyframe_s) < kJump_s ? kStartsWhenHeard : start_s;
 }
 
 void SourceMirror::clear_sound(std::size_t i) {
-  if (sound_slots_[i].handle == 0) return;
-  removed_sounds_.push_back(std::move(sound_slots_[i].sound));
-  SoundSlot cleared;
-  cleared.last_handle = sound_slots_[i].last_handle;
-  sound_slots_[i] = cleared;
+  SoundSlot& slot = sound_slots_[i];
+  if (slot.handle == 0) return;
+  removed_sounds_.push_back(std::move(slot.sound));
+  slot = {.last_handle = slot.last_handle};
   auralizer_.signal_slots().clear(i);
 }
 

@@ -48,7 +48,7 @@ class SourceMirror {
   struct SoundSlot {
     std::uint64_t handle = 0;       // 0: none
     std::uint64_t last_handle = 0;  // stays when the sound is removed
-    std::shared_ptr<WorldSound> sound;
+    std::shared_ptr<WorldSound> sound{};
     bool plays = false;    // a source plays it
     bool is_read = false;  // a live sound that plays, or fades out
     double last_played_s = 0;

@@ -10,7 +10,6 @@ namespace {
 
 // Commits further apart than this, and faster movements, tell no velocity.
 constexpr double kMaxInterval_s = 0.25, kMaxSpeed_mps = 150;
-constexpr float kMaxGain = 1e6f;  // of moving sources
 // A sound that has ended may still be travelling.
 constexpr double kTravel_s = 3;
 
@@ -250,7 +249,8 @@ void WorldSources::commit(Source& source, Committed& committed, SlotState& state
   committed.group = group == nullptr ? std::uint16_t{0} : group_number(source.now.group);
   const auto group_gain = static_cast<float>(group == nullptr ? 1 : group->now.gain);
   for (std::size_t b = 0; b < kBandCount; ++b)
-    committed.gain[b] = std::min(group_gain * source.now.gain[b], kMaxGain);
+    committed.gain[b] =
+        std::min(group_gain * source.now.gain[b], static_cast<float>(kMaxWorldGain));
   committed.directivity = source.now.directivity;
   // A paused source is silent, and its sound goes on later from where it was.
   const bool pauses = group != nullptr && group->now.paused;

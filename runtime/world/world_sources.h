@@ -28,6 +28,8 @@ namespace clamor {
 
 inline constexpr std::size_t kMaxWorldSources = 65'536, kMaxWorldSounds = 4096,
                              kMaxWorldGroups = 256;
+inline constexpr double kMaxWorldGain = 1e6;    // 120 dB, of a source with its group
+inline constexpr double kMaxWorldTime_s = 5e6;  // on either clock; the mixer's limit is 66 days
 
 // A moment on both clocks, or a duration.
 struct WorldTime {

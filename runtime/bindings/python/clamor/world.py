@@ -6,7 +6,7 @@ import os
 import threading
 import weakref
 from ctypes import byref, c_double, c_uint32, c_uint64, c_void_p
-from typing import Any, Callable, Dict, List, NamedTuple, Optional, Tuple, Union
+from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
@@ -106,8 +106,7 @@ class Context(_Owner):
         context, error = c_void_p(), native.clamor_error()
         check(library().clamor_create(byref(options), byref(context), byref(error)), error)
         self._pointer = context
-        self._callbacks: List[Any] = [logger]
-        self._finalizer = weakref.finalize(self, _destroy, context, self._callbacks)
+        self._finalizer = weakref.finalize(self, _destroy, context, logger)
 
     @property
     def _open(self) -> c_void_p:
@@ -146,9 +145,8 @@ class Context(_Owner):
         return made.value
 
 
-def _destroy(context: c_void_p, callbacks: List[Any]) -> None:
+def _destroy(context: c_void_p, _: Any) -> None:  # the callback lives until then
     library().clamor_destroy(context)
-    callbacks.clear()  # which the library called until now
 
 
 def _close(context: Context, function: str, handle: int) -> None:
