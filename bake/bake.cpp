@@ -11,6 +11,7 @@
 
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
+#include "bake/closed_state.h"
 #include "bake/instances/emitter_instances.h"
 #include "bake/instances/instance_tree.h"
 #include "bake/journal/journal_set.h"
@@ -19,6 +20,8 @@
 #include "bake/octree/octree_builder.h"
 #include "bake/octree/octree_streaming.h"
 #include "bake/octree/patch_radius.h"
+#include "bake/portals/portal_sets.h"
+#include "bake/probe_bake.h"
 #include "bake/report/decay_estimate.h"
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
@@ -105,10 +108,12 @@ struct TraceSetup {
       : scene(level.mesh),
         trace(trace_settings(settings)),
         plan(make_bake_plan(scene, level, settings, trace)),
-        tracer(scene, level, with_least_power()) {}
+        tracer(scene, level, complete(level)) {}
 
-  const TraceSettings& with_least_power() {
+  const TraceSettings& complete(const Level& level) {
     trace.deposit_threshold = plan.deposit_threshold;
+    trace.decay = plan.decay;
+    if (has_closed_state(level)) trace.first_portals = PortalSet::of_state(PortalSet::kStateOpen);
     return trace;
   }
 
@@ -122,6 +127,12 @@ struct TraceSetup {
   BakePlan plan;
   PhotonTracer tracer;
 };
+
+// The photons that the probes' numbers are bounded by. A level without emitters traces none itself.
+std::uint64_t probe_photons(const BakePlan& plan, const BakeOptions& options) {
+  return plan.photons.empty() && options.settings.photons == 0 ? ~std::uint64_t{0}
+                                                               : plan.wanted_photons;
+}
 
 // Decides where the octree is sorted. Fails if the plan exceeds the memory limit.
 Result<SortStorage> check_memory(const Level& level, const BakePlan& plan,
@@ -156,14 +167,14 @@ Result<SortStorage> check_memory(const Level& level, const BakePlan& plan,
 Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOptions& options) {
   std::vector<TraceJournal> journals;
   if (!options.journal.empty()) {
-    auto opened = TraceJournal::open(options.journal, level.materials.size());
+    auto opened = TraceJournal::open(options.journal, level.materials.size(), level.portals.size());
     if (!opened.ok()) return opened.error();
     if (!options.note.empty())
       if (const auto noted = opened->set_note(options.note); !noted.ok()) return noted.error();
     journals.push_back(std::move(*opened));
   }
   for (const std::string& shard : options.shards) {
-    auto opened = TraceJournal::open_to_read(shard, level.materials.size());
+    auto opened = TraceJournal::open_to_read(shard, level.materials.size(), level.portals.size());
     if (!opened.ok()) return opened.error();
     journals.push_back(std::move(*opened));
   }
@@ -187,6 +198,7 @@ void describe(const Level& level, const BakeOptions& options, const TraceSetup& 
   contents.materials = level.materials;
   contents.signals = level.signals;
   contents.mesh = level.mesh;
+  contents.movable_parts = level.movable_parts;
 }
 
 // Completes secondary sources: patch radii, and the values that the file can hold.
@@ -234,7 +246,9 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
                                         BakeReport& report) {
   const TraceSetup setup(level, options.settings);
   if (stopped(options)) return BakeContents{};
-  const auto storage = check_memory(level, setup.plan, options);
+  BakePlan all_states = setup.plan;
+  if (has_closed_state(level)) all_states.sources *= 2;
+  const auto storage = check_memory(level, all_states, options);
   report.exceeds_memory = !storage.ok();
   if (!storage.ok()) return storage.error();
   auto journals = open_journals(level, options);
@@ -249,6 +263,22 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   report.photons = tracing.progress().photons_done;
   report.photons_reused = tracing.progress().photons_reused;
   if (stopped(options)) return BakeContents{};
+  auto closed = trace_closed_state(level, setup.trace, options, *journals, {}, report);
+  if (!closed.ok()) return closed.error();
+  if (stopped(options)) return BakeContents{};
+  BakedPortals portals;
+  PortalSetTable portal_sets;
+  // Half of the sets are for probes, if there are any.
+  const std::size_t max_sets = options.probes_m.empty() ? kMaxPortalSets : kMaxPortalSets / 2;
+  traced->portals.finish(traced->sources, portal_sets, max_sets, portals.emitters);
+  closed->portals.finish(closed->sources, portal_sets, max_sets, portals.emitters);
+  auto probes =
+      bake_probes(setup.scene, level, options, setup.trace, probe_photons(setup.plan, options),
+                  *journals, !options.journal.empty(), portal_sets);
+  if (!probes.ok()) return probes.error();
+  report.probe_photons = probes->photons;
+  report.photons_reused += probes->photons_reused;
+  if (stopped(options)) return BakeContents{};
   if (options.on_progress) {
     BakeProgress progress = tracing.progress();
     progress.stage = "sorting";
@@ -258,6 +288,9 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   BakeContents contents;
   describe(level, options, setup, *traced, decay, contents);
   finish(traced->sources, level.materials);
+  finish(closed->sources, level.materials);
+  traced->sources.insert(traced->sources.end(), closed->sources.begin(), closed->sources.end());
+  closed->sources = {};
   if (stopped(options)) return contents;
   EmitterInstances instances =
       instance_emitters(level, options.groups, traced->tally.photons > 0, options.settings.seed);
@@ -270,6 +303,12 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   contents.emitters = std::move(instances.table);
   contents.prototypes = std::move(instances.trees);
   contents.signal_maps = std::move(instances.signal_maps);
+  contents.probes = std::move(probes->probes);
+  if (!level.portals.empty()) {
+    portals.portals = level.portals;
+    portals.sets = portal_sets.sets();
+    contents.portals = std::move(portals);
+  }
   if (stopped(options)) return contents;
   if (const auto sorted =
           sort_sources(std::move(traced->sources), instances, options, *storage, contents);
@@ -287,10 +326,18 @@ Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& op
   JournalSet journal_set(*journals, true, level, setup.tracer, scene_hash(level, setup.trace));
   BatchTracing tracing(setup.tracer, level, setup.plan, options, journal_set, shard);
   if (const auto traced = tracing.run(); !traced.ok()) return traced.error();
-  if (const auto synced = journals->front().sync(); !synced.ok()) return synced.error();
   BakeReport report;
-  report.photons = tracing.progress().photons_done;
-  report.photons_reused = tracing.progress().photons_reused;
+  const auto closed = trace_closed_state(level, setup.trace, options, *journals, shard, report);
+  if (!closed.ok()) return closed.error();
+  PortalSetTable portals;
+  const auto probes =
+      bake_probes(setup.scene, level, options, setup.trace, probe_photons(setup.plan, options),
+                  *journals, true, portals, shard);
+  if (!probes.ok()) return probes.error();
+  if (const auto synced = journals->front().sync(); !synced.ok()) return synced.error();
+  report.photons += tracing.progress().photons_done;
+  report.probe_photons = probes->photons;
+  report.photons_reused += tracing.progress().photons_reused + probes->photons_reused;
   report.journal_bytes = journals->front().bytes();
   return report;
 }
@@ -303,7 +350,7 @@ auto on_arena(const Level& level, const BakeOptions& options, const Work& work) 
       "the level has no emitter, so there is nothing to bake; add one with --emitter "
       "\"name=violin,signal=violin.flac,at=0,1.5,0\", in LEVEL.acoustics.json or as "
       "KHR_audio_emitter");
-  if (level.emitters.empty()) return outcome;
+  if (level.emitters.empty() && options.probes_m.empty()) return outcome;
   // TBB warns if asked for more threads than the machine has cores.
   const int cores = tbb::info::default_concurrency();
   tbb::task_arena arena(options.threads > 0 ? std::min(options.threads, cores) : cores);

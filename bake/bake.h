@@ -23,7 +23,8 @@ struct BakeReport {
   // Sources that instances represent. Their prototypes are part of the contents.
   std::uint64_t instanced_sources = 0;
   std::size_t instanced_groups = 0, instance_prototypes = 0;
-  bool exceeds_memory = false;  // it failed because it would need more than memory_bytes
+  std::uint64_t probe_photons = 0;  // on top of `photons`
+  bool exceeds_memory = false;      // it failed because it would need more than memory_bytes
   std::string journal_warning;  // why the journal could not be used or was partly damaged, or ""
 };
 

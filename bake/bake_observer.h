@@ -8,6 +8,7 @@ namespace clamor {
 struct BakeProgress;
 struct ImportReport;
 struct LevelReport;
+struct ProbePlacement;
 
 // Functions may be called from several threads, one call at a time.
 class BakeObserver {
@@ -16,6 +17,7 @@ class BakeObserver {
   // `level` is the level's name.
   virtual void on_import(const std::string& /*level*/, const ImportReport&) {}
   virtual void on_prepared(const LevelReport&) {}
+  virtual void on_probes(const ProbePlacement&) {}
   virtual void on_warning(const std::string&) {}
   virtual void on_progress(const BakeProgress&) {}
   virtual void on_writing() {}

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/vec.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/level/scene_group.h"
 
@@ -28,6 +29,9 @@ struct BakeOptions {
   std::string journal{};           // journal file (trace_journal.h); "": none
   std::string spill{};             // prefix of temporary files for sorting; "": none allowed
   std::string note{};              // text stored in the journal, for merging shards
+  // Places of probes, and the secondary sources that each keeps (probe_tracing.h).
+  std::vector<Vec3> probes_m{};
+  std::uint32_t probe_sources = 4000;
   SceneGroups groups{};  // groups of the level's emitters; congruent ones become instances
   // Journals that together contain all photons; nothing is traced.
   std::vector<std::string> shards{};

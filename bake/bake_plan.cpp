@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "bake/trace/pilot.h"
 #include "common/maths.h"
 #include "formats/level/level.h"
 
@@ -14,58 +15,7 @@ namespace {
 constexpr double kSourcesPerRoom = 200'000;
 constexpr double kDepositsPerSource = 4;         // default without --photons
 constexpr double kKeptDepositsPerSource = 1.25;  // before the final, exact thinning
-constexpr std::uint32_t kPilotPhotons = 1024;
 constexpr std::uint64_t kMaxPhotons = 4'000'000'000;
-
-// Power of each pilot deposit, relative to its photon's power. Emitters get photons in proportion
-// to their power. The pilot's seed differs from the bake's, so that the plan is independent of the
-// paths it is used for.
-std::vector<double> pilot_deposits(const Scene& scene, const Level& level,
-                                   const TraceSettings& trace, std::span<const double> power) {
-  TraceSettings settings = trace;
-  settings.seed = trace.seed ^ 0x70696c6f74u;
-  settings.deposit_threshold = 0;
-  const PhotonTracer tracer(scene, level, settings);
-  const double total = std::accumulate(power.begin(), power.end(), 0.0);
-  std::vector<PhotonRun> runs;
-  double below = 0;
-  for (std::uint32_t i = 0; i < power.size() && total > 0; ++i) {
-    // Systematic sampling: photon k belongs to the emitter at (k + 1/2) / n of the power.
-    const auto first = static_cast<std::int64_t>(std::ceil(below / total * kPilotPhotons - 0.5));
-    below += power[i];
-    const auto last = static_cast<std::int64_t>(std::ceil(below / total * kPilotPhotons - 0.5));
-    if (last > first) runs.push_back({i, 0, static_cast<std::uint32_t>(last - first)});
-  }
-  TracedRuns traced;
-  tracer.trace(runs, traced);
-  std::vector<double> shares;
-  for (const Deposit& deposit : traced.deposits())
-    shares.push_back(std::accumulate(deposit.power.begin(), deposit.power.end(), 0.0) /
-                     power[deposit.emitter]);
-  return shares;
-}
-
-// The threshold T for which the sum of min(1, (share / T)^(1/4)), times `per_share`, equals
-// `wanted`.
-double deposit_threshold_for(std::vector<double> shares, double per_share, double wanted) {
-  if (static_cast<double>(shares.size()) * per_share <= wanted) return 0;
-  std::sort(shares.begin(), shares.end());
-  for (double& share : shares) share = std::sqrt(std::sqrt(share));
-  // For T equal to a share, smaller shares are thinned and larger ones are kept.
-  double below = 0;
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    const double above = static_cast<double>(shares.size() - i);
-    if (per_share * (below / shares[i] + above) <= wanted) {
-      // T lies between the previous share and this one: below / T + above = wanted / per_share.
-      const double room = wanted / per_share - above;
-      const double root = room > 0 ? std::min(below / room, shares[i]) : shares[i];
-      return root * root * root * root;
-    }
-    below += shares[i];
-  }
-  const double root = below / (wanted / per_share);
-  return root * root * root * root;
-}
 
 // Coarse rounding keeps the plan constant while an emitter moves a little, so that the journal
 // stays valid.
@@ -74,10 +24,6 @@ double one_digit_up(double value) {
   while (value / step >= 10) step *= 10;
   return std::ceil(value / step) * step;
 }
-double power_of_two_down(double value) {
-  return value > 0 ? exp2_of(std::floor(log2_of(value))) : 0;
-}
-
 }  // namespace
 
 std::uint64_t BakePlan::all_photons() const {
@@ -160,13 +106,14 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
     for (std::size_t b = 0; b < kBandCount; ++b) power[i] += emitted_power(level.emitters[i], b);
   const double total = std::accumulate(power.begin(), power.end(), 0.0);
 
-  const std::vector<double> shares = pilot_deposits(scene, level, trace, power);
-  const double per_photon = std::max(1.0, static_cast<double>(shares.size()) / kPilotPhotons);
+  const Pilot pilot = trace_pilot(scene, level, trace);
+  plan.decay = pilot.decay;
+  const double per_photon = std::max(1.0, pilot.deposits_per_photon());
   double photons = static_cast<double>(settings.photons);
   if (settings.photons == 0)
     photons = std::clamp(one_digit_up(kDepositsPerSource * sources / per_photon), 1000.0,
                          static_cast<double>(kMaxPhotons));
-  if (level.mesh.triangles.empty()) photons = 0;  // no surfaces to hit
+  if (scene.is_empty()) photons = 0;  // no surfaces to hit
   plan.wanted_photons = static_cast<std::uint64_t>(photons);
   for (const double emitted : power) {
     const double wanted = total > 0 ? std::round(emitted / total * photons) : 0;
@@ -175,10 +122,8 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
   }
   plan.deposits = std::min(per_photon * static_cast<double>(plan.all_photons()),
                            kKeptDepositsPerSource * sources);
-  if (!shares.empty())
-    plan.deposit_threshold = power_of_two_down(
-        deposit_threshold_for(shares, static_cast<double>(plan.all_photons()) / kPilotPhotons,
-                              kKeptDepositsPerSource * sources));
+  plan.deposit_threshold =
+      pilot.threshold(static_cast<double>(plan.all_photons()), kKeptDepositsPerSource * sources);
   return plan;
 }
 

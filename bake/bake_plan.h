@@ -24,6 +24,7 @@ struct BakePlan {
   std::vector<std::uint64_t> photons;  // per emitter
   double deposit_threshold = 0;        // see TraceSettings
   double deposits = 0;                 // estimated number of deposits
+  DecayModel decay{};                  // see TraceSettings
 
   std::uint64_t all_photons() const;
 

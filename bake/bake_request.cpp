@@ -1,9 +1,11 @@
 #include "bake/bake_request.h"
 
 #include <algorithm>
+#include <charconv>
 
 #include <fmt/format.h>
 
+#include "bake/probe_tracing.h"
 #include "formats/level/emitter_spec.h"
 
 namespace clamor {
@@ -15,6 +17,21 @@ std::optional<std::uint64_t> whole_number(const std::string& text) {
   return std::stoull(text);
 }
 
+std::optional<ProbeOptions> probe_options(const std::string& text) {
+  using Placement = ProbeOptions::Placement;
+  ProbeOptions options;
+  if (text == "auto") return options;
+  if (text == "none") {
+    options.placement = Placement::kNone;
+    return options;
+  }
+  const char* const end = text.data() + text.size();
+  const auto [rest, wrong] = std::from_chars(text.data(), end, options.spacing_m);
+  if (wrong != std::errc() || rest != end || !(options.spacing_m > 0)) return std::nullopt;
+  options.placement = Placement::kSpacing;
+  return options;
+}
+
 std::optional<std::string> BakeRequest::complaint() const {
   for (const std::string& emitter : import.emitters)
     if (const auto spec = parse_emitter(emitter); !spec.ok()) return spec.error().message;
@@ -24,6 +41,12 @@ std::optional<std::string> BakeRequest::complaint() const {
   if (sources && (!whole_number(*sources) || *whole_number(*sources) == 0 ||
                   *whole_number(*sources) > 10'000'000u))
     return "--sources " + in_quotes(*sources) + " is not a whole number from 1 to 10000000";
+  if (!probe_options(probes))
+    return "--probes " + in_quotes(probes) + " is neither auto nor none nor a number of metres";
+  if (probe_sources && (!whole_number(*probe_sources) || *whole_number(*probe_sources) == 0 ||
+                        *whole_number(*probe_sources) > kMaxProbeSources))
+    return "--probe-sources " + in_quotes(*probe_sources) + " is not a whole number from 1 to " +
+           std::to_string(kMaxProbeSources);
   if (seed && !whole_number(*seed)) return "--seed " + in_quotes(*seed) + " is not a whole number";
   if (!(simplify_m >= 0 && simplify_m <= 10)) return "--simplify must lie between 0 and 10 metres";
   if (instances != "on" && instances != "off")
@@ -44,6 +67,8 @@ std::vector<std::string> BakeRequest::words() const {
   if (import.hidden_meshes) words.emplace_back("--hidden");
   add("--photons", photons);
   add("--sources", sources);
+  if (probes != "none") add("--probes", probes);
+  add("--probe-sources", probe_sources);
   add("--seed", seed);
   if (simplify_m > 0) add("--simplify", fmt::format("{}", simplify_m));
   if (instances != "on") add("--instances", instances);

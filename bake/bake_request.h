@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bake/probes/probe_placement.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/gltf/import_options.h"
 
@@ -18,6 +19,8 @@ struct BakeRequest {
   std::string level_path;
   ImportOptions import;
   std::optional<std::string> seed, photons, sources;
+  std::string probes = "none";  // or "auto", or metres between them
+  std::optional<std::string> probe_sources;
   std::string instances = "on";
   double simplify_m = 0;
   double kappa = BakeSettings{}.roulette_exponent, longest_s = BakeSettings{}.longest_path_s;
@@ -28,6 +31,9 @@ struct BakeRequest {
   // The options as they would be typed, without those that have their defaults.
   std::vector<std::string> words() const;
 };
+
+// The placement that --probes asks for, or nothing.
+std::optional<ProbeOptions> probe_options(const std::string& text);
 
 // A whole number of at most 18 digits, or nothing.
 std::optional<std::uint64_t> whole_number(const std::string& text);

@@ -38,16 +38,18 @@ struct BatchTracing::Batch {
 
 BatchTracing::BatchTracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
                            const BakeOptions& options, JournalSet& journals, const Shard& shard,
-                           DecayEstimate* decay)
+                           DecayEstimate* decay, RunSink sink)
     : tracer_(tracer),
       level_(level),
       plan_(plan),
       options_(options),
       journals_(journals),
       decay_(decay),
-      batches_(batches_of(plan, shard)) {
-  if (shard.count == 1) thinning_.emplace(plan.sources);
-  progress_.stage = "tracing";
+      sink_(std::move(sink)),
+      batches_(batches_of(plan, shard)),
+      portals_(level.emitters.size()) {
+  if (shard.count == 1 && !sink_) thinning_.emplace(plan.sources);
+  progress_.stage = sink_ ? "probes" : "tracing";
   for (const auto& batch : batches_)
     for (const PhotonRun& run : batch) progress_.photons_total += run.count;
 }
@@ -95,6 +97,7 @@ Result<BatchTracing::Output> BatchTracing::run() {
   if (thinning_) {
     output.deposits = thinning_->added();
     output.sources = thinning_->take();
+    output.portals = std::move(portals_);
   }
   output.tally = tally_;
   return output;
@@ -153,10 +156,13 @@ void BatchTracing::accumulate_run(const TracedRun& run, std::span<const Deposit>
   const double photon_share = 1 / static_cast<double>(plan_.photons[run.run.emitter]);
   if (thinning_) {
     sources_.clear();
-    for (const Deposit& deposit : deposits)
-      sources_.push_back(secondary_source(deposit, photon_share));
+    for (const Deposit& deposit : deposits) {
+      Source& source = sources_.emplace_back(secondary_source(deposit, photon_share));
+      source.emitter = portals_.number_of(deposit.emitter, deposit.portals);
+    }
     thinning_->add(sources_, order);
   }
+  if (sink_) sink_(run, deposits, order);
   tally_.add(run.tally, photon_share);
   progress_.photons_done += run.tally.photons;
   progress_.escaped += run.tally.escaped;

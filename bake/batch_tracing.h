@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -18,6 +19,7 @@
 #include "bake/bake_plan.h"
 #include "bake/journal/journal_set.h"
 #include "bake/octree/source_thinning.h"
+#include "bake/portals/portal_sets.h"
 #include "bake/report/decay_estimate.h"
 #include "bake/trace/photon_tracer.h"
 #include "common/result.h"
@@ -30,17 +32,24 @@ class BatchTracing {
  public:
   // The accumulated result of all batches.
   struct Output {
-    std::vector<Source> sources;  // thinned to the plan's number; empty for a shard
+    // Thinned to the plan's number; empty for a shard or with a sink. Those whose sound passed
+    // portals have provisional emitters of `portals`.
+    std::vector<Source> sources;
+    PortalPairs portals{0};
     TraceTally tally;
     std::uint64_t deposits = 0;  // before thinning; 0 for a shard
   };
+
+  // Receives runs in order, `order` ascending, in place of the thinning.
+  using RunSink = std::function<void(const TracedRun& run, std::span<const Deposit> deposits,
+                                     std::uint64_t order)>;
 
   // Without options.shards, runs that the journals lack are traced; with them, nothing is traced.
   // `decay` may be null; otherwise it receives the runs that it wants. All arguments must outlive
   // the object.
   BatchTracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
                const BakeOptions& options, JournalSet& journals, const Shard& shard,
-               DecayEstimate* decay = nullptr);
+               DecayEstimate* decay = nullptr, RunSink sink = {});
 
   // Runs in the calling TBB arena. Fails if the journal cannot be written or if shards lack
   // photons. Returns a partial result when options.stop is set.
@@ -69,9 +78,11 @@ class BatchTracing {
   const BakeOptions& options_;
   JournalSet& journals_;
   DecayEstimate* decay_;
+  const RunSink sink_;
   std::vector<std::vector<PhotonRun>> batches_;  // of this shard
-  std::optional<SourceThinning> thinning_;       // not for a shard
+  std::optional<SourceThinning> thinning_;       // not for a shard or with a sink
   std::vector<Source> sources_;                  // of the current run
+  PortalPairs portals_;
   TraceTally tally_;
   BakeProgress progress_;
   std::uint64_t next_error_ = 0;  // photon count for the next error estimate

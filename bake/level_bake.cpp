@@ -3,7 +3,9 @@
 #include <filesystem>
 #include <utility>
 
+#include "bake/probe_tracing.h"
 #include "bake/report/level_report.h"
+#include "bake/trace/scene.h"
 #include "formats/bake_file/bake_writer.h"
 #include "formats/gltf/level_import.h"
 
@@ -98,7 +100,19 @@ Result<void> LevelBake::prepare() {
   if (stopped()) return Error("stopped before the level was prepared");
   observer_.on_prepared(prepared);
   warn_and_keep(report_warnings(prepared));
+  if (auto placed = place_probes(); !placed.ok()) return placed;
   return check_strict();
+}
+
+Result<void> LevelBake::place_probes() {
+  const Level& level = imported_->level;
+  auto placed = clamor::place_probes(Scene(level.mesh, Scene::Build::kQuick), level,
+                                     *probe_options(request_.probes));
+  if (!placed.ok()) return placed.error();
+  probes_ = std::move(*placed);
+  observer_.on_probes(probes_);
+  warn_and_keep(probes_.warnings);
+  return {};
 }
 
 BakeOptions LevelBake::bake_options() const {
@@ -110,6 +124,9 @@ BakeOptions LevelBake::bake_options() const {
   options.settings.roulette_exponent = request_.kappa;
   options.settings.longest_path_s = request_.longest_s;
   options.settings.air = imported_->level.air;
+  options.probes_m = probes_.positions_m;
+  options.probe_sources =
+      static_cast<std::uint32_t>(number_or(request_.probe_sources, kProbeSources));
   if (request_.instances == "on") options.groups = imported_->groups;
   options.threads = options_.threads;
   options.memory_bytes = options_.memory_bytes;

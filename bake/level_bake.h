@@ -18,6 +18,7 @@
 #include "bake/bake_observer.h"
 #include "bake/bake_request.h"
 #include "bake/bake_until.h"
+#include "bake/probes/probe_placement.h"
 #include "formats/bake_file/bake_contents.h"
 #include "formats/files/output_target.h"
 #include "formats/gltf/import_options.h"
@@ -84,6 +85,7 @@ class LevelBake {
   Result<void> check_strict();
   Result<void> write_contents();
   BakeOptions bake_options() const;
+  Result<void> place_probes();
   std::vector<std::string> words() const;
   bool stopped() const {
     return options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed);
@@ -102,6 +104,7 @@ class LevelBake {
   std::size_t warnings_ = 0;
   std::vector<std::string> kept_warnings_;  // those about the result, for the file
   bool failed_strict_ = false;
+  ProbePlacement probes_;
   BakeContents contents_;
   BakeReport report_;
   std::string missed_goal_;

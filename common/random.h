@@ -40,6 +40,7 @@ enum class Use : std::uint32_t {
   kThinning,      // which deposits are kept
   kTransmission,  // sign and u of a source on the far side of a wall
   kStrategy,      // source selection by the paper's strategies
+  kWeightWindow,  // which photons end, and the keys of copies
 };
 
 // Uniform in [0, 1), in steps of 2^-32.

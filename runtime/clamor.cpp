@@ -10,6 +10,7 @@
 #include "common/listener.h"
 #include "common/sample_rate.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/baked_portals.h"
 #include "formats/files/random_access_file.h"
 #include "formats/level/emitter.h"
 #include "runtime/clamor_context.h"
@@ -28,6 +29,7 @@ using clamor::Orientation;
 using clamor::OutputFormat;
 using clamor::Quaternion;
 using clamor::Result;
+using clamor::Vec3;
 using clamor::WorldListener;
 using clamor::interface::entered;
 using clamor::interface::fail;
@@ -44,17 +46,10 @@ constexpr double kMaxUpdatePeriod_s = 0.1;
 constexpr std::uint32_t kDefaultSources = 1024, kDefaultSounds = 256;
 
 bool read_pose(const clamor_pose& pose, Listener& listener) {
-  for (const double metre : pose.position_m)
-    if (!(std::abs(metre) <= kMaxPosition_m)) return false;
-  double square = 0;
-  for (const double part : pose.orientation) {
-    if (!(std::abs(part) <= kMaxPosition_m)) return false;
-    square += part * part;
-  }
-  if (!(square > 1e-12)) return false;
-  const auto& [x, y, z, w] = pose.orientation;
-  listener = Listener({pose.position_m[0], pose.position_m[1], pose.position_m[2]},
-                      Orientation(Quaternion(w, x, y, z)));
+  Vec3 position_m;
+  Quaternion rotation;
+  if (!clamor::interface::read_pose(pose, kMaxPosition_m, position_m, rotation)) return false;
+  listener = Listener(position_m, Orientation(rotation));
   return true;
 }
 
@@ -111,6 +106,7 @@ clamor::AuralizerOptions auralizer_options(clamor_context& context,
   made.sampler_period_s = context.update_period_s;
   made.moving.max_sources = context.world.sources().max_sources();
   made.moving.signal_slots = context.world.sources().max_sounds();
+  made.takes_parts = true;
   made.keeps_keyframe = options.reports_voices != 0;
   made.mixes_voices = options.output != CLAMOR_OUTPUT_NONE;
   return made;
@@ -253,9 +249,11 @@ clamor_result clamor_get_level_info(clamor_context* context, clamor_level level,
     const auto file = context->world.level(level);
     if (file == nullptr) return CLAMOR_ERROR_HANDLE;
     clamor_level_info filled{};
+    filled.portals = static_cast<uint32_t>(file->portals().portals.size());
     filled.emitters = static_cast<uint32_t>(file->emitters().size());
     filled.sounds = static_cast<uint32_t>(file->signal_count());
     filled.sources = file->source_count();
+    filled.parts = static_cast<uint32_t>(file->movable_parts().size());
     return copy_to_caller(filled, info) ? CLAMOR_OK : CLAMOR_ERROR_ARGUMENT;
   });
 }

@@ -33,8 +33,8 @@
  * append members. Members that are 0 mean the default. Options that the library does not know are
  * CLAMOR_ERROR_ARGUMENT unless they are 0, and results that it does not know become 0.
  *
- * LIMITS, beyond which calls return CLAMOR_ERROR_ARGUMENT: listeners 1e9 m and sources 1e6 m from the
- * origin, 10 km/s, 5e6 s for clamor_commit(), 1e6 s for `played_s`, 1e4 for directivity exponents, and
+ * LIMITS, beyond which calls return CLAMOR_ERROR_ARGUMENT: listeners 1e9 m, sources and parts 1e6 m
+ * from the origin, 10 km/s, 5e6 s for clamor_commit(), 1e6 s for `played_s`, 1e4 for directivity exponents, and
  * gains of 1e6 for sources and groups.
  *
  * UNITS. Metres and seconds. The frame is that of glTF: +X right, +Y up, and a listener whose
@@ -167,8 +167,9 @@ CLAMOR_API clamor_result clamor_close_level(clamor_context* context, clamor_leve
 
 typedef struct clamor_level_info {
   uint32_t bytes;
-  uint32_t emitters, sounds;
+  uint32_t emitters, sounds, portals;
   uint64_t sources; /* emitters and secondary sources, those of instances counted each */
+  uint32_t parts;   /* movable parts */
 } clamor_level_info;
 
 /* Errors: HANDLE, ARGUMENT. Any thread. */
@@ -192,6 +193,24 @@ CLAMOR_API clamor_result clamor_get_emitter_info(clamor_context* context, clamor
  * NOT_FOUND. Any thread. */
 CLAMOR_API clamor_result clamor_find_emitter(clamor_context* context, clamor_level level,
                                              const char* name, uint32_t* emitter);
+
+/* A rectangle in an opening, as in a doorway; see clamor_set_portal(). */
+typedef struct clamor_portal_info {
+  uint32_t bytes;
+  double centre_m[3];
+  double half_u_m[3], half_v_m[3]; /* from the centre to the middle of a side, and of the next one */
+  const char* name;                /* UTF-8; valid until the level is closed */
+} clamor_portal_info;
+
+/* The portal number `portal` of a level, below clamor_level_info's `portals`. Errors: HANDLE,
+ * ARGUMENT. Any thread. */
+CLAMOR_API clamor_result clamor_get_portal_info(clamor_context* context, clamor_level level,
+                                                uint32_t portal, clamor_portal_info* info);
+
+/* Writes to `portal` the number of the first one with this name. Errors: HANDLE, ARGUMENT,
+ * NOT_FOUND. Any thread. */
+CLAMOR_API clamor_result clamor_find_portal(clamor_context* context, clamor_level level,
+                                            const char* name, uint32_t* portal);
 
 /* ---- Listeners ----------------------------------------------------------------------------- */
 
@@ -410,7 +429,73 @@ CLAMOR_API clamor_result clamor_change_emitter(clamor_context* context, clamor_l
                                                uint32_t emitter,
                                                const clamor_emitter_options* options);
 
-/* Publishes all changes of sounds, sources, emitters and groups together. `time_s` is the time of an
+/* Sets how open a portal of a level is, for all listeners: the share of power, 0 to 1, that is left of
+ * all reflections whose path in the bake passed it. Portals are open until they are set. Where
+ * a bake holds the level with portals closed, too, its reflections fade to those of that state. What a
+ * closed door hides from a listener is the business of occlusion: direct sound is not changed.
+ * Listeners who are in a level that is closed hear its portals as they were at the last commit
+ * before. Errors: HANDLE, ARGUMENT, MEMORY. Any thread; microseconds, and some more in the listeners'
+ * next keyframes. */
+CLAMOR_API clamor_result clamor_set_portal(clamor_context* context, clamor_level level,
+                                           uint32_t portal, double openness);
+
+/* ---- Movable parts ---------------------------------------------------------------------------- */
+
+/* A door, a lift, a barrier: triangles that the application moves as a rigid body. They hide what is
+ * behind them, per band, and let through what they transmit; they reflect nothing. */
+typedef uint64_t clamor_part;
+
+/* Handles of a level's parts, by their number below clamor_level_info's `parts` and by the name of
+ * their node in glTF (the first that has it). They end when the level is closed. Errors: HANDLE,
+ * ARGUMENT, NOT_FOUND, FULL (4096 parts), MEMORY. Any thread; microseconds. */
+CLAMOR_API clamor_result clamor_get_level_part(clamor_context* context, clamor_level level,
+                                               uint32_t number, clamor_part* part);
+CLAMOR_API clamor_result clamor_find_part(clamor_context* context, clamor_level level,
+                                          const char* name, clamor_part* part);
+
+typedef struct clamor_part_info {
+  uint32_t bytes;
+  uint32_t triangles;
+  clamor_level level;   /* 0: none */
+  clamor_pose pose;     /* the last one that was given, at first that of the level */
+  uint32_t is_disabled;
+  const char* name;     /* of its node in glTF, UTF-8, valid until the level is closed; or "" */
+} clamor_part_info;
+
+/* Errors: HANDLE, ARGUMENT. Any thread. */
+CLAMOR_API clamor_result clamor_get_part_info(clamor_context* context, clamor_part part,
+                                              clamor_part_info* info);
+
+typedef struct clamor_part_options {
+  uint32_t bytes;
+  uint32_t is_disabled;
+  clamor_level level; /* only listeners in this level hear it; 0: all */
+  clamor_pose pose;   /* at first; an orientation of zeros is the identity */
+  double half_extents_m[3]; /* of a box, each 0.001 to 10 000; all 0: a mesh */
+  const float* vertices_m;  /* of a mesh: x, y, z each, relative to the pivot; copied */
+  const uint32_t* indices;  /* of vertices, three for each triangle; copied */
+  uint32_t vertices, triangles; /* at most 1 048 576 triangles */
+  double transmission[8];   /* share of the power that passes a surface, 63 Hz to 8 kHz, 0 to 1 */
+} clamor_part_options;
+
+/* Adds a box or a mesh. A box has two surfaces on each path through it. Errors: ARGUMENT, HANDLE,
+ * FULL (4096 parts), MEMORY. Any thread; a second for a million triangles. */
+CLAMOR_API clamor_result clamor_add_part(clamor_context* context,
+                                         const clamor_part_options* options, clamor_part* part,
+                                         clamor_error* error);
+/* Turns and moves a part about its pivot, which is the origin of its node or of its vertices, or the
+ * centre of the box. Errors: HANDLE, ARGUMENT. Any thread; microseconds. */
+CLAMOR_API clamor_result clamor_move_part(clamor_context* context, clamor_part part,
+                                          const clamor_pose* pose);
+/* A part that is not enabled hides nothing. Errors: HANDLE, ARGUMENT. Any thread; microseconds. */
+CLAMOR_API clamor_result clamor_enable_part(clamor_context* context, clamor_part part,
+                                            uint32_t enabled);
+/* Errors: HANDLE, STATE for a part of a level, which can be disabled. Any thread; microseconds. */
+CLAMOR_API clamor_result clamor_remove_part(clamor_context* context, clamor_part part);
+
+/* Publishes all changes of sounds, sources, emitters, portals, groups and parts together.
+ * Parts are heard in
+ * the next keyframe. `time_s` is the time of an
  * offline listener that the changes are for (clamor_next_keyframe()); listeners in real time take
  * them over now. Errors: ARGUMENT, MEMORY. Any thread; 0.1 us for each source. */
 CLAMOR_API clamor_result clamor_commit(clamor_context* context, double time_s);
@@ -444,7 +529,8 @@ CLAMOR_API clamor_result clamor_get_voices(clamor_context* context, clamor_liste
 /* Measures the response of a level to an impulse of one emitter (its index; 0xffffffff: of all) with
  * an omnidirectional receiver at each of `places` positions: `frames` samples at 48 kHz for each,
  * from the emission on. An emitter of gain 1 at 1 m gives one sample of 1. All sources of the level
- * take part, those of instances included; surfaces occlude; clamor_change_emitter() has no effect.
+ * take part, those of instances included; surfaces occlude, and so do movable parts where the level has
+ * them at rest; clamor_change_emitter() and clamor_move_part() have no effect.
  * Writes to `whole_frames`, which may be null, how long the longest response is. Errors: HANDLE, ARGUMENT, FILE, MEMORY. Any thread; takes
  * a second for 100 000 sources and place, on all cores. */
 CLAMOR_API clamor_result clamor_measure_responses(clamor_context* context, clamor_level level,

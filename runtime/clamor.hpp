@@ -91,6 +91,19 @@ class OpenLevel : public OwnedHandle<clamor_close_level> {
     check(found);
     return number;
   }
+  // The first movable part with this name, if there is one; it lives as long as the level.
+  std::optional<clamor_part> find_part(const std::string& name) const {
+    clamor_part part = 0;
+    const clamor_result found = clamor_find_part(context_, handle_, name.c_str(), &part);
+    if (found == CLAMOR_ERROR_NOT_FOUND) return {};
+    check(found);
+    return part;
+  }
+  clamor_part part(std::uint32_t number) const {
+    clamor_part part = 0;
+    check(clamor_get_level_part(context_, handle_, number, &part));
+    return part;
+  }
   // Turns an emitter down, with the next commit: an amplitude from 0 to 1, times that of the group.
   void change_emitter(std::uint32_t number, double gain, clamor_group group = 0) {
     auto options = sized<clamor_emitter_options>();
@@ -99,6 +112,33 @@ class OpenLevel : public OwnedHandle<clamor_close_level> {
     options.group = group;
     check(clamor_change_emitter(context_, handle_, number, &options));
   }
+  clamor_portal_info portal(std::uint32_t number) const {
+    auto info = sized<clamor_portal_info>();
+    check(clamor_get_portal_info(context_, handle_, number, &info));
+    return info;
+  }
+  // The number of the first portal with this name, if there is one.
+  std::optional<std::uint32_t> find_portal(const std::string& name) const {
+    std::uint32_t number = 0;
+    const clamor_result found = clamor_find_portal(context_, handle_, name.c_str(), &number);
+    if (found == CLAMOR_ERROR_NOT_FOUND) return {};
+    check(found);
+    return number;
+  }
+  // Opens or closes a portal, with the next commit: a share of power from 0 to 1.
+  void set_portal(std::uint32_t number, double openness) {
+    check(clamor_set_portal(context_, handle_, number, openness));
+  }
+};
+
+// A movable part that the application has added; removed at the end. All changes take effect with
+// the next commit.
+class Part : public OwnedHandle<clamor_remove_part> {
+ public:
+  using OwnedHandle::OwnedHandle;
+
+  void move(const clamor_pose& pose) { check(clamor_move_part(context_, handle_, &pose)); }
+  void enable(bool enabled) { check(clamor_enable_part(context_, handle_, enabled)); }
 };
 
 // A listener; removed at the end.
@@ -244,7 +284,15 @@ class Clamor {
     check(clamor_add_source(context_, &options, &source));
     return {context_, source};
   }
-  // Publishes all changes of sounds, sources, emitters and groups together.
+  Part add_part(const clamor_part_options& options) {
+    return made<Part>([&](std::uint64_t* part, clamor_error* error) {
+      return clamor_add_part(context_, &options, part, error);
+    });
+  }
+  void move_part(clamor_part part, const clamor_pose& pose) {
+    check(clamor_move_part(context_, part, &pose));
+  }
+  // Publishes all changes of sounds, sources, emitters, portals, groups and parts together.
   void commit(double time_s = 0) { check(clamor_commit(context_, time_s)); }
 
   // Returns how many keyframes were made.

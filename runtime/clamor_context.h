@@ -2,11 +2,13 @@
 // installed.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <string>
 
 #include "common/c_structures.h"
+#include "common/vec.h"
 #include "runtime/clamor.h"
 #include "runtime/world/handle_table.h"
 #include "runtime/world/world.h"
@@ -31,6 +33,23 @@ struct clamor_context {
 namespace clamor::interface {
 
 constexpr double kMaxPosition_m = 1e9;
+
+// Reads a pose within a limit; false if a number is out of range, or if the orientation has no
+// length.
+inline bool read_pose(const clamor_pose& given, double limit_m, Vec3& position_m,
+                      Quaternion& rotation) {
+  for (const double metre : given.position_m)
+    if (!(std::abs(metre) <= limit_m)) return false;
+  double square = 0;
+  for (const double part : given.orientation) {
+    if (!(std::abs(part) <= kMaxPosition_m)) return false;
+    square += part * part;
+  }
+  const auto& [x, y, z, w] = given.orientation;
+  position_m = {given.position_m[0], given.position_m[1], given.position_m[2]};
+  rotation = Quaternion(w, x, y, z);
+  return square > 1e-12;
+}
 
 // What the application lends with a release callback. It is the application's again if the call
 // that takes it fails; otherwise it is released with its last owner.
@@ -65,6 +84,16 @@ clamor_result guarded(clamor_error* error, const Act& act) noexcept {
   if (error != nullptr) *error = {};
   return without_exceptions(act, [error](bool is_memory, const char* sentence) {
     return fail(error, is_memory ? CLAMOR_ERROR_MEMORY : CLAMOR_ERROR_INTERNAL, sentence);
+  });
+}
+
+// Calls act(file) with an open level.
+template <class Act>
+clamor_result in_level(clamor_context* context, clamor_level level, const Act& act) noexcept {
+  return guarded(nullptr, [&]() -> clamor_result {
+    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    const auto file = context->world.level(level);
+    return file == nullptr ? clamor_result{CLAMOR_ERROR_HANDLE} : act(*file);
   });
 }
 

@@ -14,17 +14,7 @@ namespace {
 using clamor::BakeFile;
 using clamor::Emitter;
 using clamor::WorldEmitter;
-using clamor::interface::guarded;
-
-// Calls act(file) with an open level.
-template <class Act>
-clamor_result in_level(clamor_context* context, clamor_level level, const Act& act) noexcept {
-  return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
-    const auto file = context->world.level(level);
-    return file == nullptr ? clamor_result{CLAMOR_ERROR_HANDLE} : act(*file);
-  });
-}
+using clamor::interface::in_level;
 
 }  // namespace
 

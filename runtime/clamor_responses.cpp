@@ -8,6 +8,7 @@
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/expanded_sources.h"
+#include "formats/bake_file/mesh_at_rest.h"
 #include "runtime/clamor.h"
 #include "runtime/clamor_context.h"
 #include "runtime/occlusion/occlusion_geometry.h"
@@ -36,7 +37,7 @@ extern "C" clamor_result clamor_measure_responses(clamor_context* context, clamo
     auto all = clamor::read_expanded_sources(*file);
     if (!all.ok()) return fail(error, CLAMOR_ERROR_FILE, all.error().message);
     for (clamor::Source& source : all->sources) source.emitter = all->stored_as[source.emitter];
-    const auto mesh = file->read_mesh();
+    const auto mesh = clamor::read_mesh_at_rest(*file);
     if (!mesh.ok()) return fail(error, CLAMOR_ERROR_FILE, mesh.error().message);
     const clamor::OcclusionGeometry surfaces(*mesh, file->materials());
     std::size_t longest = 0;

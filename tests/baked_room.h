@@ -9,7 +9,7 @@
 namespace clamor::testing {
 
 // A reflecting shoebox with three emitters that play two sines and a click.
-inline BakeContents baked_contents(std::uint64_t photons) {
+inline BakeContents baked_contents(std::uint64_t photons, std::vector<Portal> portals = {}) {
   Level level = shoebox({6, 8, 3}, uniform_material(0.3f, 0.5f, 20), {2, 3, 1.2});
   level.signals = {sine(440), sine(997), {"click", {1.0f, 0.5f, -0.25f}, false}};
   for (std::uint32_t i = 1; i < 3; ++i) {
@@ -19,6 +19,7 @@ inline BakeContents baked_contents(std::uint64_t photons) {
     level.emitters[i].delay_s = 0.1 * i;
     level.emitters[i].directivity = same_in_all_bands(2);
   }
+  level.portals = std::move(portals);
   BakeOptions options;
   options.settings.photons = photons;
   return *bake(level, options);

@@ -13,7 +13,7 @@ namespace clamor {
 namespace {
 
 // Increment whenever the tracer's results change, so that older journals no longer match.
-constexpr std::uint64_t kTraceVersion = 1;
+constexpr std::uint64_t kTraceVersion = 2;
 
 class Hasher {
  public:
@@ -44,7 +44,13 @@ std::uint64_t scene_hash(const Level& level, const TraceSettings& settings) {
       .add(settings.speed_mps)
       .add(settings.air_loss_per_m)
       .add(settings.max_bounces)
-      .add(settings.deposit_threshold);
+      .add(settings.deposit_threshold)
+      .add(settings.early_until_m)
+      .add(settings.early_photons)
+      .add(settings.decay.early_m)
+      .add(settings.decay.knee_m)
+      .add(settings.decay.late_m)
+      .add(settings.first_portals.numbers);
   hasher.add(std::as_bytes(std::span(level.mesh.vertices_m)));
   hasher.add(std::as_bytes(std::span(level.mesh.triangles)));
   hasher.add(std::as_bytes(std::span(level.mesh.materials)));
@@ -53,6 +59,8 @@ std::uint64_t scene_hash(const Level& level, const TraceSettings& settings) {
         .add(material.scattering)
         .add(material.phong)
         .add(material.transmission);
+  for (const Portal& portal : level.portals)
+    hasher.add(portal.centre_m).add(portal.half_u_m).add(portal.half_v_m);
   return hasher.hash();
 }
 

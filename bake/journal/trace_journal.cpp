@@ -30,11 +30,12 @@ static_assert(std::is_trivially_copyable_v<StoredRun>);
 
 static_assert(std::is_trivially_copyable_v<Deposit>);
 
-bool is_valid(const Deposit& deposit, std::size_t materials, std::uint32_t photons) {
+bool is_valid(const Deposit& deposit, std::size_t materials, std::size_t portals,
+              std::uint32_t photons) {
   bool valid = is_finite(Vec3(deposit.position_m)) && is_finite(Vec3(deposit.normal)) &&
                is_finite(Vec3(deposit.mirror)) && deposit.delay_s >= 0 && deposit.delay_s < 1e6f &&
                deposit.random > 0 && deposit.random <= 1 && deposit.material < materials &&
-               deposit.photon < photons;
+               deposit.photon < photons && deposit.portals.is_valid(portals);
   for (const float power : deposit.power) valid = valid && power >= 0 && power < 1e30f;
   return valid;
 }
@@ -56,7 +57,7 @@ struct TraceJournal::State {
   };
 
   JournalFile file;
-  std::size_t materials = 0;
+  std::size_t materials = 0, portals = 0;
   std::uint64_t damaged = 0;
   std::unordered_map<std::uint64_t, Place> places;  // by run key
   std::unordered_set<std::uint64_t> used;           // offsets of records
@@ -87,17 +88,21 @@ TraceJournal::TraceJournal(TraceJournal&&) noexcept = default;
 TraceJournal& TraceJournal::operator=(TraceJournal&&) noexcept = default;
 TraceJournal::~TraceJournal() = default;
 
-Result<TraceJournal> TraceJournal::open(const std::string& path, std::size_t materials) {
+Result<TraceJournal> TraceJournal::open(const std::string& path, std::size_t materials,
+                                        std::size_t portals) {
   auto state = std::make_unique<State>();
   state->materials = materials;
+  state->portals = portals;
   if (const auto opened = state->file.open(path); !opened.ok()) return opened.error();
   if (const auto indexed = state->index(); !indexed.ok()) return indexed.error();
   return TraceJournal(std::move(state));
 }
 
-Result<TraceJournal> TraceJournal::open_to_read(const std::string& path, std::size_t materials) {
+Result<TraceJournal> TraceJournal::open_to_read(const std::string& path, std::size_t materials,
+                                                std::size_t portals) {
   auto state = std::make_unique<State>();
   state->materials = materials;
+  state->portals = portals;
   if (const auto opened = state->file.open_to_read(path); !opened.ok()) return opened.error();
   if (const auto indexed = state->index(); !indexed.ok()) return indexed.error();
   return TraceJournal(std::move(state));
@@ -144,7 +149,7 @@ bool TraceJournal::find(std::uint64_t key, const PhotonRun& run, TracedRuns& res
     std::memcpy(deposits.data(), record->bytes.data() + start + first * sizeof(Deposit),
                 deposits.size() * sizeof(Deposit));
   for (Deposit& deposit : deposits) {
-    if (!is_valid(deposit, state_->materials, run.count)) return give_up();
+    if (!is_valid(deposit, state_->materials, state_->portals, run.count)) return give_up();
     deposit.emitter = run.emitter;  // indices change when emitters are added or removed
   }
   result.append(run, stored.tally, deposits);

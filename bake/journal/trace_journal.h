@@ -26,14 +26,17 @@ namespace clamor {
 class TraceJournal {
  public:
   // Creates or opens the file. Fails if the file is no journal or if another process has it open.
-  // Runs that refer to a material index of `materials` or above count as damaged.
-  static Result<TraceJournal> open(const std::string& path, std::size_t materials);
+  // Runs that refer to a material index of `materials` or above, or to a portal index of `portals`
+  // or above, count as damaged.
+  static Result<TraceJournal> open(const std::string& path, std::size_t materials,
+                                   std::size_t portals = 0);
   TraceJournal(TraceJournal&&) noexcept;
   TraceJournal& operator=(TraceJournal&&) noexcept;
   ~TraceJournal();
 
   // Opens a journal for find() only; the file is neither created, truncated nor locked.
-  static Result<TraceJournal> open_to_read(const std::string& path, std::size_t materials);
+  static Result<TraceJournal> open_to_read(const std::string& path, std::size_t materials,
+                                           std::size_t portals = 0);
 
   // Stores a text of at most 1 MB for other readers of the file. The last note replaces earlier
   // ones.

@@ -16,12 +16,6 @@ namespace {
 // A run almost never has more deposits.
 constexpr std::size_t kSlack = 200'000, kMaxAtOnce = 100'000;
 
-double weight_of(const Source& source) {
-  double power = 0;
-  for (const float band : source.power) power += static_cast<double>(band);
-  return std::sqrt(std::sqrt(power));
-}
-
 // Hash of the deposit, uniform in (0, 1].
 double thinning_random(const Source& source) {
   const std::uint64_t where =
@@ -36,7 +30,15 @@ double thinning_random(const Source& source) {
 
 }  // namespace
 
-SourceThinning::SourceThinning(std::uint64_t max_sources) : max_sources_(max_sources) {}
+SourceThinning::SourceThinning(std::uint64_t max_sources, Weight weight)
+    : max_sources_(max_sources), weight_(weight) {}
+
+double SourceThinning::weight_of(const Source& source) const {
+  double power = 0;
+  for (const float band : source.power) power += static_cast<double>(band);
+  const double root = std::sqrt(power);
+  return weight_ == Weight::kSquareRoot ? root : std::sqrt(root);
+}
 
 // Higher keys first; ties are broken by order of arrival.
 bool SourceThinning::before(const Entry& a, const Entry& b) {

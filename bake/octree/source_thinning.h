@@ -31,7 +31,11 @@ namespace clamor {
 
 class SourceThinning {
  public:
-  explicit SourceThinning(std::uint64_t max_sources);
+  // The weight of a deposit: the fourth or the square root of its power. The square root is for
+  // deposits of much the same time, whose sum matters most.
+  enum class Weight : std::uint8_t { kFourthRoot, kSquareRoot };
+
+  explicit SourceThinning(std::uint64_t max_sources, Weight weight = Weight::kFourthRoot);
 
   // Adds deposits. take() returns sources sorted by `order`, then by their position in the call.
   void add(std::span<const Source> deposits, std::uint64_t order);
@@ -52,7 +56,10 @@ class SourceThinning {
   static bool before(const Entry& a, const Entry& b);
   void prune();
 
+  double weight_of(const Source& source) const;
+
   std::uint64_t max_sources_;
+  Weight weight_;
   std::uint64_t added_ = 0;
   double threshold_ = 0;         // highest dropped key
   std::vector<Entry> entries_;   // the first live_ are in use; the slots of the others are free

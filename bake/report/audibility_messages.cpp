@@ -81,4 +81,14 @@ std::string in_words(const InaudiblePlace& inaudible, const Vec3& listener_m,
          alternative_in_words(inaudible, "where an emitter is heard");
 }
 
+std::string probe_in_words(const InaudiblePlace& place, std::size_t number, const Vec3& probe_m) {
+  const std::string probe = fmt::format("probe {} at {} lies ", number, place_in_words(probe_m));
+  if (place.why == InaudibleCause::kOnSurface)
+    return probe + "on a surface, so half of its power leaves on the far side" +
+           alternative_in_words(place, "off it");
+  return probe + cause(place) + ", so it serves no source " +
+         (place.why == InaudibleCause::kOutside ? "inside" : "elsewhere") +
+         alternative_in_words(place, "that works");
+}
+
 }  // namespace clamor

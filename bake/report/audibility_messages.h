@@ -1,6 +1,7 @@
 // audibility_messages.h: describes inaudible emitters and listeners to users.
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,5 +19,8 @@ std::vector<std::string> in_words(std::span<const InaudibleEmitter> inaudible,
 // A sentence such as "nothing is heard at 1,1.7,3: ...".
 std::string in_words(const InaudiblePlace& inaudible, const Vec3& listener_m,
                      std::span<const Emitter> emitters);
+
+// The same about the probe with this number, counted from 1: "probe 2 at 1,1.5,3 lies inside ...".
+std::string probe_in_words(const InaudiblePlace& place, std::size_t number, const Vec3& probe_m);
 
 }  // namespace clamor

@@ -11,6 +11,7 @@
 #include "common/bands.h"
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
+#include "formats/level/portal.h"
 
 namespace clamor {
 
@@ -25,8 +26,9 @@ struct Deposit {
   std::uint16_t material = 0;
   std::uint16_t photon = 0;  // index within its run
   std::uint32_t emitter = 0;
+  PortalSet portals{};  // that the path has passed
 };
-static_assert(sizeof(Deposit) == 84);
+static_assert(sizeof(Deposit) == 92);
 
 // The secondary source of a deposit, of which its emitter traced 1 / `photon_share` photons. u is
 // the deposit's random number until quantize_sources() draws the final u and polarity.

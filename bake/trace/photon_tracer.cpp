@@ -80,6 +80,7 @@ PhotonTracer::PhotonTracer(const Scene& scene, const Level& level, const TraceSe
     : scene_(scene),
       level_(level),
       settings_(settings),
+      portals_(level.portals, scene.offset_m()),
       laws_(level.materials),
       materials_(kernel_materials(level.materials, laws_)) {
   kernel_settings_.roulette_exponent = static_cast<float>(settings.roulette_exponent);
@@ -107,6 +108,7 @@ KernelPhoton PhotonTracer::emit(std::uint32_t index, std::uint64_t number, Ray& 
   KernelPhoton photon;
   photon.number = number;
   photon.key = emitter_keys_[index];
+  photon.portals = settings_.first_portals;
   ray.origin_m = Vec3f(emitter.position_m);
 
   const RandomBits bits = draw(photon.key, number, 0, Use::kEmission);
@@ -145,6 +147,11 @@ KernelPhoton PhotonTracer::emit(std::uint32_t index, std::uint64_t number, Ray& 
   return photon;
 }
 
+void PhotonTracer::first_rays(const PhotonRun& run, std::vector<Ray>& rays) const {
+  rays.resize(run.count);
+  for (std::uint32_t i = 0; i < run.count; ++i) emit(run.emitter, run.first + i, rays[i]);
+}
+
 void PhotonTracer::trace(std::span<const PhotonRun> runs, TracedRuns& result) const {
   while (!runs.empty()) {
     std::size_t together = 0, photons = 0;
@@ -165,6 +172,8 @@ struct Workspace {
   std::vector<std::uint16_t> alive;
   std::vector<Ray> rays;
   std::vector<SurfaceHit> hits;
+  std::vector<std::uint32_t> run_ends;  // in photons
+  std::vector<Bands> emitted;           // by a photon of each run
   std::unique_ptr<ShadeScratch, DeleteScratch> scratch = make_shade_scratch();
 };
 
@@ -176,13 +185,20 @@ void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& resu
   work.photons.clear();
   work.alive.clear();
   work.rays.clear();
+  work.run_ends.clear();
+  work.emitted.clear();
   for (const PhotonRun& run : runs) {
     assert(run.emitter < level_.emitters.size());
     double launched = 0;
-    for (std::size_t b = 0; b < kBandCount; ++b)
+    Bands& emitted = work.emitted.emplace_back();
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      emitted[b] = static_cast<float>(emitted_power(level_.emitters[run.emitter], b));
       launched += emitted_power(level_.emitters[run.emitter], b);
+    }
     KernelRun& kernel_run = work.runs.emplace_back();
     kernel_run.deposit_threshold = static_cast<float>(settings_.deposit_threshold * launched);
+    kernel_run.early_until_m = settings_.early_until_m;
+    kernel_run.deposits_early = run.first < settings_.early_photons;
     kernel_run.emitter = run.emitter;
     kernel_run.tally.photons = run.count;
     for (std::uint32_t i = 0; i < run.count; ++i) {
@@ -194,18 +210,26 @@ void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& resu
       work.alive.push_back(static_cast<std::uint16_t>(work.photons.size() - 1));
       work.rays.push_back(ray);
     }
+    work.run_ends.push_back(static_cast<std::uint32_t>(work.photons.size()));
   }
-  work.hits.resize(work.alive.size());
 
   const std::size_t first_deposit = result.count_;
   std::size_t alive = work.alive.size();
+  work.hits.resize(work.photons.size());
+  work.alive.resize(work.photons.size());
+  work.rays.resize(work.photons.size());
+  WeightWindow window(settings_.decay, kernel_settings_.roulette_exponent);
   for (std::uint32_t bounce = 1; alive > 0; ++bounce) {
     scene_.first_hits({work.rays.data(), alive}, {work.hits.data(), alive});
+    if (!portals_.is_empty())
+      portals_.add(work.photons, {work.alive.data(), alive}, {work.rays.data(), alive}, work.hits);
     result.make_room(result.count_ + 2 * alive);
     DepositSink sink{result.deposits_.data(), result.run_of_.data(), result.count_};
     alive = shade(kernel_settings_, materials_, bounce, work.photons, {work.alive.data(), alive},
                   {work.rays.data(), alive}, work.hits, work.runs, *work.scratch, sink);
     result.count_ = sink.count;
+    alive = window.apply(bounce, work.photons, work.run_ends, work.emitted, work.alive, work.rays,
+                         alive);
   }
 
   const std::size_t first_run = result.runs_.size();

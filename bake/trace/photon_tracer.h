@@ -27,8 +27,10 @@
 #include <vector>
 
 #include "bake/trace/deposit.h"
+#include "bake/trace/portal_crossings.h"
 #include "bake/trace/scene.h"
 #include "bake/trace/trace_kernel.h"
+#include "bake/trace/weight_window.h"
 
 namespace clamor {
 
@@ -48,6 +50,16 @@ struct TraceSettings {
   // share T of its photon's initial power, it is kept with probability (P / T)^(1/4) and its power
   // is divided by that probability. 0 keeps all. For the fourth root see source_thinning.h.
   double deposit_threshold = 0;
+  // Before this path length, only the first `early_photons` of an emitter leave deposits, and those
+  // leave all.
+  double early_until_m = 0;
+  std::uint64_t early_photons = 0;
+
+  // Estimated decay, for weight windows (weight_window.h); unknown: none.
+  DecayModel decay{};
+
+  // Of every photon from the start: the state of the level's portals.
+  PortalSet first_portals{};
 };
 
 inline constexpr std::uint32_t kRunPhotons = kStepPhotons;
@@ -102,6 +114,12 @@ class PhotonTracer {
   // on the other runs of the call. Threads: may be called concurrently.
   void trace(std::span<const PhotonRun> runs, TracedRuns& result) const;
 
+  // The rays that the photons of a run leave their emitter on, by photon.
+  void first_rays(const PhotonRun& run, std::vector<Ray>& rays) const;
+
+  const TraceSettings& settings() const { return settings_; }
+  double speed_mps() const { return settings_.speed_mps; }
+
   // Key of an emitter's random numbers: a hash of the seed and its name.
   std::uint64_t emitter_key(std::uint32_t emitter) const { return emitter_keys_[emitter]; }
 
@@ -116,6 +134,7 @@ class PhotonTracer {
   const Level& level_;
   TraceSettings settings_;
   KernelSettings kernel_settings_;
+  PortalCrossings portals_;
   ReflectionLaws laws_;
   std::vector<KernelMaterial> materials_;
   std::vector<std::uint64_t> emitter_keys_;  // keys of the random numbers

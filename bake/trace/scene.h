@@ -64,6 +64,8 @@ class Scene {
   // The first hit of each ray.
   void first_hits(std::span<const Ray> rays, std::span<SurfaceHit> hits) const;
 
+  bool is_empty() const { return embree_ == nullptr; }  // a free field
+
   // Distance that away_from_surface() moves a point.
   double offset_m() const { return offset_m_; }
 

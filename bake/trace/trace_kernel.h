@@ -35,6 +35,9 @@ struct alignas(64) KernelPhoton {
   std::uint64_t number = 0, key = 0;    // photon index and key of its random numbers
   std::array<float, 2> first_bounce{};  // third and fourth coordinate of the Sobol point
   std::uint16_t run = 0, index = 0;     // run within the call; index within the run
+  bool is_copy = false;                 // of another photon of the run (weight_window.h)
+  float deposit_times = 1;              // factor of the power of its next deposit; 0: it has none
+  PortalSet portals{};                  // that the path has passed
 };
 
 struct KernelSettings {
@@ -48,8 +51,8 @@ struct KernelSettings {
 
 // Statistics of a run. Powers are per photon, in the units of Deposit::power.
 struct TraceTally {
-  std::uint64_t photons = 0, bounces = 0, escaped = 0;
-  double legs_m = 0;  // total distance between surfaces
+  std::uint64_t photons = 0, bounces = 0, escaped = 0;  // copies of photons do not escape
+  double legs_m = 0;                                    // total distance between surfaces
   std::uint64_t legs = 0;
   std::array<double, kBandCount> power_escaped{}, power_unfinished{};
 
@@ -65,7 +68,9 @@ struct DepositSink {
 
 // Per run of the call.
 struct KernelRun {
-  float deposit_threshold = 0;
+  float deposit_threshold = 0;  // of the power, for deposits from `early_until_m` on
+  double early_until_m = 0;
+  bool deposits_early = true;  // whether there are deposits before it
   std::uint32_t emitter = 0;
   TraceTally tally;
 };

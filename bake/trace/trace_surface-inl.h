@@ -36,7 +36,7 @@ namespace {
     TraceTally& tally = runs[photon.run].tally;
     std::array<double, kBandCount>* lost = nullptr;
     if (hit.material == SurfaceHit::kNone) {
-      ++tally.escaped;
+      tally.escaped += photon.is_copy ? 0 : 1;
       lost = &tally.power_escaped;
     } else {
       photon.travelled_m += static_cast<double>(hit.distance_m);
@@ -112,16 +112,19 @@ CLAMOR_INLINE void write_deposit(const ShadeArguments& with, const KernelPhoton&
   deposit.material = static_cast<std::uint16_t>(hit.material);
   deposit.photon = photon.index;
   deposit.emitter = run.emitter;
+  deposit.portals = photon.portals;
   with.sink.runs[with.sink.count] = photon.run;
   ++with.sink.count;
 }
 
-// Thinning of weak deposits: certain to be kept from `threshold` on, below it with probability
+// Thinning of weak deposits: certain to be kept from the threshold on, below it with probability
 // (power / threshold)^(1/4). Returns the factor for the deposit's power, 0 if it is dropped.
-CLAMOR_INLINE float thinning_factor(float power, float threshold, float draw) {
+CLAMOR_INLINE float thinning_factor(const KernelRun& run, const KernelPhoton& photon, float power,
+                                    float draw) {
   if (!(power > 0)) return 0;
-  if (power >= threshold) return 1;
-  const float odds = std::sqrt(std::sqrt(power / threshold));
+  if (photon.travelled_m < run.early_until_m) return run.deposits_early ? 1 : 0;
+  if (power >= run.deposit_threshold) return 1;
+  const float odds = std::sqrt(std::sqrt(power / run.deposit_threshold));
   return draw < odds ? 1 / odds : 0;
 }
 
@@ -138,8 +141,12 @@ CLAMOR_INLINE float thinning_factor(float power, float threshold, float draw) {
     KernelPhoton& photon = photons[scratch.slot[j]];
     const SurfaceHit& hit = hits[scratch.hit[j]];
     const KernelMaterial& material = materials[hit.material];
-    const float threshold = runs[photon.run].deposit_threshold;
-    const float scale = thinning_factor(scratch.reflected[j], threshold, scratch.keep[j]);
+    const KernelRun& run = runs[photon.run];
+    // Copies of a photon meet the same point once more, where one of them deposits for all.
+    const float times = photon.deposit_times;
+    photon.deposit_times = 1;
+    const float scale =
+        times * thinning_factor(run, photon, times * scratch.reflected[j], scratch.keep[j]);
     const BandVector left = load(scratch.left[j]);
     if (scale > 0)
       write_deposit(with, photon, scratch.hit[j], left * load(material.reflected_of_kept) * scale,
@@ -150,7 +157,8 @@ CLAMOR_INLINE float thinning_factor(float power, float threshold, float draw) {
           philox(photon.key, {static_cast<std::uint32_t>(photon.number),
                               static_cast<std::uint32_t>(photon.number >> 32), with.bounce,
                               static_cast<std::uint32_t>(Use::kTransmission)});
-      const float transmitted_scale = thinning_factor(sum_of(part), threshold, unit_of(bits[2]));
+      const float transmitted_scale =
+          times * thinning_factor(run, photon, times * sum_of(part), unit_of(bits[2]));
       if (transmitted_scale > 0)
         write_deposit(with, photon, scratch.hit[j], part * transmitted_scale,
                       static_cast<float>((bits[0] >> 8) + 1) * 0x1p-24f, true);

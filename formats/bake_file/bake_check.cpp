@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "formats/bake_file/bake_contents.h"
+#include "formats/bake_file/bake_root_portals.h"
+#include "formats/bake_file/first_leg.h"
 #include "formats/bake_file/page_layout.h"
 #include "formats/bake_file/value_limits.h"
 
@@ -24,9 +26,11 @@ bool near(const Vec3f& place_m) {
 bool is_unit(const Vec3f& direction) { return std::abs(length(direction) - 1) < 1e-3f; }
 
 // Describes what is wrong with a source, or returns null.
-const char* wrong_with(const Source& source, const BakeContents& contents) {
-  if (source.emitter >= contents.emitters.size()) return "names an emitter that does not exist";
+const char* wrong_with(const Source& source, const BakeContents& contents, std::size_t emitters) {
+  if (source.emitter >= emitters) return "names an emitter that does not exist";
   if (!(source.u > 0 && source.u <= 1)) return "has a u outside (0, 1]";
+  if (source.is_emitter && source.emitter >= contents.emitters.size())
+    return "is a virtual emitter";
   if (source.is_emitter) return nullptr;  // the emitter table defines the rest
   if (source.material >= contents.materials.size()) return "names a material that does not exist";
   if (!near(source.position_m)) return "lies outside the coordinate range";
@@ -39,8 +43,8 @@ const char* wrong_with(const Source& source, const BakeContents& contents) {
   return nullptr;
 }
 
-Result<void> check_octree(const BakeContents& contents) {
-  const SourceOctree& octree = contents.octree;
+Result<void> check_octree(const SourceOctree& octree, const BakeContents& contents,
+                          std::size_t emitters) {
   std::size_t first = 0;
   for (const OctreeNode& node : octree.nodes) {
     if (node.first_source != first || node.source_count > octree.sources.size() - first)
@@ -51,7 +55,7 @@ Result<void> check_octree(const BakeContents& contents) {
   }
   if (first != octree.sources.size()) return Error("the nodes do not partition the sources");
   for (std::size_t i = 0; i < octree.sources.size(); ++i)
-    if (const char* const wrong = wrong_with(octree.sources[i], contents))
+    if (const char* const wrong = wrong_with(octree.sources[i], contents, emitters))
       return Error("source " + std::to_string(i) + " " + wrong);
   const int mirror_bits = mirror_bits_for(contents.materials);
   for (const OctreeNode& node : octree.nodes)
@@ -61,6 +65,27 @@ Result<void> check_octree(const BakeContents& contents) {
           !page_layout::grid_box_of(node).holds(quantized(source, mirror_bits)))
         return Error("source " + std::to_string(node.first_source + i) + " lies outside its node");
     }
+  return {};
+}
+
+Result<void> check_probe_tree(const SourceOctree& tree, const BakeContents& contents) {
+  if (tree.nodes.empty()) return Error("has no tree");
+  for (const Source& source : tree.sources)
+    if (source.is_emitter) return Error("has an emitter");
+  return check_octree(tree, contents, stored_first_legs(contents.portals));
+}
+
+Result<void> check_probes(const BakeContents& contents) {
+  for (const BakedProbe& probe : contents.probes.places) {
+    if (!near(Vec3f(probe.position_m))) return Error("a probe lies outside the coordinate range");
+    if (probe.zone >= contents.probes.zones.size())
+      return Error("a probe names a zone that does not exist");
+    if (const auto done = check_probe_tree(probe.tree, contents); !done.ok())
+      return done.error().in("a probe");
+  }
+  for (const SourceOctree& zone : contents.probes.zones)
+    if (const auto done = check_probe_tree(zone, contents); !done.ok())
+      return done.error().in("a zone of probes");
   return {};
 }
 
@@ -101,8 +126,15 @@ Result<void> check_signals(const std::vector<Signal>& signals) {
 }  // namespace
 
 Result<void> check_bake(const BakeContents& contents) {
-  if (const auto done = check_octree(contents); !done.ok()) return done;
+  if (const auto done = check_portals(contents.portals, contents.emitters.size()); !done.ok())
+    return done;
+  const std::size_t emitters = contents.emitters.size() + contents.portals.emitters.size();
+  if (const auto done = check_octree(contents.octree, contents, emitters); !done.ok()) return done;
+  if (const auto done = check_probes(contents); !done.ok()) return done;
   if (const auto done = check_mesh(contents); !done.ok()) return done;
+  if (const auto done = check_movable_parts(contents.movable_parts, contents.materials.size());
+      !done.ok())
+    return done;
   return check_signals(contents.signals);
 }
 

@@ -9,13 +9,29 @@
 #include "common/material.h"
 #include "common/result.h"
 #include "formats/bake_file/bake_metadata.h"
+#include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/octree_sink.h"
 #include "formats/bake_file/source_octree.h"
 #include "formats/level/emitter.h"
 #include "formats/level/mesh.h"
+#include "formats/level/movable_part.h"
 #include "formats/level/signal.h"
 
 namespace clamor {
+
+// The reflections of omnidirectional sources of gain 1: the early ones of each place, and the late
+// ones of each zone, for a source anywhere in it. In these sources, which are no emitters,
+// Source::emitter is the first leg of the path (first_leg.h), with the set of portals that it
+// passed.
+struct BakedProbe {
+  Vec3 position_m{};
+  SourceOctree tree;
+  std::uint32_t zone = 0;
+};
+struct BakedProbes {
+  std::vector<BakedProbe> places;
+  std::vector<SourceOctree> zones;
+};
 
 struct BakeContents {
   BakeSettings settings;
@@ -25,6 +41,7 @@ struct BakeContents {
   std::vector<Emitter> emitters;
   std::vector<Signal> signals;
   Mesh mesh;  // for occlusion rays
+  std::vector<MovablePart> movable_parts{};
   SourceOctree octree;
   // Streams the octree instead if it does not fit into memory: writes it to the sink and returns
   // the handle of its root. Sources are then only validated per page.
@@ -35,6 +52,8 @@ struct BakeContents {
   // the instance. `octree` may instance any of them.
   std::vector<SourceOctree> prototypes;
   std::vector<std::vector<std::uint32_t>> signal_maps;  // one entry per signal
+  BakedProbes probes;
+  BakedPortals portals;  // empty without portals
 };
 
 }  // namespace clamor

@@ -7,6 +7,7 @@
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/bake_root_reader.h"
+#include "formats/bake_file/first_leg.h"
 #include "formats/bake_file/geometry_section.h"
 #include "formats/bake_file/page.h"
 #include "formats/bake_file/page_parents.h"
@@ -76,6 +77,7 @@ struct BakeFile::State {
   std::string path;
   Preamble preamble;
   BakeRootContents root;
+  std::vector<Emitter> emitters_with_portals;  // if there are virtual ones
   mutable PageParents parents;
 };
 
@@ -140,7 +142,12 @@ Result<BakeFile> BakeFile::open(RandomAccessFile file, const std::string& path) 
   if (!decoded.ok())
     return damaged((rejected ? "" : "its root ") + decoded.error().message).in(path);
   state->root = std::move(*root);
+  if (!state->root.portals.emitters.empty())
+    state->emitters_with_portals =
+        clamor::source_emitters(state->root.emitters, state->root.portals);
   for (const PageEntry& top : state->root.trees) state->parents.add_top(top);
+  for (const StoredProbe& probe : state->root.probes.places) state->parents.add_top(probe.tree.top);
+  for (const StoredTree& zone : state->root.probes.zones) state->parents.add_top(zone.top);
   return BakeFile(std::move(state));
 }
 
@@ -152,8 +159,16 @@ std::uint16_t BakeFile::minor() const { return state_->preamble.minor; }
 const BakeSettings& BakeFile::settings() const { return state_->root.settings; }
 const Provenance& BakeFile::provenance() const { return state_->root.provenance; }
 const BakeStatistics& BakeFile::statistics() const { return state_->root.statistics; }
+const std::vector<MovablePart>& BakeFile::movable_parts() const {
+  return state_->root.movable_parts;
+}
 const std::vector<Material>& BakeFile::materials() const { return state_->root.materials; }
 const std::vector<Emitter>& BakeFile::emitters() const { return state_->root.emitters; }
+const std::vector<Emitter>& BakeFile::source_emitters() const {
+  return state_->root.portals.emitters.empty() ? state_->root.emitters
+                                               : state_->emitters_with_portals;
+}
+const BakedPortals& BakeFile::portals() const { return state_->root.portals; }
 const std::vector<PageEntry>& BakeFile::trees() const { return state_->root.trees; }
 const std::vector<std::vector<OctreeDepth>>& BakeFile::depths() const {
   return state_->root.depths;
@@ -165,6 +180,7 @@ const PageEntry* BakeFile::top() const {
   return state_->root.trees.empty() ? nullptr : &state_->root.trees.back();
 }
 std::uint64_t BakeFile::source_count() const { return top() == nullptr ? 0 : top()->sources_below; }
+const StoredProbes& BakeFile::probes() const { return state_->root.probes; }
 std::uint64_t BakeFile::stored_sources() const {
   return state_->over_depths(&OctreeDepth::sources);
 }
@@ -177,6 +193,11 @@ BakeBytes BakeFile::bytes() const {
   bytes.root = state_->preamble.root_bytes;
   bytes.pages = state_->over_depths(&OctreeDepth::packed_bytes);
   bytes.pages_unpacked = kColumnBytes * stored_sources();
+  const auto add_probes = [&bytes](const StoredTree& tree) {
+    for (const OctreeDepth& depth : tree.depths) bytes.probes += depth.packed_bytes;
+  };
+  for (const StoredProbe& probe : probes().places) add_probes(probe.tree);
+  for (const StoredTree& zone : probes().zones) add_probes(zone);
   for (const StoredSignal& signal : state_->root.signals) {
     for (const FileSection& block : signal.blocks) bytes.signals += block.bytes;
     bytes.signals += signal.envelope.bytes;
@@ -200,8 +221,9 @@ Result<void> BakeFile::read_page(const PageEntry& entry, PageDecoder& decoder, P
         const auto frame = bytes.first(entry.page.packed_bytes);
         columns.count = 0;
         if (!frame.empty())
-          if (const auto decoded = decoder.decode(entry, frame, state_->root.emitters,
-                                                  state_->root.materials.size(), columns);
+          if (const auto decoded = decoder.decode(
+                  entry, frame, source_emitters(), state_->root.materials.size(), columns,
+                  entry.of_probe ? stored_first_legs(state_->root.portals) : 0);
               !decoded.ok())
             return decoded;
         return read_links(bytes.subspan(frame.size()), entry, around, links);
@@ -227,12 +249,23 @@ Result<OctreePage> BakeFile::read_page(const PageEntry& entry) const {
 }
 
 Result<void> BakeFile::for_each_page(const Visit& visit) const {
+  return for_each_page(trees(), visit);
+}
+
+Result<void> BakeFile::for_each_probe_page(const Visit& visit) const {
+  std::vector<PageEntry> tops;
+  for (const StoredProbe& probe : probes().places) tops.push_back(probe.tree.top);
+  for (const StoredTree& zone : probes().zones) tops.push_back(zone.top);
+  return for_each_page(tops, visit);
+}
+
+Result<void> BakeFile::for_each_page(const std::vector<PageEntry>& tops, const Visit& visit) const {
   struct Waiting {
     PageEntry entry;
     std::size_t depth;
   };
-  for (std::size_t tree = 0; tree < trees().size(); ++tree) {
-    std::vector<Waiting> waiting = {{trees()[tree], 0}};
+  for (std::size_t tree = 0; tree < tops.size(); ++tree) {
+    std::vector<Waiting> waiting = {{tops[tree], 0}};
     while (!waiting.empty()) {
       const Waiting next = waiting.back();
       waiting.pop_back();

@@ -15,11 +15,13 @@
 
 namespace clamor {
 
+struct BakedPortals;  // baked_portals.h
 struct BakeSettings;
 struct BakeStatistics;
 struct Emitter;
 struct Material;
 struct Mesh;
+struct MovablePart;
 struct Provenance;
 struct Signal;
 class SignalEnvelope;
@@ -31,7 +33,7 @@ struct SuppliedBytes;  // formats/files/random_access_file.h
 
 // Sizes of the parts of a file.
 struct BakeBytes {
-  std::uint64_t file = 0, root = 0, pages = 0, signals = 0, geometry = 0;
+  std::uint64_t file = 0, root = 0, pages = 0, probes = 0, signals = 0, geometry = 0;
   std::uint64_t pages_unpacked = 0;
 };
 
@@ -80,11 +82,16 @@ class BakeFile {
   const BakeStatistics& statistics() const;
   const std::vector<Material>& materials() const;
   const std::vector<Emitter>& emitters() const;
+  const std::vector<MovablePart>& movable_parts() const;
+  // Those that sources refer to: emitters(), then the virtual ones of portals().
+  const std::vector<Emitter>& source_emitters() const;
+  const BakedPortals& portals() const;
   // The entry of the top node of each tree: instanced trees first, the level's tree last. Empty if
   // there are no sources.
   const std::vector<PageEntry>& trees() const;
   const std::vector<std::vector<OctreeDepth>>& depths() const;  // per tree
   const std::vector<std::vector<std::uint32_t>>& signal_maps() const;
+  const StoredProbes& probes() const;
   const PageEntry* top() const;          // of the level's tree, or null
   std::uint64_t source_count() const;    // with emitters, each instance's counted
   std::uint64_t stored_sources() const;  // as stored: those of an instanced tree count once
@@ -92,7 +99,8 @@ class BakeFile {
   BakeBytes bytes() const;
 
   // Decodes and validates a page: the sources of its node by descending key, and its links. Sources
-  // are quantized (bake_format.md); emitters are exactly those of the emitter table.
+  // are quantized (bake_format.md); emitters are exactly those of the emitter table, and refer to
+  // source_emitters().
   Result<OctreePage> read_page(const PageEntry& entry) const;
 
   // Decodes a page into columns, almost without allocating, for readers of many pages.
@@ -107,6 +115,8 @@ class BakeFile {
   using Visit = std::function<Result<void>(const PageEntry& entry, const OctreePage& page,
                                            std::size_t tree, std::size_t depth)>;
   Result<void> for_each_page(const Visit& visit) const;
+  // The same for the trees of probes: those of the places, then those of the zones.
+  Result<void> for_each_probe_page(const Visit& visit) const;
 
   std::size_t signal_count() const;
   SignalInfo signal(std::size_t index) const;
@@ -124,6 +134,7 @@ class BakeFile {
 
  private:
   struct State;
+  Result<void> for_each_page(const std::vector<PageEntry>& tops, const Visit& visit) const;
   explicit BakeFile(std::unique_ptr<State> state);
   static Result<BakeFile> open(RandomAccessFile file, const std::string& path);
   std::unique_ptr<State> state_;

@@ -19,7 +19,7 @@ namespace clamor {
 
 static_assert(std::endian::native == std::endian::little, "bake files are little-endian");
 
-inline constexpr std::uint16_t kFormatMajor = 3, kFormatMinor = 1;
+inline constexpr std::uint16_t kFormatMajor = 3, kFormatMinor = 2;
 
 inline constexpr std::array<char, 8> kMagic = {'C', 'L', 'A', 'M', 'O', 'R', '\r', '\n'};
 

@@ -47,6 +47,54 @@ struct BakeRoot {
   emitterInstances @35 :List(EmitterInstance); # runs of emitters not listed in emitters
   emitterNames @36 :Data;               # names of those, as a zstd frame
   emitterNamesBytes @37 :UInt64;
+
+  probes @38 :Probes;                   # since 3.2
+  movables @39 :List(Movable);          # since 3.2
+  portals @40 :Portals;                 # since 3.2
+}
+
+struct Portals {
+  portals @0 :List(Portal);
+  sets @1 :List(List(UInt16));          # per set: its portals, ascending, then 0x3fff or 0x7fff: the
+                                        # open or closed state; the first set is empty
+  emitters @2 :List(UInt32);            # per virtual emitter: its emitter
+  emitterSets @3 :List(UInt16);         # and its set
+}
+
+struct Portal {
+  name @0 :Text;
+  centreM @1 :List(Float64);            # x, y, z
+  halfUM @2 :List(Float64);
+  halfVM @3 :List(Float64);
+  bakedClosed @4 :Bool;                 # the level is also baked with it as a surface
+}
+
+struct Probes {
+  places @0 :List(Probe);
+  zones @1 :List(Tree);     # late reflections; not among BakeRoot.trees
+}
+
+struct Movable {
+  name @0 :Text;
+  x @1 :Float64;                        # of the pivot, at rest
+  y @2 :Float64;
+  z @3 :Float64;
+  rotationX @4 :Float32;
+  rotationY @5 :Float32;
+  rotationZ @6 :Float32;
+  rotationW @7 :Float32;
+  scale @8 :Float32;
+  vertices @9 :List(Float32);           # x, y, z each, relative to the pivot
+  triangles @10 :List(UInt32);          # three indices of vertices each
+  materials @11 :List(UInt16);          # per triangle
+}
+
+struct Probe {
+  x @0 :Float64;
+  y @1 :Float64;
+  z @2 :Float64;
+  tree @3 :Tree;            # early reflections; not among BakeRoot.trees
+  zone @4 :UInt32;
 }
 
 struct Tree {

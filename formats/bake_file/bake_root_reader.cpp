@@ -12,6 +12,7 @@
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_root.capnp.h"
 #include "formats/bake_file/bake_root_emitters.h"
+#include "formats/bake_file/bake_root_portals.h"
 #include "formats/bake_file/bake_root_values.h"
 #include "formats/bake_file/signal_section.h"
 #include "formats/bake_file/value_limits.h"
@@ -37,8 +38,13 @@ class RootReader {
   Result<void> read_provenance();
   Result<void> read_statistics();
   Result<void> read_materials();
+  Result<void> read_movables();
   Result<void> read_emitters();
+  Result<void> read_portals();
+  Result<StoredTree> read_tree(::Tree::Reader stored);
   Result<void> read_trees();
+  Result<StoredTree> read_probe_tree(::Tree::Reader stored);
+  Result<void> read_probes();
   Result<void> read_signal_maps();
   Result<void> read_signals();
   Result<void> read_blocks(::Signal::Reader stored, StoredSignal& signal);
@@ -151,6 +157,30 @@ Result<void> RootReader::read_materials() {
   return {};
 }
 
+Result<void> RootReader::read_movables() {
+  const auto movables = root_.getMovables();
+  if (movables.size() > kMaxMovableParts) return Error("it has too many movable parts");
+  for (const auto stored : movables) {
+    MovablePart& part = contents_.movable_parts.emplace_back();
+    part.name = text(stored.getName());
+    part.rest_pose.position_m = {stored.getX(), stored.getY(), stored.getZ()};
+    part.rest_pose.rotation = Rotation(stored.getRotationW(), stored.getRotationX(),
+                                       stored.getRotationY(), stored.getRotationZ());
+    part.rest_pose.scale = static_cast<double>(stored.getScale());
+    const auto vertices = stored.getVertices();
+    const auto corners = stored.getTriangles();
+    if (vertices.size() % 3 != 0 || corners.size() % 3 != 0 || vertices.size() > 3 * corners.size())
+      return Error("movable part " + in_quotes(part.name) + " has lists that do not fit");
+    for (unsigned i = 0; i < vertices.size(); i += 3)
+      part.mesh.vertices_m.emplace_back(vertices[i], vertices[i + 1], vertices[i + 2]);
+    for (unsigned i = 0; i < corners.size(); i += 3)
+      part.mesh.triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+    for (const std::uint16_t material : stored.getMaterials())
+      part.mesh.materials.push_back(material);
+  }
+  return check_movable_parts(contents_.movable_parts, contents_.materials.size());
+}
+
 Result<void> RootReader::read_emitters() {
   auto emitters = read_emitter_table(root_, contents_.signal_maps, end_);
   if (!emitters.ok()) return emitters.error();
@@ -158,32 +188,82 @@ Result<void> RootReader::read_emitters() {
   return {};
 }
 
+Result<void> RootReader::read_portals() {
+  auto portals = clamor::read_portals(root_, contents_.emitters.size());
+  if (!portals.ok()) return portals.error();
+  contents_.portals = std::move(*portals);
+  return {};
+}
+
+Result<StoredTree> RootReader::read_tree(::Tree::Reader stored) {
+  StoredTree tree;
+  const auto top = stored.getTop();
+  const auto entry = read_entry(
+      std::as_bytes(std::span(reinterpret_cast<const std::uint8_t*>(top.begin()), top.size())));
+  if (!entry.ok()) return Error("the top of a tree " + entry.error().message);
+  // The pages of a tree end with its root, so roots are in file order.
+  if (const auto good = check_entry(*entry, section_end_, end_); !good.ok())
+    return Error("the top of a tree " + good.error().message);
+  section_end_ = entry->page.end();
+  tree.top = *entry;
+
+  const auto stored_levels = stored.getLevels();
+  if (stored_levels.size() == 0 || stored_levels.size() > kMaxTreeLevels)
+    return Error("a tree has " + std::to_string(stored_levels.size()) + " levels");
+  for (const auto level : stored_levels) {
+    const auto power = read_bands(level.getPower(), 0, kMaxPowerInFile, "the power of a level");
+    if (!power.ok()) return power.error();
+    tree.depths.push_back({level.getNodes(), level.getSources(), level.getPackedBytes(), *power});
+    if (level.getNodes() > kMaxCounted || level.getSources() > kMaxCounted ||
+        level.getPackedBytes() > end_)
+      return Error("a level of a tree claims more than the file can hold");
+  }
+  return tree;
+}
+
 Result<void> RootReader::read_trees() {
   const auto stored_trees = root_.getTrees();
   if (stored_trees.size() > kMaxTrees) return Error("it has too many trees");
   for (const auto stored : stored_trees) {
-    const auto top = stored.getTop();
-    const auto entry = read_entry(
-        std::as_bytes(std::span(reinterpret_cast<const std::uint8_t*>(top.begin()), top.size())));
-    if (!entry.ok()) return Error("the top of a tree " + entry.error().message);
-    // The pages of a tree end with its root, so roots are in file order.
-    if (const auto good = check_entry(*entry, section_end_, end_); !good.ok())
-      return Error("the top of a tree " + good.error().message);
-    section_end_ = entry->page.end();
-    contents_.trees.push_back(*entry);
+    auto tree = read_tree(stored);
+    if (!tree.ok()) return tree.error();
+    contents_.trees.push_back(tree->top);
+    contents_.depths.push_back(std::move(tree->depths));
+  }
+  return {};
+}
 
-    const auto stored_levels = stored.getLevels();
-    if (stored_levels.size() == 0 || stored_levels.size() > kMaxTreeLevels)
-      return Error("a tree has " + std::to_string(stored_levels.size()) + " levels");
-    auto& depths = contents_.depths.emplace_back();
-    for (const auto level : stored_levels) {
-      const auto power = read_bands(level.getPower(), 0, kMaxPowerInFile, "the power of a level");
-      if (!power.ok()) return power.error();
-      depths.push_back({level.getNodes(), level.getSources(), level.getPackedBytes(), *power});
-      if (level.getNodes() > kMaxCounted || level.getSources() > kMaxCounted ||
-          level.getPackedBytes() > end_)
-        return Error("a level of a tree claims more than the file can hold");
-    }
+Result<StoredTree> RootReader::read_probe_tree(::Tree::Reader stored) {
+  auto tree = read_tree(stored);
+  if (!tree.ok()) return tree;
+  tree->top.of_probe = true;
+  if (tree->top.page.instances > 0) return Error("the tree of a probe has instances");
+  return tree;
+}
+
+// The file has the trees of the places first.
+Result<void> RootReader::read_probes() {
+  const auto places = root_.getProbes().getPlaces();
+  const auto zones = root_.getProbes().getZones();
+  if (places.size() > kMaxProbes || zones.size() > places.size())
+    return Error("it has too many probes");
+  for (const auto stored : places) {
+    StoredProbe& probe = contents_.probes.places.emplace_back();
+    probe.position_m = {stored.getX(), stored.getY(), stored.getZ()};
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(std::abs(probe.position_m[axis]) <= kMaxCoordinateInFile_m))
+        return Error("a probe lies outside the coordinate range");
+    probe.zone = stored.getZone();
+    if (probe.zone >= zones.size()) return Error("a probe names a zone that does not exist");
+    auto tree = read_probe_tree(stored.getTree());
+    if (!tree.ok()) return tree.error();
+    probe.tree = std::move(*tree);
+  }
+  for (const auto stored : zones) {
+    auto tree = read_probe_tree(stored);
+    if (!tree.ok()) return tree.error();
+    tree->top.of_zone = true;
+    contents_.probes.zones.push_back(std::move(*tree));
   }
   return {};
 }
@@ -285,8 +365,9 @@ Result<BakeRootContents> RootReader::read() {
   // Sections are checked in file order: pages, signals, geometry.
   for (const auto part :
        {&RootReader::read_settings, &RootReader::read_provenance, &RootReader::read_statistics,
-        &RootReader::read_materials, &RootReader::read_signal_maps, &RootReader::read_emitters,
-        &RootReader::read_trees, &RootReader::read_signals, &RootReader::read_geometry})
+        &RootReader::read_materials, &RootReader::read_movables, &RootReader::read_signal_maps,
+        &RootReader::read_emitters, &RootReader::read_portals, &RootReader::read_trees,
+        &RootReader::read_probes, &RootReader::read_signals, &RootReader::read_geometry})
     if (const auto done = (this->*part)(); !done.ok()) return done.error();
   return std::move(contents_);
 }

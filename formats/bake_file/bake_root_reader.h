@@ -13,10 +13,12 @@
 #include "common/material.h"
 #include "common/result.h"
 #include "formats/bake_file/bake_metadata.h"
+#include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/geometry_section.h"
 #include "formats/bake_file/page_links.h"
 #include "formats/bake_file/section_writer.h"
 #include "formats/level/emitter.h"
+#include "formats/level/movable_part.h"
 
 namespace clamor {
 
@@ -41,6 +43,8 @@ inline constexpr std::uint64_t kMaxFramesPerByte = 1000;
 inline constexpr std::size_t kMaxSignals = 65536;
 inline constexpr std::size_t kMaxTrees = 65536, kMaxSignalMaps = 65536;
 
+inline constexpr std::size_t kMaxProbes = 65536;
+
 struct BakeRootContents {
   BakeSettings settings;
   Provenance provenance;
@@ -48,11 +52,14 @@ struct BakeRootContents {
   std::vector<Material> materials;
   std::vector<Emitter> emitters;
   std::vector<StoredSignal> signals;
+  std::vector<MovablePart> movable_parts;
   Vec3 geometry_low_m{};
   std::vector<StoredGeometryPage> geometry;
   std::vector<PageEntry> trees;
   std::vector<std::vector<OctreeDepth>> depths;  // per tree
   std::vector<std::vector<std::uint32_t>> signal_maps;
+  StoredProbes probes;
+  BakedPortals portals;
 };
 
 // `message` is the root, 8-byte aligned; sections must lie between the preamble and `end`. The

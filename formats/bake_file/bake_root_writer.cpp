@@ -6,6 +6,7 @@
 #include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_root.capnp.h"
 #include "formats/bake_file/bake_root_emitters.h"
+#include "formats/bake_file/bake_root_portals.h"
 #include "formats/bake_file/bake_root_values.h"
 
 namespace clamor {
@@ -111,22 +112,65 @@ void write_tables(BakeRoot::Builder root, const BakeContents& contents,
   }
 }
 
+void write_tree(::Tree::Builder tree, const WrittenTree& written) {
+  std::vector<std::byte> top;
+  put_entry(written.top, top);
+  tree.setTop(kj::arrayPtr(reinterpret_cast<const kj::byte*>(top.data()), top.size()));
+  auto depths = tree.initLevels(static_cast<unsigned>(written.depths.size()));
+  for (unsigned d = 0; d < depths.size(); ++d) {
+    const OctreeDepth& depth = written.depths[d];
+    depths[d].setNodes(depth.nodes);
+    depths[d].setSources(depth.sources);
+    depths[d].setPackedBytes(depth.packed_bytes);
+    write_bands(depths[d].initPower(kBandCount), depth.power);
+  }
+}
+
+// `written` has the trees of the places, then those of the zones.
+void write_probes(BakeRoot::Builder root, const BakedProbes& probes,
+                  std::span<const WrittenTree> written) {
+  if (written.empty()) return;
+  const auto count = static_cast<unsigned>(probes.places.size());
+  auto places = root.initProbes().initPlaces(count);
+  for (unsigned p = 0; p < count; ++p) {
+    places[p].setX(probes.places[p].position_m.x);
+    places[p].setY(probes.places[p].position_m.y);
+    places[p].setZ(probes.places[p].position_m.z);
+    places[p].setZone(probes.places[p].zone);
+    write_tree(places[p].initTree(), written[p]);
+  }
+  auto zones = root.getProbes().initZones(static_cast<unsigned>(probes.zones.size()));
+  for (unsigned z = 0; z < zones.size(); ++z) write_tree(zones[z], written[count + z]);
+}
+
+void write_movables(BakeRoot::Builder root, const std::vector<MovablePart>& parts) {
+  auto movables = root.initMovables(static_cast<unsigned>(parts.size()));
+  for (unsigned i = 0; i < movables.size(); ++i) {
+    auto stored = movables[i];
+    const auto& [name, mesh, pose] = parts[i];
+    stored.setName(name);
+    stored.setX(pose.position_m.x);
+    stored.setY(pose.position_m.y);
+    stored.setZ(pose.position_m.z);
+    stored.setRotationX(pose.rotation.x);
+    stored.setRotationY(pose.rotation.y);
+    stored.setRotationZ(pose.rotation.z);
+    stored.setRotationW(pose.rotation.w);
+    stored.setScale(static_cast<float>(pose.scale));
+    auto vertices = stored.initVertices(static_cast<unsigned>(3 * mesh.vertices_m.size()));
+    for (unsigned v = 0; v < vertices.size(); ++v)
+      vertices.set(v, mesh.vertices_m[v / 3][static_cast<glm::length_t>(v % 3)]);
+    auto corners = stored.initTriangles(static_cast<unsigned>(3 * mesh.triangles.size()));
+    for (unsigned c = 0; c < corners.size(); ++c) corners.set(c, mesh.triangles[c / 3][c % 3]);
+    auto materials = stored.initMaterials(static_cast<unsigned>(mesh.materials.size()));
+    for (unsigned t = 0; t < materials.size(); ++t) materials.set(t, mesh.materials[t]);
+  }
+}
+
 void write_trees(BakeRoot::Builder root, std::span<const WrittenTree> written,
                  const std::vector<std::vector<std::uint32_t>>& signal_maps) {
   auto trees = root.initTrees(static_cast<unsigned>(written.size()));
-  for (unsigned t = 0; t < trees.size(); ++t) {
-    std::vector<std::byte> top;
-    put_entry(written[t].top, top);
-    trees[t].setTop(kj::arrayPtr(reinterpret_cast<const kj::byte*>(top.data()), top.size()));
-    auto depths = trees[t].initLevels(static_cast<unsigned>(written[t].depths.size()));
-    for (unsigned d = 0; d < depths.size(); ++d) {
-      const OctreeDepth& depth = written[t].depths[d];
-      depths[d].setNodes(depth.nodes);
-      depths[d].setSources(depth.sources);
-      depths[d].setPackedBytes(depth.packed_bytes);
-      write_bands(depths[d].initPower(kBandCount), depth.power);
-    }
-  }
+  for (unsigned t = 0; t < trees.size(); ++t) write_tree(trees[t], written[t]);
   auto maps = root.initSignalMaps(static_cast<unsigned>(signal_maps.size()));
   for (unsigned m = 0; m < maps.size(); ++m) {
     auto map = maps.init(m, static_cast<unsigned>(signal_maps[m].size()));
@@ -137,12 +181,16 @@ void write_trees(BakeRoot::Builder root, std::span<const WrittenTree> written,
 }  // namespace
 
 std::vector<std::byte> encode_bake_root(const BakeContents& contents, const BakeSections& sections,
-                                        std::span<const WrittenTree> trees) {
+                                        std::span<const WrittenTree> trees,
+                                        std::span<const WrittenTree> probe_trees) {
   capnp::MallocMessageBuilder message;
   auto root = message.initRoot<BakeRoot>();
   write_settings(root, contents);
   write_tables(root, contents, sections);
+  write_movables(root, contents.movable_parts);
   write_trees(root, trees, contents.signal_maps);
+  write_probes(root, contents.probes, probe_trees);
+  write_portals(root, contents.portals);
   const auto words = capnp::messageToFlatArray(message);
   const auto chars = words.asBytes();
   const auto bytes = std::as_bytes(std::span(chars.begin(), chars.size()));

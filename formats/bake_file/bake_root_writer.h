@@ -33,9 +33,11 @@ struct BakeSections {
   std::uint64_t bytes_before_root = 0;
 };
 
-// Returns a Cap'n Proto message, a function of its arguments alone.
+// Returns a Cap'n Proto message, a function of its arguments alone. `probe_trees` are those of
+// contents.probes.
 std::vector<std::byte> encode_bake_root(const BakeContents& contents, const BakeSections& sections,
-                                        std::span<const WrittenTree> trees);
+                                        std::span<const WrittenTree> trees,
+                                        std::span<const WrittenTree> probe_trees);
 
 // "Cap'n Proto 0.9.2".
 std::string root_library_version();

@@ -92,13 +92,19 @@ Result<void> write_all(ByteSink& file, const BakeContents& contents) {
   const PageContext around{{}, contents.signal_maps.size(), contents.emitters.size()};
   OctreeWriter pages(appender, mirror_bits_for(contents.materials), around);
   if (const auto done = write_trees(contents, pages); !done.ok()) return done;
+  OctreeWriter probe_pages(appender, mirror_bits_for(contents.materials), around);
+  for (const BakedProbe& probe : contents.probes.places)
+    if (const auto done = probe_pages.write(probe.tree); !done.ok()) return done;
+  for (const SourceOctree& zone : contents.probes.zones)
+    if (const auto done = probe_pages.write(zone); !done.ok()) return done;
   if (const auto done = write_signals(contents.signals, appender, sections); !done.ok())
     return done;
   if (const auto done = write_geometry(contents.mesh, appender, sections); !done.ok()) return done;
   if (const auto done = appender.align(); !done.ok()) return done;
 
   sections.bytes_before_root = appender.offset();
-  const std::vector<std::byte> root = encode_bake_root(contents, sections, pages.trees());
+  const std::vector<std::byte> root =
+      encode_bake_root(contents, sections, pages.trees(), probe_pages.trees());
   if (const auto readable = read_bake_root(root, appender.offset()); !readable.ok())
     return unreadable(readable.error()).in(file.path());
   const auto section = appender.append(root);

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/page.h"
 
 namespace clamor {
@@ -15,9 +16,15 @@ namespace {
 class Reader {
  public:
   explicit Reader(const BakeFile& file) : file_(file) {
-    all_.emitters = file.emitters();
-    all_.stored_as.resize(all_.emitters.size());
+    all_.emitters = file.source_emitters();
+    all_.stored_as.resize(file.emitters().size());
     std::iota(all_.stored_as.begin(), all_.stored_as.end(), 0u);
+    const std::vector<float> openness = openness_by_set(file.portals(), {});
+    is_silent_.resize(file.emitters().size());
+    for (const PortalEmitter& one : file.portals().emitters) {
+      all_.stored_as.push_back(one.emitter);
+      is_silent_.push_back(!(openness[one.set] > 0));
+    }
   }
 
   // The traversal is not recursive, because the depth of trees is limited by the file size only.
@@ -51,10 +58,11 @@ class Reader {
       return done;
     for (std::size_t i = 0; i < columns_->count; ++i) {
       Source source = next.tree->placement.place(columns_->source(i));
-      if (source.emitter >= file_.emitters().size())
+      if (source.emitter >= file_.source_emitters().size())
         return Error(file_.path() +
                      ": an instance plays an emitter that does not exist. Bake again.");
-      std::uint32_t signal = file_.emitters()[columns_->emitter[i]].signal;
+      if (is_silent_[source.emitter]) continue;
+      std::uint32_t signal = file_.source_emitters()[columns_->emitter[i]].signal;
       if (!next.tree->signals.empty()) signal = next.tree->signals[signal];
       source.emitter = playing(source.emitter, signal);
       all_.sources.push_back(source);
@@ -86,20 +94,21 @@ class Reader {
 
   // The variant of `emitter` that plays `signal`.
   std::uint32_t playing(std::uint32_t emitter, std::uint32_t signal) {
-    if (signal == file_.emitters()[emitter].signal) return emitter;
+    if (signal == file_.source_emitters()[emitter].signal) return emitter;
     const auto next = static_cast<std::uint32_t>(all_.emitters.size());
     const auto [known, is_new] = added_.try_emplace({emitter, signal}, next);
     if (is_new) {
-      Emitter other = file_.emitters()[emitter];
+      Emitter other = file_.source_emitters()[emitter];
       other.signal = signal;
       all_.emitters.push_back(std::move(other));
-      all_.stored_as.push_back(emitter);
+      all_.stored_as.push_back(all_.stored_as[emitter]);
     }
     return known->second;
   }
 
   const BakeFile& file_;
   ExpandedSources all_;
+  std::vector<bool> is_silent_;  // by emitter: of the closed state, while all portals are open
   std::deque<PlacedTree> placed_;
   std::vector<Waiting> waiting_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> added_;

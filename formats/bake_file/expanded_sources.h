@@ -12,12 +12,13 @@ namespace clamor {
 
 struct ExpandedSources {
   std::vector<Source> sources;
-  // Emitters of the file, then variants that play another signal in an instance.
+  // Emitters of the file and virtual ones, then variants that play another signal in an instance.
   std::vector<Emitter> emitters;
-  std::vector<std::uint32_t> stored_as;  // per emitter: its index in the file
+  std::vector<std::uint32_t> stored_as;  // per emitter: its index in the file's emitters()
 };
 
-// The order is that of the sampler's source numbers: sources of a node, of its children, of its
+// All portals are open: sources of the closed state (portal.h) are left out. Without these, the
+// order is that of the sampler's source numbers: sources of a node, of its children, of its
 // instances. Memory is proportional to their number; more than kMaxExpandedSources are an Error.
 inline constexpr std::uint64_t kMaxExpandedSources = 1 << 27;
 Result<ExpandedSources> read_expanded_sources(const BakeFile& file);

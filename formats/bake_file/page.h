@@ -66,10 +66,11 @@ class PageDecoder {
   ~PageDecoder();
 
   // Decodes a zstd frame. Validates every index and value against the tables and the bounds of the
-  // node.
+  // node. The sources of a probe have first legs (first_leg.h) in place of emitters, with
+  // values below `first_legs`; 0: this is no page of a probe.
   Result<void> decode(const NodeSummary& node, std::span<const std::byte> frame,
                       std::span<const Emitter> emitters, std::size_t materials,
-                      PageColumns& columns);
+                      PageColumns& columns, std::uint32_t first_legs = 0);
 
   // Decodes the contents of a frame.
   Result<void> decode_unpacked(const NodeSummary& node, std::span<const std::byte> page,

@@ -16,9 +16,10 @@ std::size_t room_for(const NodeSummary& node) {
 
 Result<void> decode(PageWorkspace& workspace, std::size_t bytes, const NodeSummary& node,
                     std::span<const Emitter> emitters, std::size_t materials,
-                    PageColumns& columns) {
+                    std::uint32_t first_legs, PageColumns& columns) {
   columns.count = 0;
-  const PageTables tables{emitters, materials, power_table().data(), radius_table().data()};
+  const PageTables tables{emitters, materials, power_table().data(), radius_table().data(),
+                          first_legs};
   if (const char* const wrong = decode_page_with(workspace, bytes, node, tables, columns))
     return Error(wrong);
   return {};
@@ -33,12 +34,12 @@ PageDecoder::~PageDecoder() = default;
 
 Result<void> PageDecoder::decode(const NodeSummary& node, std::span<const std::byte> frame,
                                  std::span<const Emitter> emitters, std::size_t materials,
-                                 PageColumns& columns) {
+                                 PageColumns& columns, std::uint32_t first_legs) {
   PageWorkspace& workspace = *workspace_;
   const auto bytes =
       workspace.unpacker.unpack(frame, std::span(workspace.page).first(room_for(node)));
   if (!bytes.ok()) return bytes.error();
-  return clamor::decode(workspace, *bytes, node, emitters, materials, columns);
+  return clamor::decode(workspace, *bytes, node, emitters, materials, first_legs, columns);
 }
 
 Result<void> PageDecoder::decode_unpacked(const NodeSummary& node, std::span<const std::byte> page,
@@ -46,7 +47,7 @@ Result<void> PageDecoder::decode_unpacked(const NodeSummary& node, std::span<con
                                           PageColumns& columns) {
   if (page.size() > room_for(node)) return Error("has the wrong size for its sources");
   std::copy(page.begin(), page.end(), workspace_->page.begin());
-  return clamor::decode(*workspace_, page.size(), node, emitters, materials, columns);
+  return clamor::decode(*workspace_, page.size(), node, emitters, materials, 0, columns);
 }
 
 }  // namespace clamor

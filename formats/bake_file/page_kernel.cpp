@@ -8,6 +8,7 @@
 #include <bit>
 #include <utility>
 
+#include "formats/bake_file/first_leg.h"
 #include "formats/bake_file/page_layout.h"
 #include "formats/bake_file/page_workspace.h"
 #include "formats/bake_file/source_quantization.h"
@@ -204,7 +205,8 @@ void derive_u_and_polarity(PageWorkspace& w) {
   }
 }
 
-const char* read_rest(PageWorkspace& w, std::span<const Emitter> emitters) {
+const char* read_rest(PageWorkspace& w, const PageTables& tables) {
+  const std::span<const Emitter> emitters = tables.emitters;
   for (Numbers* numbers : {&w.rows.delay, &w.rows.mirror[0], &w.rows.mirror[1], &w.rows.emitter})
     read_column(w, numbers->data(), w.rows.count);
   const std::int32_t most = (1 << w.header.mirror_bits) - 2;
@@ -226,10 +228,12 @@ const char* read_rest(PageWorkspace& w, std::span<const Emitter> emitters) {
   if (!w.bits.ok()) return "ends too early";
 
   const std::size_t count = w.rows.count + w.emitters.count;
-  if (!all_in_range(
-          w.rows.emitter, count, 0,
-          static_cast<std::int32_t>(std::min<std::size_t>(emitters.size(), 0x7fffffff)) - 1))
-    return "names an emitter that does not exist";
+  const std::size_t limit = tables.first_legs > 0 ? tables.first_legs : emitters.size();
+  if (!all_in_range(w.rows.emitter, count, 0,
+                    static_cast<std::int32_t>(std::min<std::size_t>(limit, 0x7fffffff)) - 1))
+    return tables.first_legs > 0 ? "has a first leg out of range"
+                                 : "names an emitter that does not exist";
+  if (tables.first_legs > 0 && w.emitters.count > 0) return "has emitters in the tree of a probe";
   for (std::size_t i = 0; i < w.emitters.count; ++i) {
     const std::size_t row = w.rows.count + i;
     Source& source = w.emitters.sources[i];
@@ -253,7 +257,7 @@ const char* decode_here(PageWorkspace& w, std::size_t bytes, const NodeSummary& 
   if (const char* const wrong = read_planes(w, tables.materials)) return wrong;
   if (const char* const wrong = read_positions(w, node)) return wrong;
   if (const char* const wrong = read_powers(w, tables)) return wrong;
-  if (const char* const wrong = read_rest(w, tables.emitters)) return wrong;
+  if (const char* const wrong = read_rest(w, tables)) return wrong;
   if (const char* const wrong = read_order(w)) return wrong;
   // Clears the rows of emitters, which the gathers over all rows read.
   for (Numbers* numbers : {&w.rows.position[0], &w.rows.position[1], &w.rows.position[2],

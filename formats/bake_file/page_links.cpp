@@ -192,6 +192,8 @@ Result<void> read_links(std::span<const std::byte> bytes, const PageEntry& paren
   for (int i = 0; i < parent.page.children; ++i) {
     PageEntry child = from_stored(take<StoredEntry>(bytes));
     child.depth = static_cast<std::uint16_t>(parent.depth + 1);
+    child.of_probe = parent.of_probe;
+    child.of_zone = parent.of_zone;
     if (const auto good = check_entry(child, kFirstPageOffset, parent.page.offset); !good.ok())
       return Error("has a child that " + good.error().message);
     if (!is_inside(child, parent)) return Error("has a child outside its bounds");

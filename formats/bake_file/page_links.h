@@ -39,7 +39,10 @@ struct PageEntry : NodeSummary {
   std::uint64_t sources_below = 0;  // in the subtree, with instances
   PageLink page;
   std::uint8_t octant = kNoOctant;  // in the cube of the parent
-  std::uint16_t depth = 0;          // below the root; known from traversal, not stored
+  // Known from traversal, not stored.
+  std::uint16_t depth = 0;  // below the root
+  bool of_probe = false;    // its sources have first legs in place of emitters (first_leg.h)
+  bool of_zone = false;     // and are late reflections
 };
 
 // Totals of the nodes of one depth.
@@ -48,6 +51,26 @@ struct OctreeDepth {
   Bands power{};
 
   bool operator==(const OctreeDepth&) const = default;
+};
+
+// A tree of the reflections of probes: the entry of its top, and totals of its depths.
+struct StoredTree {
+  PageEntry top;
+  std::vector<OctreeDepth> depths;
+};
+
+// A place whose early reflections are stored, and the zone that has its late ones.
+struct StoredProbe {
+  Vec3 position_m{};
+  StoredTree tree;
+  std::uint32_t zone = 0;
+};
+
+// What omnidirectional sources of gain 1 leave on the surfaces. Late reflections are shared by the
+// probes of a zone.
+struct StoredProbes {
+  std::vector<StoredProbe> places;
+  std::vector<StoredTree> zones;
 };
 
 // Power of a node, summed over bands. Over u of an instance, it is the key of the instance.

@@ -89,6 +89,8 @@ struct PageTables {
   std::size_t materials = 0;
   const float* power = nullptr;   // power_table()
   const float* radius = nullptr;  // radius_table()
+  // If not 0, sources have first legs (first_leg.h) below this in place of emitters.
+  std::uint32_t first_legs = 0;
 };
 
 // Decodes the first `bytes` of workspace.page. Returns a predicate that describes the error, or

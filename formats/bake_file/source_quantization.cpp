@@ -31,21 +31,6 @@ std::uint16_t radius_code(float radius_m) {
   return static_cast<std::uint16_t>(std::lround(std::clamp(code, 1.0, kRadiusCodes - 1.0)));
 }
 
-std::array<std::uint16_t, 2> octahedral(const Vec3f& v, int bits) {
-  const double sum = static_cast<double>(std::abs(v.x)) + std::abs(v.y) + std::abs(v.z);
-  double x = v.x / sum, y = v.y / sum;
-  if (v.z < 0) {
-    const double folded = (1 - std::abs(y)) * std::copysign(1.0, x);
-    y = (1 - std::abs(x)) * std::copysign(1.0, y);
-    x = folded;
-  }
-  const int half = (1 << (bits - 1)) - 1;
-  const auto step = [half](double value) {
-    return static_cast<std::uint16_t>(std::lround(std::clamp(1 + value, 0.0, 2.0) * half));
-  };
-  return {step(x), step(y)};
-}
-
 Vec3f direction(const std::array<std::uint16_t, 2>& code, int bits) {
   Vec3f v{};
   direction_of(code[0], code[1], direction_scale(bits), v.x, v.y, v.z);
@@ -59,6 +44,21 @@ std::int32_t nearest_step(float position_m) {
 }
 
 }  // namespace
+
+std::array<std::uint16_t, 2> octahedral_code(const Vec3f& v, int bits) {
+  const double sum = static_cast<double>(std::abs(v.x)) + std::abs(v.y) + std::abs(v.z);
+  double x = v.x / sum, y = v.y / sum;
+  if (v.z < 0) {
+    const double folded = (1 - std::abs(y)) * std::copysign(1.0, x);
+    y = (1 - std::abs(x)) * std::copysign(1.0, y);
+    x = folded;
+  }
+  const int half = (1 << (bits - 1)) - 1;
+  const auto step = [half](double value) {
+    return static_cast<std::uint16_t>(std::lround(std::clamp(1 + value, 0.0, 2.0) * half));
+  };
+  return {step(x), step(y)};
+}
 
 const std::array<float, kMaxPower_half_db - kSilent_half_db + 1>& power_table() {
   static const auto table = [] {
@@ -97,8 +97,8 @@ QuantizedSource quantized(const Source& source, int mirror_bits) {
     code.position[static_cast<std::size_t>(axis)] = nearest_step(source.position_m[axis]);
   code.delay = static_cast<std::uint32_t>(
       std::llround(static_cast<double>(source.delay_s) * kSampleRate_hz));
-  code.normal = octahedral(source.normal, kNormalBits);
-  code.mirror = octahedral(source.mirror, mirror_bits);
+  code.normal = octahedral_code(source.normal, kNormalBits);
+  code.mirror = octahedral_code(source.mirror, mirror_bits);
   for (std::size_t b = 0; b < kBandCount; ++b)
     code.power[b] = static_cast<std::int16_t>(nearest_power(source.power[b]));
   code.radius = radius_code(source.patch_radius_m);

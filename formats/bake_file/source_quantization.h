@@ -84,6 +84,9 @@ CLAMOR_INLINE float delay_s_of(std::uint32_t code) {
   return static_cast<float>(static_cast<double>(code) * (1.0 / kSampleRate_hz));
 }
 
+// Rounds a unit direction to the octahedral mapping.
+std::array<std::uint16_t, 2> octahedral_code(const Vec3f& v, int bits);
+
 // Decodes the octahedral mapping (Q. Meyer et al. On Floating-Point Normal Vectors. EGSR 2010).
 // Coordinates range from 0 to 2^bits - 2, so the axes are exact. Branch-free, so loops vectorise.
 CLAMOR_INLINE void direction_of(int a, int b, float scale, float& out_x, float& out_y,

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <glm/gtc/matrix_inverse.hpp>
 
 #include "formats/gltf/gltf_accessor.h"
 
@@ -130,11 +131,10 @@ class MeshReader {
   std::uint32_t round_ = 0;
 };
 
-Result<void> append(const LocalMesh& local, const PlacedNode& placement, SceneMesh& out) {
-  Mesh& mesh = out.mesh;
+Result<void> append(const LocalMesh& local, const glm::dmat4& place, Mesh& mesh, SceneMesh& out) {
   const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
   for (const Vec3& vertex : local.vertices) {
-    const Vec3 p(placement.world * glm::dvec4(vertex, 1.0));
+    const Vec3 p(place * glm::dvec4(vertex, 1.0));
     if (!(std::fabs(p.x) <= kFarthest_m && std::fabs(p.y) <= kFarthest_m &&
           std::fabs(p.z) <= kFarthest_m))
       return Error(
@@ -180,7 +180,7 @@ Result<void> check_total(const GltfScene& scene, const std::vector<PlacedNode>& 
   std::uint64_t total = 0;
   for (const PlacedNode& placement : placements) {
     const int mesh = scene.nodes[static_cast<std::size_t>(placement.node)].mesh;
-    if (mesh == kNone || (placement.hidden && !with_hidden)) continue;
+    if (mesh == kNone || placement.portal || (placement.hidden && !with_hidden)) continue;
     auto known = per_mesh.find(mesh);
     if (known == per_mesh.end()) {
       const auto count = count_triangles(scene, static_cast<std::size_t>(mesh));
@@ -200,8 +200,10 @@ Result<void> check_total(const GltfScene& scene, const std::vector<PlacedNode>& 
 }  // namespace
 
 Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNode>& placements,
-                             bool with_hidden) {
+                             const MovableNodes& movable, bool with_hidden) {
   SceneMesh out;
+  out.parts.resize(movable.parts.size());
+  std::size_t movable_triangles = 0;
   if (scene.materials.size() >= std::numeric_limits<std::uint16_t>::max())
     return Error(fmt::format("has {} materials; at most 65534 are read.", scene.materials.size()));
   if (const auto ok = check_total(scene, placements, with_hidden); !ok.ok()) return ok.error();
@@ -210,7 +212,7 @@ Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNod
   std::map<int, LocalMesh> local_meshes;  // each read once, however often it is placed
   for (const PlacedNode& placement : placements) {
     const int mesh = scene.nodes[static_cast<std::size_t>(placement.node)].mesh;
-    if (mesh == kNone) continue;
+    if (mesh == kNone || placement.portal) continue;
     if (placement.hidden && !with_hidden) {
       ++out.hidden;
       continue;
@@ -226,10 +228,30 @@ Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNod
     }
     if (found->second.triangles.empty()) continue;
     ++out.placements;
-    if (const auto ok = append(found->second, placement, out); !ok.ok())
-      return ok.error().in(label(scene, static_cast<std::size_t>(mesh)));
+    const int part = movable.part_of[static_cast<std::size_t>(placement.node)];
+    const auto p = static_cast<std::size_t>(part);
+    if (part != kNone) movable_triangles += found->second.triangles.size();
+    if (movable_triangles > kMaxMovableTriangles)
+      return Error(fmt::format("the movable parts have more than {} triangles; simplify them.",
+                               kMaxMovableTriangles));
+    const auto ok =
+        part == kNone
+            ? append(found->second, placement.world, out.mesh, out)
+            : append(found->second, glm::affineInverse(movable.parts[p].world) * placement.world,
+                     out.parts[p], out);
+    if (!ok.ok()) return ok.error().in(label(scene, static_cast<std::size_t>(mesh)));
   }
   return out;
+}
+
+Result<Mesh> placed_mesh(const GltfScene& scene, const PlacedNode& placement) {
+  const auto mesh =
+      static_cast<std::size_t>(scene.nodes[static_cast<std::size_t>(placement.node)].mesh);
+  const auto local = MeshReader(scene).read(mesh);
+  if (!local.ok()) return local.error();
+  SceneMesh out;
+  if (const auto ok = append(*local, placement.world, out.mesh, out); !ok.ok()) return ok.error();
+  return std::move(out.mesh);
 }
 
 }  // namespace clamor

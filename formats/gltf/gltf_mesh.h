@@ -1,10 +1,12 @@
-// gltf_mesh.h: collects the triangles of a glTF scene in world coordinates.
+// gltf_mesh.h: collects the triangles of a glTF scene in world coordinates, and those of
+// movable parts in their own.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "common/result.h"
+#include "formats/gltf/gltf_movable.h"
 #include "formats/gltf/gltf_placement.h"
 #include "formats/gltf/gltf_scene.h"
 #include "formats/level/mesh.h"
@@ -17,6 +19,7 @@ struct SceneMesh {
   // Mesh::materials contains indices of glTF materials; a primitive without material has the index
   // after the last.
   Mesh mesh;
+  std::vector<Mesh> parts;                 // of MovableNodes::parts, relative to their pivots
   std::size_t meshes = 0, placements = 0;  // that contributed triangles
   std::size_t hidden = 0;                  // skipped placements
   std::size_t points_or_lines = 0;         // skipped primitives
@@ -25,8 +28,12 @@ struct SceneMesh {
 };
 
 // Errors: vertices that are not finite or more than 1000 km from the origin, indices beyond the
-// vertices, and more than kMaxTriangles triangles, which are counted before any is created.
+// vertices, and more than kMaxTriangles triangles, which are counted before any is created; more
+// than kMaxMovableTriangles in movable parts.
 Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNode>& placements,
-                             bool with_hidden);
+                             const MovableNodes& movable, bool with_hidden);
+
+// The triangles of one node, hidden or not. It must have a mesh.
+Result<Mesh> placed_mesh(const GltfScene& scene, const PlacedNode& placement);
 
 }  // namespace clamor

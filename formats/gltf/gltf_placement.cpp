@@ -123,7 +123,8 @@ Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene) {
     for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
       stack.push_back({*it, hidden, world});
 
-    if (node.mesh == kNone && extensions == nullptr) continue;
+    if (node.mesh == kNone && extensions == nullptr && (*nodes)[n].find("extras") == nullptr)
+      continue;
     const Json* instancing = extensions == nullptr ? nullptr : extensions->find(kInstancing);
     if (instancing == nullptr) {
       placements.push_back({visit.node, 0, false, hidden, world});

@@ -16,12 +16,13 @@ struct PlacedNode {
   bool instanced = false;
   bool hidden = false;  // by KHR_node_visibility of the node or an ancestor
   glm::dmat4 world{1.0};
-  double delay_s = 0;  // attribute _DELAY_S of an instance
+  double delay_s = 0;   // attribute _DELAY_S of an instance
+  bool portal = false;  // set by read_scene_portals(): its triangles are no surfaces
 };
 
-// Lists the reachable nodes that have a mesh or an extension, parents first. A node that is reached
-// twice (a cycle or two parents) is an Error. Not recursive, so the depth of the hierarchy is
-// limited by memory alone.
+// Lists the reachable nodes that have a mesh, an extension or extras, parents first. A node that is
+// reached twice (a cycle or two parents) is an Error. Not recursive, so the depth of the hierarchy
+// is limited by memory alone.
 Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene);
 
 }  // namespace clamor

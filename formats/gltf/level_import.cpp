@@ -12,7 +12,10 @@
 #include "formats/gltf/gltf_document.h"
 #include "formats/gltf/gltf_groups.h"
 #include "formats/gltf/gltf_mesh.h"
+#include "formats/gltf/gltf_movable.h"
 #include "formats/gltf/gltf_placement.h"
+#include "formats/gltf/gltf_portals.h"
+#include "formats/gltf/gltf_probes.h"
 #include "formats/gltf/gltf_reader.h"
 #include "formats/gltf/gltf_sounds.h"
 #include "formats/gltf/level_materials.h"
@@ -122,9 +125,10 @@ void keep_used_signals(Level& level) {
 }
 
 void report_mesh(const SceneMesh& scene, ImportReport& report) {
-  report.found.push_back(counted(scene.mesh.triangles.size(), "triangle") + " in " +
-                         counted(scene.meshes, "mesh") + ", placed " +
-                         counted(scene.placements, "time"));
+  std::size_t triangles = scene.mesh.triangles.size();
+  for (const Mesh& part : scene.parts) triangles += part.triangles.size();
+  report.found.push_back(counted(triangles, "triangle") + " in " + counted(scene.meshes, "mesh") +
+                         ", placed " + counted(scene.placements, "time"));
   if (scene.hidden > 0) report.ignored.push_back(counted(scene.hidden, "hidden mesh"));
   if (scene.points_or_lines > 0)
     report.ignored.push_back(counted(scene.points_or_lines, "primitive") + " of points or lines");
@@ -134,6 +138,29 @@ void report_mesh(const SceneMesh& scene, ImportReport& report) {
     report.warnings.push_back(counted(scene.left_over, "index") +
                               " at the end of a list make no "
                               "whole triangle; the mesh may be damaged");
+}
+
+// The parts of movable nodes that have triangles.
+std::vector<MovablePart> movable_parts(const GltfScene& scene, const MovableNodes& movable,
+                                       std::vector<Mesh> meshes, ImportReport& report) {
+  std::vector<MovablePart> parts;
+  std::size_t triangles = 0;
+  for (std::size_t p = 0; p < meshes.size(); ++p) {
+    const auto& [node, world] = movable.parts[p];
+    const std::string& name = scene.nodes[static_cast<std::size_t>(node)].name;
+    if (meshes[p].triangles.empty()) {
+      report.warnings.push_back(
+          fmt::format("the movable node {} '{}' has no triangles; it is left out", node, name));
+      continue;
+    }
+    triangles += meshes[p].triangles.size();
+    const PartPose pose{Vec3(world[3]), Rotation(glm::quat_cast(glm::dmat3(world)))};
+    parts.push_back({name, std::move(meshes[p]), normalized(pose)});
+  }
+  if (!parts.empty())
+    report.found.push_back(counted(parts.size(), "movable part") + " with " +
+                           counted(triangles, "triangle"));
+  return parts;
 }
 
 void report_ignored(const Json& document, ImportReport& report) {
@@ -204,6 +231,57 @@ Result<void> import_emitters(const EmitterOrigins& origins, LevelFolder& folder,
   return {};
 }
 
+// Probes of the scene come before those of the sidecar.
+Result<void> import_probes(const EmitterOrigins& origins, const std::vector<Vec3>& sidecar_m,
+                           ImportedLevel& imported) {
+  auto scene_m = read_scene_probes(origins.scene, origins.placements);
+  if (!scene_m.ok()) return scene_m.error();
+  std::vector<Vec3>& probes_m = imported.level.probes_m = std::move(*scene_m);
+  probes_m.insert(probes_m.end(), sidecar_m.begin(), sidecar_m.end());
+  if (probes_m.empty()) return {};
+  imported.report.found.push_back(counted(probes_m.size(), "probe") + " placed by hand");
+  return {};
+}
+
+// Portals of the scene come before those of the sidecar. Marks the placements of the former.
+Result<void> import_portals(const GltfScene& scene, std::vector<PlacedNode>& placements,
+                            const std::vector<PortalSpec>& of_sidecar,
+                            std::vector<PortalSpec>& specs) {
+  auto of_scene = read_scene_portals(scene, placements);
+  if (!of_scene.ok()) return of_scene.error();
+  specs = std::move(*of_scene);
+  specs.insert(specs.end(), of_sidecar.begin(), of_sidecar.end());
+  if (specs.size() > kMaxPortals)
+    return Error(
+        fmt::format("the level has {} portals; at most {} are read.", specs.size(), kMaxPortals));
+  return {};
+}
+
+// The materials of closed portals are presets, which follow those of the level.
+Result<void> add_portals(const std::vector<PortalSpec>& specs, ImportedLevel& imported) {
+  Level& level = imported.level;
+  std::map<std::string, std::uint16_t> materials;
+  std::size_t closed = 0;
+  for (const PortalSpec& spec : specs) {
+    level.portals.push_back(spec.portal);
+    std::uint16_t& index = level.portal_materials.emplace_back(std::uint16_t{0});
+    if (!spec.portal.is_baked_closed) continue;
+    ++closed;
+    const auto next = static_cast<std::uint16_t>(level.materials.size());
+    const auto [known, is_new] = materials.try_emplace(spec.material, next);
+    index = known->second;
+    if (!is_new) continue;
+    auto material = MaterialPresets::built_in().get(spec.material);
+    if (!material.ok()) return material.error().in("portal " + in_quotes(spec.portal.name));
+    level.materials.push_back(std::move(*material));
+  }
+  if (specs.empty()) return {};
+  std::string found = counted(specs.size(), "portal");
+  if (closed > 0) found += fmt::format(", {} baked open and closed", closed);
+  imported.report.found.push_back(found);
+  return {};
+}
+
 }  // namespace
 
 // Options such as --emitter change it, too.
@@ -222,8 +300,21 @@ std::uint64_t finish_hash(InputHash& hash, const Level& level) {
     hash_value(hash, emitter.directivity);
     hash_value(hash, emitter.signal);
   }
+  for (const Vec3& probe_m : level.probes_m)
+    for (int i = 0; i < 3; ++i) hash_value(hash, probe_m[i]);
+  for (const Portal& portal : level.portals) {
+    hash.add(portal.name);
+    for (const Vec3* vector : {&portal.centre_m, &portal.half_u_m, &portal.half_v_m})
+      for (int i = 0; i < 3; ++i) hash_value(hash, (*vector)[i]);
+    hash_value(hash, portal.is_baked_closed);
+  }
+  for (const std::uint16_t material : level.portal_materials) hash_value(hash, material);
   for (const Signal& signal : level.signals) hash_value(hash, signal.loop);
   hash_value(hash, level.mesh.triangles.size());
+  for (const MovablePart& part : level.movable_parts) {
+    hash.add(part.name);
+    hash_value(hash, part.mesh.triangles.size());
+  }
   for (const double value :
        {level.air.temperature_c, level.air.humidity_percent, level.air.pressure_kpa})
     hash_value(hash, value);
@@ -252,24 +343,35 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   level.air = sidecar->settings.air.value_or(Air{});
   const std::uint64_t seed = options.seed.value_or(sidecar->settings.seed.value_or(1));
 
-  const auto placements = place_nodes(*scene);
+  auto placements = place_nodes(*scene);
   if (!placements.ok()) return placements.error().in(path);
-  auto mesh = build_mesh(*scene, *placements, options.hidden_meshes);
+  std::vector<PortalSpec> portals;
+  if (const auto ok = import_portals(*scene, *placements, sidecar->portals, portals); !ok.ok())
+    return ok.error().in(path);
+  const auto movable = find_movable_nodes(*scene, sidecar->movable, report);
+  if (!movable.ok()) return movable.error().in(path);
+  auto mesh = build_mesh(*scene, *placements, *movable, options.hidden_meshes);
   if (!mesh.ok()) return mesh.error().in(path);
   report_mesh(*mesh, report);
   level.mesh = std::move(mesh->mesh);
+  level.movable_parts = movable_parts(*scene, *movable, std::move(mesh->parts), report);
   if (const auto ok = assign_materials(*scene, *sidecar, options.material, level, report); !ok.ok())
     return ok.error().in(path);
 
+  if (const auto ok = add_portals(portals, imported); !ok.ok()) return ok.error().in(path);
+
   const EmitterOrigins origins{*scene, *placements, sidecar->emitters, command_line};
   if (const auto ok = import_emitters(origins, folder, seed, imported); !ok.ok())
+    return ok.error().in(path);
+
+  if (const auto ok = import_probes(origins, sidecar->probes_m, imported); !ok.ok())
     return ok.error().in(path);
 
   report.found.push_back(counted(level.emitters.size(), "emitter") + " of " +
                          counted(level.signals.size(), "sound"));
   report_ignored(scene->json, report);
   warn_of_silence(level.emitters, report);
-  if (level.emitters.empty())
+  if (level.emitters.empty() && level.probes_m.empty())
     report.warnings.push_back(
         "nothing in the level makes a sound; give it an emitter, as in "
         "--emitter \"signal=violin.flac,at=1,1.2,-3\"");

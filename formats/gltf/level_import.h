@@ -2,7 +2,8 @@
 // did.
 //
 //   LEVEL.gltf | .glb          meshes, instances, KHR_audio_emitter, acoustic materials
-//   LEVEL.acoustics.json       the sidecar: emitters, materials, settings (acoustics.schema.json)
+//   LEVEL.acoustics.json       the sidecar: emitters, probes, materials, settings
+//   (acoustics.schema.json)
 //   --emitter "name=..., ..."  emitters from the command line
 //
 // Later origins override earlier ones: an emitter replaces those of the same name. A level cannot

@@ -68,9 +68,9 @@ Result<Assigned> from_name(const std::string& name, const MaterialPresets& prese
   return Assigned{{std::move(*material), preset}, guess ? "name" : "default"};
 }
 
-// Number of triangles and area per glTF material; the last entry is for triangles without material.
-std::vector<MaterialAssignment> measure(const Mesh& mesh, std::size_t materials) {
-  std::vector<MaterialAssignment> result(materials + 1);
+// Adds the number of triangles and their area per glTF material; the last entry is for triangles
+// without material.
+void measure(const Mesh& mesh, std::vector<MaterialAssignment>& result) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const auto& triangle = mesh.triangles[t];
     const Vec3 a(mesh.vertices_m[triangle[0]]), b(mesh.vertices_m[triangle[1]]),
@@ -79,7 +79,6 @@ std::vector<MaterialAssignment> measure(const Mesh& mesh, std::size_t materials)
     ++measured.triangles;
     measured.area_m2 += length(cross(b - a, c - a)) / 2;
   }
-  return result;
 }
 
 // Limits transmission to absorption: a surface cannot transmit what it reflects. Later stages rely
@@ -118,7 +117,9 @@ Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
   if (const auto known = presets.get(fallback); !known.ok())
     return known.error().in("default material");
 
-  std::vector<MaterialAssignment> measured = measure(level.mesh, scene.materials.size());
+  std::vector<MaterialAssignment> measured(scene.materials.size() + 1);
+  measure(level.mesh, measured);
+  for (const MovablePart& part : level.movable_parts) measure(part.mesh, measured);
   std::vector<std::uint16_t> renumbered(measured.size(), 0);
   const Json* materials = scene.json.find("materials");
   std::size_t defaults = 0;
@@ -151,6 +152,8 @@ Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
     report.materials.push_back(measured[m]);
   }
   for (std::uint16_t& material : level.mesh.materials) material = renumbered[material];
+  for (MovablePart& part : level.movable_parts)
+    for (std::uint16_t& material : part.mesh.materials) material = renumbered[material];
 
   warn_of_unused_rules(sidecar, scene, report);
   if (defaults > 0)

@@ -22,7 +22,8 @@ namespace clamor {
 struct Level;
 
 // Fills level.materials with the materials that triangles use, in the order of the glTF file, and
-// renumbers level.mesh.materials, which contains glTF indices before (gltf_mesh.h).
+// renumbers the materials of level.mesh and of the movable parts, which are glTF indices before
+// (gltf_mesh.h).
 Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
                               const std::optional<std::string>& default_preset, Level& level,
                               ImportReport& report);

@@ -3,11 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <new>
-#include <stdexcept>
-#include <string>
-
-#include <tbb/task_arena.h>
 
 namespace clamor {
 
@@ -15,13 +10,17 @@ EmbreeMesh::EmbreeMesh(const Mesh& mesh, const Options& options) : alone_(option
   try {
     create(mesh, options);
   } catch (...) {
-    release();
+    release_geometry();
     throw;
   }
 }
 
 void EmbreeMesh::create(const Mesh& mesh, const Options& options) {
-  device_ = rtcNewDevice(options.device);
+  device_ = options.shared_device;
+  if (device_ != nullptr)
+    rtcRetainDevice(device_);
+  else
+    device_ = rtcNewDevice(options.device);
   check();
   scene_ = rtcNewScene(device_);
   check();
@@ -45,27 +44,9 @@ void EmbreeMesh::create(const Mesh& mesh, const Options& options) {
   rtcAttachGeometry(scene_, geometry_);
 }
 
-void EmbreeMesh::build() {
-  if (alone_)
-    tbb::task_arena(1).execute([this] { rtcCommitScene(scene_); });
-  else
-    rtcCommitScene(scene_);
-  check();
-}
-
-// Embree stores an error code until it is queried.
-void EmbreeMesh::check() const {
-  const RTCError error = rtcGetDeviceError(device_);
-  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
-  if (device_ == nullptr || error != RTC_ERROR_NONE)
-    throw std::runtime_error("Embree cannot build its tree of the level's surfaces (error " +
-                             std::to_string(error) + ")");
-}
-
-void EmbreeMesh::release() {
+void EmbreeMesh::release_geometry() {
   if (geometry_ != nullptr) rtcReleaseGeometry(geometry_);
-  if (scene_ != nullptr) rtcReleaseScene(scene_);
-  if (device_ != nullptr) rtcReleaseDevice(device_);
+  geometry_ = nullptr;
 }
 
 }  // namespace clamor

@@ -1,4 +1,5 @@
-// level.h: a level as the bake needs it: triangles, materials, emitters and their signals.
+// level.h: a level as the bake needs it: triangles, materials, emitters with their signals,
+// probes, portals.
 //
 // The import has merged the glTF file, its sidecar and the command line; a Level does not record
 // which of them a value came from. Units are metres and seconds, axes right-handed with +Y up. All
@@ -10,8 +11,11 @@
 
 #include "common/air.h"
 #include "common/material.h"
+#include "common/vec.h"
 #include "formats/level/emitter.h"
 #include "formats/level/mesh.h"
+#include "formats/level/movable_part.h"
+#include "formats/level/portal.h"
 #include "formats/level/signal.h"
 
 namespace clamor {
@@ -23,6 +27,12 @@ struct Level {
   std::vector<Emitter> emitters;
   std::vector<Signal> signals;
   Air air{};
+  // Places where the bake traces what a source there would reflect, placed by hand.
+  std::vector<Vec3> probes_m{};
+  std::vector<MovablePart> movable_parts{};  // not in `mesh`; the bake does not trace them
+  // Openings whose state the game sets; at most kMaxPortals.
+  std::vector<Portal> portals{};
+  std::vector<std::uint16_t> portal_materials{};  // of those that are baked closed, by portal
 };
 
 }  // namespace clamor

@@ -3,6 +3,9 @@
 //
 //   { "materials": { "brick*": "brick", "Wall_?": { "absorption": 0.1, "scattering": 0.3 } },
 //     "emitters":  [ { "name": "violin", "signal": "violin.flac", "at": [1, 1.2, -3] } ],
+//     "probes":    [ { "at": [0, 1.5, 4] } ],
+//     "movable":   [ "Door*" ],
+//     "portals":   [ { "name": "Door", "at": [5, 1, 2], "size": [0.9, 2], "facing": [1, 0, 0] } ],
 //     "settings":  { "photons": 200000, "seed": 1, "air": { "temperature_c": 20 } } }
 #pragma once
 
@@ -14,8 +17,10 @@
 
 #include "common/air.h"
 #include "common/result.h"
+#include "common/vec.h"
 #include "formats/level/acoustic_values.h"
 #include "formats/level/emitter_spec.h"
+#include "formats/level/portal.h"
 
 namespace clamor {
 
@@ -25,6 +30,12 @@ struct ImportedSettings {
   std::optional<Air> air;
 };
 
+// A portal, and the preset that it has as a closed surface if it is baked closed, too.
+struct PortalSpec {
+  Portal portal;
+  std::string material;
+};
+
 struct Sidecar {
   struct MaterialRule {
     std::string pattern;  // glob for the names of materials
@@ -32,10 +43,17 @@ struct Sidecar {
   };
   std::vector<MaterialRule> materials;  // the first match applies
   std::vector<EmitterSpec> emitters;
+  std::vector<Vec3> probes_m;        // placed by hand
+  std::vector<std::string> movable;  // globs for the names of nodes
+  std::vector<PortalSpec> portals;
   ImportedSettings settings;
 };
 
 // Unknown members are Errors that suggest the nearest known name.
 Result<Sidecar> parse_sidecar(std::string_view text, const MaterialPresets& presets);
+
+// Reads "baked" ("open" or "both") and "material" of a portal: whether it is baked closed, too, and
+// as what.
+bool read_baked_states(JsonFields& fields, std::string& material);
 
 }  // namespace clamor

@@ -21,6 +21,7 @@
 #include "runtime/mixing/head_rotation.h"
 #include "runtime/mixing/keyframe_maker.h"
 #include "runtime/propagation/radiation_model.h"
+#include "runtime/sampling/moving_script.h"
 
 namespace clamor {
 
@@ -34,6 +35,12 @@ std::size_t slots_for(const Sampler& sampler) { return 3 * sampler.capacity(); }
 
 Error nothing_to_hear() {
   return Error("there are no sources to hear; bake the level with an emitter.");
+}
+
+// Without occlusion, parts are not read and do not matter.
+Result<void> check_script(const AuralizerOptions& options, const AuralizerInput& input) {
+  if (options.script == nullptr || !uses_occlusion(options)) return {};
+  return options.script->parts().check(input.movable_parts);
 }
 
 // The last stage makes the output channels.
@@ -68,6 +75,12 @@ std::unique_ptr<const HeadRotation> rotation_for(const AuralizerOptions& options
       itd_table, receiver_m * kSampleRate_hz / radiation.speed_of_sound_mps());
 }
 
+// Finds the portals that a script names.
+Result<void> find_scripted_portals(const AuralizerOptions& options, const AuralizerInput& input) {
+  if (options.script == nullptr) return {};
+  return options.script->portals().find(input.portals.portals);
+}
+
 // Written by the sampler thread, read by any.
 struct SamplerCounters {
   std::atomic<std::uint64_t> keyframes{0}, rays{0}, late_sources{0}, late_keyframes{0};
@@ -95,6 +108,7 @@ struct Auralizer::State {
         pipeline(input, file.get(), radiation, store.signals(), store.budget_bytes(),
                  slots.weights(), options),
         schedule(pipeline, options),
+        script(options.script),
         maker(radiation, slots_for(pipeline.sampler()), output.receivers(), output.hrtf,
               onset_signals(input, slots.slots())),
         pacing(options, pipeline.sampler().capacity(),
@@ -108,6 +122,7 @@ struct Auralizer::State {
               {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,
                options.adapt, options.block_frames, options.audio_clock, rotation.get()}) {
     schedule.stop_when(options.stop);
+    if (!input.portals.emitters.empty()) set_powers();  // the closed state is silent
   }
 
   void count_keyframe(std::size_t voices, double took_s) {
@@ -126,6 +141,28 @@ struct Auralizer::State {
     counters.keyframes.fetch_add(1, std::memory_order_relaxed);
   }
 
+  // The power of a virtual emitter is that of its emitter, as far as its portals let it through.
+  void set_powers() {
+    const std::vector<float> openness = openness_by_set(input.portals, portal_openness);
+    std::vector<float> powers = emitter_powers;
+    if (!input.portals.emitters.empty()) {
+      powers.resize(input.first_portal_emitter, 1.0f);
+      for (const PortalEmitter& one : input.portals.emitters)
+        powers.push_back(powers[one.emitter] * openness[one.set]);
+    }
+    if (pipeline.probes() != nullptr) pipeline.probes()->set_portals(openness);
+    pipeline.sampler().set_emitter_powers(std::move(powers));
+  }
+
+  // Opens and closes portals as the script says.
+  void follow_script(double time_s) {
+    if (script == nullptr || script->portals().is_empty()) return;
+    auto openness = script->portals().openness(time_s);
+    if (openness == portal_openness) return;
+    portal_openness = std::move(openness);
+    set_powers();
+  }
+
   AuralizerInput input;
   const std::shared_ptr<const BakeFile> file;  // or null
   const OutputStage output;
@@ -137,6 +174,8 @@ struct Auralizer::State {
   RadiationModel radiation;
   SamplingPipeline pipeline;
   SampleSchedule schedule;
+  std::vector<float> emitter_powers, portal_openness;  // as set
+  const std::shared_ptr<MovingScript> script;          // or null
   KeyframeMaker maker;
   KeyframePacing pacing;
   const ReceiverPattern receivers;
@@ -183,8 +222,10 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(AuralizerInput input,
                                                      const AuralizerOptions& options) {
   if (const auto right = check(options); !right.ok()) return right.error();
   if (const auto right = clamor::check(input); !right.ok()) return right.error();
+  if (const auto right = check_script(options, input); !right.ok()) return right.error();
   if (input.sources.empty() && options.moving.max_sources == 0) return nothing_to_hear();
   if (const auto added = add_kinds(options.moving, input); !added.ok()) return added.error();
+  if (const auto found = find_scripted_portals(options, input); !found.ok()) return found.error();
   return std::unique_ptr<Auralizer>(
       new Auralizer(std::make_unique<State>(std::move(input), nullptr, options)));
 }
@@ -206,6 +247,8 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
     return nothing_to_hear().in(file->path());
   if (const auto added = add_kinds(options.moving, *input, file.get()); !added.ok())
     return added.error().in(file->path());
+  if (const auto right = check_script(options, *input); !right.ok()) return right.error();
+  if (const auto found = find_scripted_portals(options, *input); !found.ok()) return found.error();
   auto state = std::make_unique<State>(std::move(*input), file, options);
   if (const PageStatistics pages = state->pipeline.loader()->statistics(); pages.failed > 0)
     return Error(pages.failure);
@@ -232,6 +275,7 @@ void Auralizer::make_keyframe(const Listener& at) {
   const Listener listener = state.motion.next(at);
   const double keyframe_s = next_keyframe_time_s();
   const Reception reception(state.receivers, listener);
+  state.follow_script(keyframe_s);
   state.maker.make(state.schedule.sample(state.made, listener, reception, keyframe_s), listener,
                    *keyframe, reception, state.held_frames);
   keyframe->facing = listener_axes(listener);
@@ -254,8 +298,10 @@ void Auralizer::make_keyframe(const Listener& at) {
 
 bool Auralizer::load() {
   PageLoader* const pages = state_->pipeline.loader();
+  PageLoader* const probes = state_->pipeline.probe_loader();
   SoundLoader* const sounds = state_->store.loader();
-  return (pages != nullptr && pages->load_next()) || (sounds != nullptr && sounds->load_next());
+  return (pages != nullptr && pages->load_next()) || (sounds != nullptr && sounds->load_next()) ||
+         (probes != nullptr && probes->load_next());
 }
 
 void Auralizer::turn_head(const Listener& listener) {
@@ -269,6 +315,11 @@ void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
 }
 
 MovingSources* Auralizer::moving() { return state_->schedule.moving(); }
+
+MovingParts* Auralizer::parts() { return state_->schedule.parts(); }
+std::span<const PartHandle> Auralizer::level_parts() const {
+  return state_->pipeline.level_parts();
+}
 
 ReplaceableSignals& Auralizer::signal_slots() { return state_->slots; }
 const ReplaceableSignals& Auralizer::signal_slots() const { return state_->slots; }
@@ -294,7 +345,13 @@ void Auralizer::limit_group(std::uint16_t group, double share) {
 }
 
 void Auralizer::set_emitter_powers(std::vector<float> powers) {
-  state_->pipeline.sampler().set_emitter_powers(std::move(powers));
+  state_->emitter_powers = std::move(powers);
+  state_->set_powers();
+}
+
+void Auralizer::set_portals(std::vector<float> openness) {
+  state_->portal_openness = std::move(openness);
+  state_->set_powers();
 }
 
 double Auralizer::newest_keyframe_time_s() const { return state_->newest_time_s; }

@@ -33,6 +33,7 @@
 namespace clamor {
 
 class BakeFile;
+class MovingParts;
 class MovingSources;
 struct MixMode;
 class ReplaceableSignals;
@@ -41,6 +42,7 @@ struct AuralizerOptions;     // auralizer_options.h
 struct AuralizerStatistics;  // auralizer_statistics.h
 struct Keyframe;
 struct Listener;
+struct PartHandle;  // moving_parts.h
 struct SlotSignal;  // replaceable_signals.h
 
 inline constexpr int kOutputChannels = 2;  // of the default output format
@@ -88,6 +90,12 @@ class Auralizer {
   // Sources that the caller moves, on the caller's thread; null unless the options ask for any.
   MovingSources* moving();
 
+  // Movable parts, on the caller's thread, and the handles of the level's by their index in the
+  // bake. Null if the level has none and the options take none, without occlusion, and if a script
+  // moves them.
+  MovingParts* parts();
+  std::span<const PartHandle> level_parts() const;
+
   // Signals that the caller brings, in MovingOptions::signal_slots. Sampler thread.
   ReplaceableSignals& signal_slots();
   const ReplaceableSignals& signal_slots() const;
@@ -101,6 +109,10 @@ class Auralizer {
   // Scales the power of the sources of each of the level's emitters, 0 to 1, by the emitter's
   // index; those beyond the end of the list keep theirs. Sampler thread.
   void set_emitter_powers(std::vector<float> powers);
+  // Scales the power of everything that has passed a portal of the level, 0 to 1, by the portal's
+  // index; those beyond the end of the list are open. Voices fade to it. Sampler thread; costs
+  // microseconds for each thousand virtual emitters (baked_portals.h).
+  void set_portals(std::vector<float> openness);
 
   // The newest keyframe; null before the first, and unless the options keep it. Sampler thread.
   const Keyframe* newest_keyframe() const;

@@ -6,13 +6,17 @@
 
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/expanded_sources.h"
+#include "runtime/probes/probe_sources.h"
 
 namespace clamor {
 
 Result<AuralizerInput> read_tables(const BakeFile& file) {
   AuralizerInput input;
-  input.emitters = file.emitters();
+  input.emitters = file.source_emitters();
+  input.portals = file.portals();
+  input.first_portal_emitter = file.emitters().size();
   input.materials = file.materials();
+  if (!file.probes().places.empty()) input.materials.push_back(late_reflection_material());
   input.air = file.settings().air;
   input.decay = file.statistics().decay;
   for (std::size_t i = 0; i < file.signal_count(); ++i) {
@@ -28,6 +32,7 @@ Result<void> read_occluders(const BakeFile& file, AuralizerInput& input) {
   auto mesh = file.read_mesh();
   if (!mesh.ok()) return mesh.error();
   input.mesh = std::move(*mesh);
+  input.movable_parts = file.movable_parts();
   return {};
 }
 
@@ -146,6 +151,9 @@ Result<void> add_kinds(const MovingOptions& moving, AuralizerInput& input, const
 }
 
 Result<void> check(const AuralizerInput& input) {
+  if (const auto right = check_movable_parts(input.movable_parts, input.materials.size());
+      !right.ok())
+    return right;
   for (const Emitter& emitter : input.emitters)
     if (emitter.signal >= input.signals.size())
       return Error("emitter " + in_quotes(emitter.name) + " plays signal " +

@@ -7,9 +7,11 @@
 #include "common/material.h"
 #include "common/result.h"
 #include "formats/bake_file/bake_metadata.h"
+#include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/source.h"
 #include "formats/level/emitter.h"
 #include "formats/level/mesh.h"
+#include "formats/level/movable_part.h"
 #include "formats/level/signal.h"
 #include "runtime/mixing/onset_signals.h"
 #include "runtime/propagation/signal_weights.h"
@@ -20,8 +22,8 @@ namespace clamor {
 class BakeFile;
 
 struct AuralizerInput {
-  std::vector<Source> sources;  // emitters and secondary sources, in any order
-  std::vector<Emitter> emitters;
+  std::vector<Source> sources;    // emitters and secondary sources, in any order
+  std::vector<Emitter> emitters;  // that sources refer to, virtual ones of `portals` included
   std::vector<Signal> signals;
   std::vector<Material> materials;
   Air air;
@@ -32,6 +34,10 @@ struct AuralizerInput {
   // loops.
   std::vector<Signal> onsets{};
   std::vector<std::uint32_t> loop_of_onset{};
+  std::vector<MovablePart> movable_parts{};  // which occlude besides the mesh
+  // The virtual emitters of these begin at this index of `emitters`.
+  BakedPortals portals{};
+  std::size_t first_portal_emitter = 0;
 };
 
 // Reads tables and envelopes, but no signals, no pages and no geometry: there are no sources yet,
@@ -44,7 +50,7 @@ Result<AuralizerInput> read_signals_and_tables(const BakeFile& file);
 // Reads all pages and signals. Memory grows with the file.
 Result<AuralizerInput> read_auralizer_input(const BakeFile& file);
 
-// Reads the geometry, which is needed for occlusion only.
+// Reads the geometry and the movable parts, which are needed for occlusion only.
 Result<void> read_occluders(const BakeFile& file, AuralizerInput& input);
 
 // An error if an index is out of range.

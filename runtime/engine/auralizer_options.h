@@ -61,6 +61,9 @@ struct AuralizerOptions {
   bool adapt = false;
   LoadClock sampler_clock{}, audio_clock{};
   MovingOptions moving{};
+  // Movable parts may be added, besides those of the level (Auralizer::parts()). A free field then
+  // costs as much as a level with surfaces.
+  bool takes_parts = false;
   bool keeps_keyframe = false;             // for newest_keyframe()
   bool mixes_voices = true;                // otherwise the output is silent, and costs nothing
   std::shared_ptr<MovingScript> script{};  // moves sources instead of the caller; sets `moving`

@@ -15,7 +15,8 @@ SampleSchedule::SampleSchedule(SamplingPipeline& pipeline, const AuralizerOption
       script_(options.script),
       wait_for_pages_(options.wait_for_pages),
       clock_(options.sampler_clock),
-      keyframes_(!strategy_options_of(options).needs_list() && pipeline.moving() == nullptr
+      keyframes_(!strategy_options_of(options).needs_list() && pipeline.moving() == nullptr &&
+                         (script_ == nullptr || script_->parts().empty())
                      ? keyframes_per_sample(static_cast<std::size_t>(options.voices))
                      : 1) {}
 
@@ -23,9 +24,11 @@ std::span<const SampledSource> SampleSchedule::sample(std::uint64_t number,
                                                       const Listener& listener,
                                                       const Reception& reception, double time_s) {
   if (!is_due(number)) return sample_;
+  if (script_ != nullptr)  // its own sources and parts, which have been checked
+    (void)script_->apply(pipeline_.moving(), pipeline_.stage(), time_s);
+  pipeline_.update_parts();
   Sampler& sampler = pipeline_.sampler();
   sampler.set_reception(reception);
-  if (script_ != nullptr) (void)script_->apply(*pipeline_.moving(), time_s);  // its own sources
   serves_ = number > 0 ? keyframes_ : 1;
   const double start_s = serves_ > 1 ? clock_.now() : 0;
   const auto is_stopped = [this] {
@@ -46,6 +49,10 @@ void SampleSchedule::stop_when(const std::atomic<bool>* stop) {
 
 MovingSources* SampleSchedule::moving() const {
   return script_ == nullptr ? pipeline_.moving() : nullptr;
+}
+
+MovingParts* SampleSchedule::parts() const {
+  return script_ == nullptr || script_->parts().empty() ? pipeline_.parts() : nullptr;
 }
 
 }  // namespace clamor

@@ -29,7 +29,8 @@ class SampleSchedule {
   // The sample for keyframe `number`, new or from a few keyframes before.
   std::span<const SampledSource> sample(std::uint64_t number, const Listener& listener,
                                         const Reception& reception, double time_s);
-  bool is_due(std::uint64_t number) const { return number >= next_; }
+  // Movable parts must be heard at once, so that their changes need a new sample.
+  bool is_due(std::uint64_t number) const { return number >= next_ || pipeline_.has_new_parts(); }
 
   // A keyframe's part of the time `spent_s`, if the sample was new or not: the time of sampling is
   // shared among the keyframes that a sample serves.
@@ -43,6 +44,8 @@ class SampleSchedule {
 
   // Sources that the caller moves; null if there are none, or if a script moves them.
   MovingSources* moving() const;
+  // Movable parts in the same way.
+  MovingParts* parts() const;
 
  private:
   SamplingPipeline& pipeline_;

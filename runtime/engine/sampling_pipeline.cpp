@@ -7,6 +7,7 @@
 
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/sample_schedule.h"
+#include "runtime/occlusion/part_shape.h"
 #include "runtime/propagation/loudness.h"
 #include "runtime/voices/keyframe.h"
 
@@ -85,7 +86,7 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
     list = sources.get();
     pool_ = std::move(sources);
   }
-  add_moving(input, radiation, options.moving);
+  add_moving(input, file, radiation, options);
   sampler_ = strategy_options_of(options).make_sampler(
       {radiation, weights_, joined_ != nullptr ? *joined_ : *pool_, list, occlusion_.get(),
        moving_list_.get(), static_cast<std::size_t>(std::max(options.voices, 0)),
@@ -94,7 +95,8 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
 
 void SamplingPipeline::add_occlusion(const AuralizerInput& input, const RadiationModel& radiation,
                                      const AuralizerOptions& options) {
-  if (!uses_occlusion(options) || input.mesh.triangles.empty()) return;
+  const bool has_parts = options.takes_parts || !input.movable_parts.empty();
+  if (!uses_occlusion(options) || (input.mesh.triangles.empty() && !has_parts)) return;
   using BuildQuality = OcclusionGeometry::BuildQuality;
   surfaces_ = std::make_unique<OcclusionGeometry>(input.mesh, input.materials,
                                                   !options.own_threads ? BuildQuality::kHighAlone
@@ -103,6 +105,28 @@ void SamplingPipeline::add_occlusion(const AuralizerInput& input, const Radiatio
   occlusion_ = std::make_unique<VisibilityCache>(
       *surfaces_, radiation.speed_of_sound_mps(),
       VisibilityOptions{.rays_per_keyframe = options.rays, .exact = options.wait_for_pages});
+  if (has_parts) add_parts(input);
+}
+
+// Parts that cannot be added are left out: the reader of bake files refuses them, and so does
+// check(), which AuralizerInput has passed.
+void SamplingPipeline::add_parts(const AuralizerInput& input) {
+  parts_ = std::make_unique<MovingParts>();
+  of_level_ = input.movable_parts;
+  for (const MovablePart& part : input.movable_parts) {
+    const auto shape = PartShape::make(part.mesh, input.materials);
+    level_parts_.emplace_back();
+    if (!shape.ok()) continue;
+    if (const auto added = parts_->add(*shape, part.rest_pose); added.ok())
+      level_parts_.back() = *added;
+  }
+  parts_->commit();
+  surfaces_->set_parts(&part_scene_);
+  update_parts();
+}
+
+void SamplingPipeline::update_parts() {
+  if (has_new_parts()) occlusion_->change_parts(part_scene_.update(parts_->latest()));
 }
 
 void SamplingPipeline::improve_occlusion() {
@@ -110,13 +134,32 @@ void SamplingPipeline::improve_occlusion() {
 }
 
 // Moving sources share one ranking with the others.
-void SamplingPipeline::add_moving(const AuralizerInput& input, const RadiationModel& radiation,
-                                  const MovingOptions& options) {
-  if (options.max_sources == 0) return;
-  moving_ = std::make_unique<MovingSources>(options.max_sources, kinds_of(options));
+void SamplingPipeline::add_moving(const AuralizerInput& input, const BakeFile* file,
+                                  const RadiationModel& radiation,
+                                  const AuralizerOptions& options) {
+  const MovingOptions& moving = options.moving;
+  if (moving.max_sources == 0) return;
+  moving_ = std::make_unique<MovingSources>(moving.max_sources, kinds_of(moving));
   moving_list_ = std::make_unique<MovingSourceList>(*moving_, radiation, weights_, input.emitters,
-                                                    kinds_of(options));
-  joined_ = std::make_unique<CombinedPool>(*pool_, *moving_list_);
+                                                    kinds_of(moving));
+  if (file != nullptr && !file->probes().places.empty() && moving.reverberates)
+    add_probes(input, *file, radiation, options);
+  joined_ = std::make_unique<CombinedPool>(*pool_, *moving_list_, probes_.get());
+}
+
+// The reflections of moving sources. Their pages have a quarter of the memory on top.
+void SamplingPipeline::add_probes(const AuralizerInput& input, const BakeFile& file,
+                                  const RadiationModel& radiation,
+                                  const AuralizerOptions& options) {
+  // The input has the material of late reflections (read_tables()).
+  probe_bounds_ =
+      std::make_unique<const ProbeBounds>(input.materials, input.air, radiation.late_boost());
+  probe_loader_ = std::make_unique<PageLoader>(
+      reporting(probe_page_fetch(file, *probe_bounds_), options.report),
+      PageBudget{options.memory_bytes / 4, !options.wait_for_pages}, options.own_threads ? 1 : 0,
+      [&file](const PageEntry& entry) { file.will_need(entry); }, options.thread_hooks);
+  probes_ = std::make_unique<ProbePool>(file.probes(), *probe_bounds_, surfaces_.get(), weights_,
+                                        *moving_list_, *probe_loader_);
 }
 
 }  // namespace clamor

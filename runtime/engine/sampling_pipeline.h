@@ -6,14 +6,20 @@
 
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
+#include "runtime/occlusion/moving_parts.h"
 #include "runtime/occlusion/occlusion_geometry.h"
+#include "runtime/occlusion/part_scene.h"
 #include "runtime/occlusion/visibility_cache.h"
+#include "runtime/probes/combined_pool.h"
+#include "runtime/probes/probe_pool.h"
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/moving_source_list.h"
 #include "runtime/sampling/moving_sources.h"
+#include "runtime/sampling/part_script.h"
 #include "runtime/sampling/sampling_strategy.h"
 #include "runtime/streaming/page_loader.h"
 #include "runtime/streaming/prepared_signal.h"
@@ -44,6 +50,19 @@ class SamplingPipeline {
   // Sources that the caller moves, on any one thread; null if there are none.
   MovingSources* moving() const { return moving_.get(); }
 
+  // Parts that the caller moves, on any one thread, and which of them are the level's, by their
+  // index; null without occlusion, and if there are none and none may be added.
+  MovingParts* parts() const { return parts_.get(); }
+  std::span<const PartHandle> level_parts() const { return level_parts_; }
+
+  // All of that, for scripts.
+  PartScript::Stage stage() const { return {parts_.get(), level_parts_, of_level_}; }
+
+  // Call before each sample: takes over the newest commit of parts().
+  void update_parts();
+  // Returns whether there is a commit that update_parts() has not taken over.
+  bool has_new_parts() const { return parts_ != nullptr && parts_->has_news(); }
+
   void limit_group(std::uint16_t group, std::size_t max_voices) {
     moving_list_->limit_group(group, max_voices);
   }
@@ -53,22 +72,34 @@ class SamplingPipeline {
 
   const VisibilityCache* occlusion() const { return occlusion_.get(); }  // or null
   PageLoader* loader() const { return loader_.get(); }                   // null without a file
+  PageLoader* probe_loader() const { return probe_loader_.get(); }       // null without probes
+  ProbePool* probes() const { return probes_.get(); }                    // null without probes
 
  private:
   void add_occlusion(const AuralizerInput& input, const RadiationModel& radiation,
                      const AuralizerOptions& options);
-  void add_moving(const AuralizerInput& input, const RadiationModel& radiation,
-                  const MovingOptions& options);
+  void add_parts(const AuralizerInput& input);
+  void add_moving(const AuralizerInput& input, const BakeFile* file,
+                  const RadiationModel& radiation, const AuralizerOptions& options);
+  void add_probes(const AuralizerInput& input, const BakeFile& file,
+                  const RadiationModel& radiation, const AuralizerOptions& options);
 
   SignalWeights weights_;
   const SignalWeights max_weights_;  // over all instances that play a signal (signal_maps.h)
+  std::unique_ptr<MovingParts> parts_;
+  std::vector<PartHandle> level_parts_;
+  std::span<const MovablePart> of_level_;  // the input's
+  PartScene part_scene_;
   std::unique_ptr<OcclusionGeometry> surfaces_;
   std::unique_ptr<VisibilityCache> occlusion_;
   std::unique_ptr<PageLoader> loader_;
   std::unique_ptr<SourcePool> pool_;
   std::unique_ptr<MovingSources> moving_;
   std::unique_ptr<MovingSourceList> moving_list_;
-  std::unique_ptr<SourcePool> joined_;  // pool_ and moving_list_
+  std::unique_ptr<const ProbeBounds> probe_bounds_;
+  std::unique_ptr<PageLoader> probe_loader_;
+  std::unique_ptr<ProbePool> probes_;
+  std::unique_ptr<SourcePool> joined_;  // pool_, moving_list_ and probes_
   std::unique_ptr<Sampler> sampler_;
 };
 

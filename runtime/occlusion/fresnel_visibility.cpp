@@ -16,9 +16,8 @@ std::optional<bool> is_free(const OcclusionGeometry& geometry, const LineOfSight
   for (std::size_t i = 1; i <= DetourPath::kSegments; ++i) {
     for (;;) {
       ++rays;
-      const OccluderPlane* const wall =
-          geometry.first_surface(path.points_m[i - 1], path.points_m[i]);
-      if (wall == nullptr) break;
+      const auto wall = geometry.first_surface(path.points_m[i - 1], path.points_m[i]);
+      if (!wall) break;
       const PathHit hit = path.hit(*wall, i, line);
       if (hit == PathHit::kBlocked) return false;
       if (hit == PathHit::kLost) return std::nullopt;

@@ -97,7 +97,7 @@ class PacketEstimator {
     });
     under_way = lanes & ~free;
     std::array<PathSegment, kPacketRays> segments{};
-    std::array<const OccluderPlane*, kPacketRays> walls;
+    std::array<std::optional<OccluderPlane>, kPacketRays> walls;
     for (std::size_t segment = 1; segment <= DetourPath::kSegments; ++segment)
       for (Lanes casting = under_way; casting != 0;) {
         for_each(casting, [&](std::size_t l) {
@@ -107,7 +107,7 @@ class PacketEstimator {
         geometry_.first_surfaces(segments, casting, walls);
         for_each(casting, [&](std::size_t l) {
           const Lanes lane = Lanes{1} << l;
-          if (walls[l] == nullptr) {
+          if (!walls[l]) {
             casting &= ~lane;
             return;
           }

@@ -8,6 +8,8 @@
 #include <exception>
 
 #include "formats/level/embree_mesh.h"
+#include "runtime/occlusion/packet_rays.h"
+#include "runtime/occlusion/part_scene.h"
 #include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
@@ -21,16 +23,6 @@ constexpr double kSideTest_m = 0.25;
 constexpr float kAmbiguous_m = 0.0045f;
 constexpr int kMaxCrossings = 32;          // a path through more surfaces is silent
 constexpr float kRestartFraction = 1e-5f;  // of a segment, added after a hit to leave the surface
-
-OccluderPlane plane_of(const Mesh& mesh, const std::array<std::uint32_t, 3>& corners) {
-  const Vec3 a = mesh.vertices_m[corners[0]];
-  const Vec3 across =
-      cross(Vec3(mesh.vertices_m[corners[1]]) - a, Vec3(mesh.vertices_m[corners[2]]) - a);
-  const double twice_area = length(across);
-  if (!(twice_area > 0)) return {};
-  const Vec3 normal = across / twice_area;
-  return {Vec3f(normal), static_cast<float>(dot(normal, a))};
-}
 
 }  // namespace
 
@@ -81,72 +73,107 @@ bool OcclusionGeometry::improve() {
 
 OcclusionGeometry::~OcclusionGeometry() = default;
 
+bool OcclusionGeometry::has_parts() const { return parts_ != nullptr && !parts_->empty(); }
+
+bool OcclusionGeometry::parts_transmit() const { return parts_ != nullptr && parts_->transmits(); }
+
+bool OcclusionGeometry::transmits() const { return transmits_ || parts_transmit(); }
+
 std::uint32_t OcclusionGeometry::first_triangle(const Vec3f& from_m, const Vec3f& to_m,
                                                 float& near) const {
+  if (embree_ == nullptr) {
+    near = 1;
+    return kNone;
+  }
   const RTCRayHit ray = embree_->first_hit(from_m, to_m - from_m, near, 1);
   near = ray.ray.tfar;
   return ray.hit.geomID == RTC_INVALID_GEOMETRY_ID ? kNone : ray.hit.primID;
 }
 
-const OccluderPlane* OcclusionGeometry::first_surface(const Vec3f& from_m,
-                                                      const Vec3f& to_m) const {
-  if (empty()) return nullptr;
+// The first surface of the mesh.
+std::optional<OccluderPlane> OcclusionGeometry::first_wall(const Vec3f& from_m,
+                                                           const Vec3f& to_m) const {
   float near = 0;
   const std::uint32_t triangle = first_triangle(from_m, to_m, near);
-  return triangle == kNone ? nullptr : &planes_[triangle];
+  return triangle == kNone ? std::nullopt : std::optional(planes_[triangle]);
+}
+
+std::optional<OccluderPlane> OcclusionGeometry::first_surface(const Vec3f& from_m,
+                                                              const Vec3f& to_m) const {
+  float near = 0;
+  const std::uint32_t triangle = first_triangle(from_m, to_m, near);
+  if (has_parts())
+    if (const auto hit = parts_->first_hit(from_m, to_m, 0, near)) return parts_->plane(*hit);
+  return triangle == kNone ? std::nullopt : std::optional(planes_[triangle]);
 }
 
 void OcclusionGeometry::first_surfaces(
     std::span<const PathSegment, kPacketRays> segments, std::uint32_t lanes,
-    std::span<const OccluderPlane*, kPacketRays> surfaces) const {
-  alignas(64) std::array<int, kPacketRays> valid{};
-  alignas(64) RTCRayHit16 rays;
-  for (std::size_t l = 0; l < kPacketRays; ++l) {
-    surfaces[l] = nullptr;
-    valid[l] = (lanes >> l & 1) != 0 ? -1 : 0;
-    const PathSegment& segment = segments[l];
-    rays.ray.org_x[l] = segment.from_m.x;
-    rays.ray.org_y[l] = segment.from_m.y;
-    rays.ray.org_z[l] = segment.from_m.z;
-    rays.ray.tnear[l] = 0;
-    rays.ray.dir_x[l] = segment.to_m.x - segment.from_m.x;
-    rays.ray.dir_y[l] = segment.to_m.y - segment.from_m.y;
-    rays.ray.dir_z[l] = segment.to_m.z - segment.from_m.z;
-    rays.ray.time[l] = 0;
-    rays.ray.tfar[l] = 1;
-    rays.ray.mask[l] = 0xffffffff;
-    rays.ray.id[l] = 0;
-    rays.ray.flags[l] = 0;
-    rays.hit.geomID[l] = rays.hit.primID[l] = rays.hit.instID[0][l] = RTC_INVALID_GEOMETRY_ID;
+    std::span<std::optional<OccluderPlane>, kPacketRays> surfaces) const {
+  std::ranges::fill(surfaces, std::nullopt);
+  std::array<float, kPacketRays> fractions;
+  fractions.fill(1);
+  if (embree_ != nullptr) {
+    PacketRays packet(segments, lanes);
+    embree_->first_hits(packet.valid.data(), packet.rays);
+    for (std::size_t l = 0; l < kPacketRays; ++l) {
+      if (!packet.has_hit(l)) continue;
+      surfaces[l] = planes_[packet.rays.hit.primID[l]];
+      fractions[l] = packet.rays.ray.tfar[l];
+    }
   }
-  if (empty()) return;
-  embree_->first_hits(valid.data(), rays);
-  for (std::size_t l = 0; l < kPacketRays; ++l)
-    if (valid[l] != 0 && rays.hit.geomID[l] != RTC_INVALID_GEOMETRY_ID)
-      surfaces[l] = &planes_[rays.hit.primID[l]];
+  if (has_parts()) parts_->first_hits(segments, lanes, fractions, surfaces);
 }
 
 bool OcclusionGeometry::is_free(const Vec3f& from_m, const Vec3f& to_m) const {
-  return empty() || !embree_->is_occluded(from_m, to_m);
+  return (embree_ == nullptr || !embree_->is_occluded(from_m, to_m)) &&
+         (!has_parts() || parts_->is_free(from_m, to_m));
 }
 
 Bands OcclusionGeometry::transmission(const Vec3f& from_m, const Vec3f& to_m,
                                       std::uint64_t& rays) const {
+  return transmission(from_m, to_m, rays, false);
+}
+
+Bands OcclusionGeometry::transmission_of_parts(const Vec3f& from_m, const Vec3f& to_m,
+                                               std::uint64_t& rays) const {
+  ++rays;
+  if (!has_parts() || parts_->is_free(from_m, to_m)) return Bands{};
+  ++rays;
+  if (embree_ != nullptr && embree_->is_occluded(from_m, to_m)) return Bands{};
+  return transmission(from_m, to_m, rays, true);
+}
+
+Bands OcclusionGeometry::transmission(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays,
+                                      bool parts_only) const {
   Bands through = same_in_all_bands(1);
   if (empty()) return through;
   float near = 0;
   std::uint32_t last = kNone;
+  constexpr PartScene::Hit kNoPart{0, kNone, kNone};
+  PartScene::Hit last_part = kNoPart;
   for (int crossing = 0; crossing < kMaxCrossings; ++crossing) {
     ++rays;
-    const std::uint32_t triangle = first_triangle(from_m, to_m, near);
-    if (triangle == kNone) return through;
-    if (!transmits_) return Bands{};
-    near += kRestartFraction;
-    if (triangle == last) continue;
-    last = triangle;
+    float hit = near;
+    const std::uint32_t triangle = parts_only ? kNone : first_triangle(from_m, to_m, hit);
+    if (parts_only) hit = 1;
+    PartScene::Hit part = kNoPart;
+    if (has_parts())
+      if (const auto found = parts_->first_hit(from_m, to_m, near, hit)) part = *found;
+    const bool is_part = part.part != kNone;
+    if (triangle == kNone && !is_part) return through;
+    if (!transmits()) return Bands{};
+    near = (is_part ? part.fraction : hit) + kRestartFraction;
+    const bool again = is_part ? last_part.part == part.part && last_part.triangle == part.triangle
+                               : triangle == last;
+    last = is_part ? kNone : triangle;
+    last_part = part;
+    if (again) continue;
+    const Bands& transmitted =
+        is_part ? parts_->transmission(part) : transmission_[materials_[triangle]];
     float strongest = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) {
-      through[b] *= transmission_[materials_[triangle]][b];
+      through[b] *= transmitted[b];
       strongest = std::max(strongest, through[b]);
     }
     if (strongest == 0) return through;
@@ -156,13 +183,12 @@ Bands OcclusionGeometry::transmission(const Vec3f& from_m, const Vec3f& to_m,
 
 std::optional<Vec3f> OcclusionGeometry::ray_origin(const Source& source) const {
   const Vec3f position_m = source.position_m;
-  if (source.is_emitter || empty()) return position_m;
+  if (source.is_emitter || embree_ == nullptr) return position_m;
   const auto offset_m = static_cast<float>(kStartOffset_m);
   const Vec3f origin_m = position_m + offset_m * source.normal;
   const Vec3f back = 2 * glm::dot(source.mirror, source.normal) * source.normal - source.mirror;
-  const OccluderPlane* const wall =
-      first_surface(origin_m, origin_m + static_cast<float>(kSideTest_m) * back);
-  if (wall != nullptr && std::abs(wall->height_m(origin_m)) < kAmbiguous_m) return std::nullopt;
+  const auto wall = first_wall(origin_m, origin_m + static_cast<float>(kSideTest_m) * back);
+  if (wall && std::abs(wall->height_m(origin_m)) < kAmbiguous_m) return std::nullopt;
   return origin_m;
 }
 

@@ -1,5 +1,4 @@
-// occlusion_geometry.h: ray queries against the level's surfaces. The only runtime module that
-// includes Embree.
+// occlusion_geometry.h: ray queries against the level's surfaces and its movable parts.
 //
 // Surfaces block from both sides. The bake file stores sources to 1/256 m and corners to 1 mm, so a
 // stored source may lie a few millimetres off its wall. Rays therefore start a little in front of
@@ -25,26 +24,13 @@
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
 #include "formats/level/mesh.h"
+#include "runtime/occlusion/occluder_plane.h"
+#include "runtime/occlusion/path_segment.h"
 
 namespace clamor {
 
 class EmbreeMesh;
-
-// The plane of a triangle: dot(normal, x) = offset.
-struct OccluderPlane {
-  Vec3f normal{};
-  float offset_m = 0;
-
-  float height_m(const Vec3f& point_m) const { return glm::dot(normal, point_m) - offset_m; }
-};
-
-// A straight segment of a path.
-struct PathSegment {
-  Vec3f from_m{}, to_m{};
-};
-
-// Segments that are cast at once.
-inline constexpr std::size_t kPacketRays = 16;
+class PartScene;
 
 class OcclusionGeometry {
  public:
@@ -61,42 +47,59 @@ class OcclusionGeometry {
                     BuildQuality quality = BuildQuality::kHigh);
   ~OcclusionGeometry();
 
-  bool empty() const { return planes_.empty(); }
+  // Parts that occlude besides the mesh; null: none. They must outlive this or be replaced. Must
+  // not run while other threads cast rays.
+  void set_parts(const PartScene* parts) { parts_ = parts; }
+
+  bool has_parts() const;
+
+  // Whether nothing occludes.
+  bool empty() const { return planes_.empty() && !has_parts(); }
 
   // Swaps in the better BVH if it is finished, and returns true from then on. Never waits. Must not
   // run while other threads cast rays.
   bool improve();
 
-  // Plane of the first surface on the segment, null if there is none.
-  const OccluderPlane* first_surface(const Vec3f& from_m, const Vec3f& to_m) const;
+  // Plane of the first surface on the segment, if there is one.
+  std::optional<OccluderPlane> first_surface(const Vec3f& from_m, const Vec3f& to_m) const;
   bool is_free(const Vec3f& from_m, const Vec3f& to_m) const;
 
   // first_surface() for the segments whose bit is set in `lanes`; faster for coherent segments.
   // Where a ray passes through the edge between two surfaces, it may find the other surface.
   void first_surfaces(std::span<const PathSegment, kPacketRays> segments, std::uint32_t lanes,
-                      std::span<const OccluderPlane*, kPacketRays> surfaces) const;
+                      std::span<std::optional<OccluderPlane>, kPacketRays> surfaces) const;
 
   // Share of the power transmitted straight through all surfaces on the segment. Both sides of a
   // wall that is modelled with two surfaces count. Adds the rays cast to `rays`.
   Bands transmission(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays) const;
-  bool transmits() const { return transmits_; }  // whether any material does
+  bool transmits() const;  // whether any material does
 
-  // Start of the source's rays; nothing where that is ambiguous. Costs one ray.
+  // Share of the power transmitted through all movable parts on the segment; zero where there are
+  // none, and where the level's own surfaces block it: what these transmit is in the bake.
+  Bands transmission_of_parts(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays) const;
+  bool parts_transmit() const;
+
+  // Start of the source's rays; nothing where that is ambiguous. Parts do not matter. Costs one
+  // ray.
   std::optional<Vec3f> ray_origin(const Source& source) const;
 
  private:
   static std::unique_ptr<EmbreeMesh> build_bvh(const Mesh& mesh, BuildQuality quality);
   static constexpr std::uint32_t kNone = 0xffffffff;
 
-  // First triangle beyond the fraction `near` of the segment, kNone if there is none. Sets `near`
-  // to the fraction of the hit.
+  // First triangle of the mesh beyond the fraction `near` of the segment, kNone if there is none.
+  // Sets `near` to the fraction of the hit, or 1.
   std::uint32_t first_triangle(const Vec3f& from_m, const Vec3f& to_m, float& near) const;
+  std::optional<OccluderPlane> first_wall(const Vec3f& from_m, const Vec3f& to_m) const;
+  Bands transmission(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays,
+                     bool parts_only) const;
 
   std::vector<OccluderPlane> planes_;     // per triangle
   std::vector<std::uint16_t> materials_;  // per triangle
   std::vector<Bands> transmission_;       // per material
   bool transmits_ = false;
-  std::unique_ptr<EmbreeMesh> embree_;
+  std::unique_ptr<EmbreeMesh> embree_;  // null in a free field
+  const PartScene* parts_ = nullptr;
   const Mesh* mesh_to_improve_ = nullptr;  // null: the BVH is final
   std::future<std::unique_ptr<EmbreeMesh>> better_;
 };

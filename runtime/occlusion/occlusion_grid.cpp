@@ -77,11 +77,11 @@ OcclusionGrid::Cell& OcclusionGrid::find_or_add(std::uint64_t key, std::uint32_t
 // Several sizes get the estimate: the one that suits now may be too fine once the listener has
 // walked away.
 void OcclusionGrid::add(const Source& source, const Vec3& place, bool line_is_free,
-                        const Bands& visibility, std::uint32_t keyframe) {
+                        const Bands& visibility, std::uint32_t keyframe, std::uint32_t valid_from) {
   const int level = level_at(source, place);
   for (int l = level; l < level + kLevels; ++l) {
     Cell& cell = find_or_add(key_of(source, l), keyframe);
-    const float remaining = remaining_weight(cell, source, place);
+    const float remaining = cell.keyframe < valid_from ? 0 : remaining_weight(cell, source, place);
     for (RunningMean& mean : cell.means) {
       const float keep = remaining * std::min(1.0f, kMaxWeight / std::max(mean.weight, kMaxWeight));
       mean.weight *= keep;

@@ -26,9 +26,10 @@ class OcclusionGrid {
  public:
   OcclusionGrid();
 
-  // Adds an estimate for a source, made from `place`.
+  // Adds an estimate for a source, made from `place`. Estimates of its neighbours from before the
+  // keyframe `valid_from` count no more.
   void add(const Source& source, const Vec3& place, bool line_is_free, const Bands& visibility,
-           std::uint32_t keyframe);
+           std::uint32_t keyframe, std::uint32_t valid_from = 0);
 
   struct Mean {
     Bands visibility{};

@@ -61,8 +61,10 @@ void VisibilityCache::begin_keyframe(const Vec3& place) {
   upper_bounds_.begin_keyframe(scene_changed());
   ++keyframe_;
   // Behind a door, all sources are new and audible in the same keyframe.
-  rays_left_ = (scene_changed() ? 2 : 1) * std::int64_t{options_.rays_per_keyframe};
+  const bool doubled = scene_changed() || has_changed_parts();
+  rays_left_ = (doubled ? 2 : 1) * std::int64_t{options_.rays_per_keyframe};
   if (entries_.is_crowded()) remove_unused();
+  if (has_changed_parts()) mark_stale();
 }
 
 // --- Entries ------------------------------------------------------------------------------------
@@ -80,7 +82,7 @@ bool VisibilityCache::is_within(const VisibilityEntry& entry, const Source& sour
 }
 
 bool VisibilityCache::is_current(const VisibilityEntry& entry, const Source& source) const {
-  if (entry.precision < VisibilityPrecision::kCoarse) return false;
+  if (entry.precision < VisibilityPrecision::kCoarse || entry.estimate_is_stale) return false;
   const double changes = grid_.change_clock() - static_cast<double>(entry.change_clock);
   return is_within(entry, source, changes < 0.5 ? 1 : 0);
 }
@@ -98,6 +100,7 @@ VisibilityCache::Index VisibilityCache::add(std::uint64_t number, const Source& 
   const Index index = entries_.add(number);
   VisibilityEntry& entry = entries_[index];
   entry.used = keyframe_;
+  entry.is_direct = source.is_emitter || is_moving_source(number);
   const auto origin_m = geometry_.ray_origin(source);
   entry.has_origin = origin_m.has_value();
   if (origin_m) entry.origin_m = *origin_m;
@@ -124,9 +127,13 @@ void VisibilityCache::follow(VisibilityEntry& entry, const Source& source) {
 // Derives the visibility and its bounds from the line test and the diffracted power.
 void VisibilityCache::update(VisibilityEntry& entry, const Source& source) {
   entry.visibility = entry.diffracted;
-  if (is_moving_source(entry.number) && !entry.line_is_free && geometry_.transmits()) {
+  const bool is_moving = is_moving_source(entry.number);
+  if (!entry.line_is_free && entry.has_origin &&
+      (is_moving ? geometry_.transmits() : geometry_.parts_transmit())) {
     std::uint64_t rays = 0;
-    const Bands through = geometry_.transmission(entry.origin_m, Vec3f(place_), rays);
+    const Bands through =
+        is_moving ? geometry_.transmission(entry.origin_m, Vec3f(place_), rays)
+                  : geometry_.transmission_of_parts(entry.origin_m, Vec3f(place_), rays);
     for (std::size_t b = 0; b < kBandCount; ++b)
       entry.visibility[b] += (1 - entry.diffracted[b]) * through[b];
     statistics_.rays += rays;
@@ -135,7 +142,7 @@ void VisibilityCache::update(VisibilityEntry& entry, const Source& source) {
   entries_.set_occluded(entry, entry.visibility == Bands{});
   const std::uint8_t step = OcclusionUpperBounds::step_for(
       *std::max_element(entry.visibility.begin(), entry.visibility.end()));
-  if (step != entry.step && !is_moving_source(entry.number)) upper_bounds_.set(entry.number, step);
+  if (step != entry.step && !is_moving) upper_bounds_.set(entry.number, step);
   entry.step = step;
   entry.updated = keyframe_;
   entry.change_clock = static_cast<float>(grid_.change_clock());
@@ -151,6 +158,7 @@ void VisibilityCache::test_line(VisibilityEntry& entry, const Source& source) {
   follow(entry, source);
   entry.line_is_free = entry.has_origin && geometry_.is_free(entry.origin_m, Vec3f(place_));
   entry.precision = VisibilityPrecision::kLineTest;
+  entry.is_stale = false;
   ++statistics_.line_tests;
   ++statistics_.rays;
   --rays_left_;
@@ -162,10 +170,14 @@ void VisibilityCache::test_line(VisibilityEntry& entry, const Source& source) {
 // neighbours, the straight line alone decides.
 void VisibilityCache::predict(VisibilityEntry& entry, const Source& source, bool line_changed) {
   OcclusionGrid::Mean mean;
+  const auto is_known = [&] {
+    return grid_.mean(source, place_, entry.line_is_free, entry.line_is_free || !entry.occluded,
+                      mean) &&
+           !(entry.estimate_is_stale && mean.keyframe < parts_keyframe_);
+  };
   if (!entry.has_origin) {
     entry.diffracted = {};
-  } else if (!grid_.mean(source, place_, entry.line_is_free, entry.line_is_free || !entry.occluded,
-                         mean)) {
+  } else if (!is_known()) {
     if (line_changed) entry.diffracted = same_in_all_bands(entry.line_is_free ? 1 : 0);
   } else if (mean.keyframe > entry.estimated) {
     const float rate = line_changed ? 1 : kPredictionRate;
@@ -174,22 +186,26 @@ void VisibilityCache::predict(VisibilityEntry& entry, const Source& source, bool
   }
 }
 
+// Takes the precision's own number of paths unless there is another.
 void VisibilityCache::estimate(VisibilityEntry& entry, const Source& source,
-                               VisibilityPrecision precision) {
+                               VisibilityPrecision precision, int paths_per_ring) {
   follow(entry, source);
   VisibilityEstimate estimate;
   if (entry.has_origin)
     estimate.diffracted =
         fresnel_visibility(geometry_, {entry.origin_m, Vec3f(place_), speed_of_sound_mps_},
-                           paths_for(precision), estimate.rays, &estimate.line_is_free);
+                           paths_per_ring > 0 ? paths_per_ring : paths_for(precision),
+                           estimate.rays, &estimate.line_is_free);
   store(entry, source, precision, estimate);
 }
 
 void VisibilityCache::store(VisibilityEntry& entry, const Source& source,
                             VisibilityPrecision precision, const VisibilityEstimate& estimate) {
   const Bands predicted = std::exchange(entry.diffracted, estimate.diffracted);
-  const bool was_predicted =
-      entry.updated > 0 && grid_.change_clock() - static_cast<double>(entry.change_clock) < 0.5;
+  const bool was_stale = entry.estimate_is_stale;
+  entry.is_stale = entry.estimate_is_stale = false;
+  const bool was_predicted = !was_stale && entry.updated > 0 &&
+                             grid_.change_clock() - static_cast<double>(entry.change_clock) < 0.5;
   entry.line_is_free = estimate.line_is_free;
   ++(precision == VisibilityPrecision::kFine ? statistics_.fine_estimates : statistics_.estimates);
   statistics_.rays += estimate.rays;
@@ -198,7 +214,8 @@ void VisibilityCache::store(VisibilityEntry& entry, const Source& source,
   entry.estimated = keyframe_;
   update(entry, source);
   if (options_.exact || !entry.has_origin) return;
-  grid_.add(source, place_, entry.line_is_free, entry.diffracted, keyframe_);
+  grid_.add(source, place_, entry.line_is_free, entry.diffracted, keyframe_,
+            was_stale ? parts_keyframe_ : 0);
   if (!was_predicted) return;
   ++refresh_.prediction_error.count;
   for (std::size_t b = 0; b < kBandCount; ++b)
@@ -223,6 +240,13 @@ VisibilityCache::Index VisibilityCache::test_new(std::uint64_t number, const Sou
   return entry.occluded ? index | VisibilityEntries::kOccluded : index;
 }
 
+// Where parts move, edges sweep across the paths of direct sounds, which must not be heard in
+// steps.
+void VisibilityCache::refine_direct(VisibilityEntry& entry, const Source& source) {
+  if (geometry_.has_parts() && entry.is_direct && entry.precision < VisibilityPrecision::kFine)
+    estimate(entry, source, VisibilityPrecision::kFine);
+}
+
 const Bands& VisibilityCache::estimate_now(std::uint64_t number, const Source& source) {
   Index index = find(number);
   const bool known = index != kUnknown;
@@ -230,6 +254,7 @@ const Bands& VisibilityCache::estimate_now(std::uint64_t number, const Source& s
   VisibilityEntry& entry = entries_[index];
   if (!known || entry.precision < VisibilityPrecision::kMedium || !is_current(entry, source))
     estimate(entry, source, VisibilityPrecision::kMedium);
+  refine_direct(entry, source);
   return entry.visibility;
 }
 
@@ -256,6 +281,7 @@ std::vector<Bands> VisibilityCache::estimate_now(std::span<const Wanted> sources
     VisibilityEntry& entry = entries_[indices[s]];
     store(entry, *sources[s].source, VisibilityPrecision::kMedium,
           entry.has_origin ? estimates[next++] : VisibilityEstimate());
+    refine_direct(entry, *sources[s].source);
   }
   std::vector<Bands> visible;
   for (const Index index : indices) visible.push_back(entries_[index].visibility);

@@ -27,8 +27,16 @@
 // (occlusion_upper_bounds.h), the next quarter where there is nothing to do, and all sources where
 // the whole scene changed.
 //
+// Where movable parts appeared, moved or vanished, the visibility of sources behind them is stale
+// (visibility_parts.cpp). Sources whose straight line passes near by, and emitters and moving
+// sources whose Fresnel zone does, are renewed in the same keyframe, before all others, and none of
+// them counts as occluded before. Such a keyframe has twice as many rays, and up to eight times as
+// many again for emitters and moving sources. Sources farther from the straight line keep their
+// visibility until their turn comes.
+//
 // For moving sources, sound transmitted straight through walls is added to the visibility. For
-// static ones, the bake stores it as sources on the far side of the wall.
+// static ones, the bake stores it as sources on the far side of the wall, and only what movable
+// parts transmit is added.
 //
 // New sources for which no rays are left count as occluded. They are a few keyframes late and
 // quieter than all tested ones.
@@ -49,6 +57,7 @@
 #include "common/bands.h"
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
+#include "runtime/occlusion/changed_parts.h"
 #include "runtime/occlusion/occlusion_batch.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/occlusion_grid.h"
@@ -60,8 +69,10 @@ namespace clamor {
 
 struct VisibilityStatistics {
   std::uint64_t rays = 0, line_tests = 0, estimates = 0, fine_estimates = 0;
-  double ray_ms = 0;          // CPU time
-  std::uint64_t late = 0;     // sources that counted as occluded for want of rays
+  double ray_ms = 0;  // CPU time
+  // Sources that counted as occluded, or as before a movable part crossed their path, for want of
+  // rays.
+  std::uint64_t late = 0;
   std::uint64_t wanted = 0;   // sources that mattered in the last keyframe,
   std::uint64_t current = 0;  // and how many of them had a valid estimate
 };
@@ -99,6 +110,12 @@ class VisibilityCache {
                   const VisibilityOptions& options);
 
   bool exact() const { return options_.exact; }
+  // Whether there is anything that occludes, now.
+  bool occludes() const { return !geometry_.empty(); }
+
+  // Movable parts have changed within these bounds, before the next keyframe.
+  void change_parts(std::span<const PartBounds> bounds) { changed_parts_.add(bounds); }
+  bool has_changed_parts() const { return !changed_parts_.empty(); }
 
   // Sets the listener's position and renews the budget of rays.
   void begin_keyframe(const Vec3& place);
@@ -117,6 +134,12 @@ class VisibilityCache {
 
   // Upper bounds of all visibilities, for pools to cull by in this keyframe.
   const OcclusionUpperBounds& upper_bounds() const { return upper_bounds_; }
+
+  // Returns whether a movable part has crossed the path of a known source since its last test.
+  bool is_stale(Index known) const { return entries_[known].is_stale; }
+  // Renews the visibilities of stale sources, in their order, as far as there are rays for them.
+  // The others keep their visibility, and stay stale.
+  void renew(std::span<const Wanted> stale);
 
   // Line test of an unknown source; kUnknown if no rays are left for new sources.
   Index test_new(std::uint64_t number, const Source& source, double priority);
@@ -169,9 +192,14 @@ class VisibilityCache {
   void update(VisibilityEntry& entry, const Source& source);
   void test_line(VisibilityEntry& entry, const Source& source);
   void predict(VisibilityEntry& entry, const Source& source, bool line_changed);
-  void estimate(VisibilityEntry& entry, const Source& source, VisibilityPrecision precision);
+  void estimate(VisibilityEntry& entry, const Source& source, VisibilityPrecision precision,
+                int paths_per_ring = 0);
+  void refine_direct(VisibilityEntry& entry, const Source& source);
   void store(VisibilityEntry& entry, const Source& source, VisibilityPrecision precision,
              const VisibilityEstimate& estimate);
+  std::size_t renew_direct(std::span<const Wanted> stale);
+  void mark_stale();
+  void mark_stale(VisibilityEntry& entry);
   bool scene_changed() const { return grid_.change_clock() > refresh_.last_change_clock + 0.5; }
   void collect_tasks(std::span<const Wanted> wanted, double tau, std::uint32_t phase, bool all);
   void retest_lines(std::vector<Task>& tasks);
@@ -183,8 +211,10 @@ class VisibilityCache {
   VisibilityEntries entries_;
   OcclusionUpperBounds upper_bounds_;
   OcclusionGrid grid_;
+  ChangedParts changed_parts_;  // since the last keyframe
   Vec3 place_{};
   std::uint32_t keyframe_ = 0;
+  std::uint32_t parts_keyframe_ = 0;  // the last in which parts had changed
   std::int64_t rays_left_ = 0;
   VisibilityStatistics statistics_;
   RefreshState refresh_;

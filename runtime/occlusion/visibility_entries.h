@@ -30,8 +30,12 @@ struct alignas(64) VisibilityEntry {
   VisibilityPrecision precision = VisibilityPrecision::kLineTest;
   bool has_origin = false, line_is_free = false, occluded = false;
   std::uint8_t step = OcclusionUpperBounds::kUnoccluded;
-  Bands diffracted{};  // share of the power that passes beside the surfaces
-  Bands visibility{};  // and what is transmitted through them, too
+  // What is not known any more since a movable part crossed the path: the visibility, and the last
+  // estimate. A line test renews the visibility alone.
+  bool is_stale : 1 = false, estimate_is_stale : 1 = false;
+  bool is_direct : 1 = false;  // an emitter or a moving source
+  Bands diffracted{};          // share of the power that passes beside the surfaces
+  Bands visibility{};          // and what is transmitted through them, too
 };
 
 // A flat hash map from source numbers to entries. An index stays valid until remove_unused(), and
@@ -63,6 +67,11 @@ class VisibilityEntries {
     if (occluded == entry.occluded) return;
     entry.occluded = occluded;
     *indices_.find(entry.number) ^= kOccluded;
+  }
+
+  template <class Act>
+  void for_each(const Act& act) {
+    for (VisibilityEntry& entry : entries_) act(entry);
   }
 
   // Returns whether so many numbers are known that unused ones should be removed.

@@ -111,7 +111,8 @@ void VisibilityCache::retest_lines(std::vector<Task>& tasks) {
   const RayTimer time(statistics_.ray_ms);
   for (std::size_t t = 0; t < count; ++t) {
     VisibilityEntry& entry = entries_[tasks[t].index];
-    if (!is_within(entry, *tasks[t].source, kRecentRadii)) test_line(entry, *tasks[t].source);
+    if (entry.is_stale || !is_within(entry, *tasks[t].source, kRecentRadii))
+      test_line(entry, *tasks[t].source);
   }
 }
 

@@ -137,6 +137,12 @@ struct SignalWeights {
     if (steady()) return {by_signal[signal], 1};
     return tracks[signal].at(time_s);
   }
+  // Maximum of each band's weight from one time of the signal's own to another.
+  Bands max_between(std::uint32_t signal, double from_s, double to_s) const {
+    if (signal >= by_signal.size())
+      return (*slots)[signal - by_signal.size()].max_between(from_s, to_s);
+    return steady() ? by_signal[signal] : tracks[signal].max_between(from_s, to_s);
+  }
   const Bands& max(std::uint32_t signal) const {
     return signal < by_signal.size() ? by_signal[signal]
                                      : (*slots)[signal - by_signal.size()].max();

@@ -35,6 +35,7 @@ struct FoundSource {
   Vec3f velocity_mps{};
   double start_s = 0;    // of a moving source's sound, on top of the source's delay
   double min_scale = 1;  // of its power, if it stands for others of its group
+  float openness = 1;    // share of its power that the portals on its path let through
 };
 
 // The late boost of a source, and the upper bound of its priority, whose culler assumed `max_boost`

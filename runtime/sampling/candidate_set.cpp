@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 
+#include "runtime/propagation/source_number.h"
 #include "runtime/propagation/source_weight.h"
 
 namespace clamor {
@@ -61,10 +62,10 @@ void CandidateSet::weigh_source(std::uint32_t index, const ReceivedIntensity& re
   const LoudnessTrack::Moment signal =
       weights_at_distance(inputs_.radiation, inputs_.weights, found.signal, source,
                           received.distance_m, moment.time_s - found.start_s);
-  const float emitter_power = inputs_.emitter_power(source);
-  if (found.upper_bound * (signal.share * emitter_power) < threshold) return;
+  const float power_share = inputs_.power_share(found);
+  if (found.upper_bound * (signal.share * power_share) < threshold) return;
   Bands intensity = apply_reception(moment.reception, source, moment.place_m, received.intensity);
-  for (float& band : intensity) band *= emitter_power;
+  for (float& band : intensity) band *= power_share;
   const double w = weighted_sum(signal.weights, intensity);
   const double per_weight = static_cast<double>(found.boost) / std::max(source.u, kMinU);
   const double priority = w * per_weight;
@@ -95,18 +96,45 @@ bool CandidateSet::apply_occlusion(double threshold) {
 // Applies known visibilities and lists the other candidates, highest first.
 void CandidateSet::apply_known_visibilities() {
   untested_.clear();
+  stale_.clear();
   highest_priorities_.clear();
   for (std::uint32_t c = 0; c < candidates_.size(); ++c) {
     const Candidate& candidate = candidates_[c];
     if (const auto ahead = c + kPrefetchDistance; ahead < candidates_.size())
       if (candidates_[ahead].visibility != VisibilityCache::kUnknown)
         inputs_.occlusion->prefetch_visibility(candidates_[ahead].visibility);
-    if (candidate.visibility != VisibilityCache::kUnknown)
-      highest_priorities_.push_back(apply_visibility(c, candidate.priority));
-    else
+    if (candidate.visibility == VisibilityCache::kUnknown)
       untested_.push_back({candidate.priority, c});
+    else if (inputs_.occlusion->is_stale(candidate.visibility))
+      stale_.push_back({candidate.priority, c});
+    else
+      highest_priorities_.push_back(apply_visibility(c, candidate.priority));
   }
+  if (!stale_.empty()) renew_stale();
   std::sort(untested_.begin(), untested_.end(), std::greater<>());
+}
+
+// Renews the visibilities that a movable part has changed, and applies them: emitters and moving
+// sources first, the loudest in front, and then reflections, highest priority first.
+void CandidateSet::renew_stale() {
+  const auto is_direct = [this](const Ranked& one) {
+    const FoundSource& found = source_of(candidates_[one.second]);
+    return found.source->is_emitter || is_moving_source(found.number);
+  };
+  const auto reflections = std::partition(stale_.begin(), stale_.end(), is_direct);
+  std::sort(stale_.begin(), reflections, [this](const Ranked& a, const Ranked& b) {
+    const double weights[] = {candidates_[a.second].weight, candidates_[b.second].weight};
+    return weights[0] != weights[1] ? weights[0] > weights[1] : a > b;
+  });
+  std::sort(reflections, stale_.end(), std::greater<>());
+  renewed_.clear();
+  for (const auto& [priority, c] : stale_) {
+    const FoundSource& found = source_of(candidates_[c]);
+    renewed_.push_back({priority, found.number, candidates_[c].visibility, found.source});
+  }
+  inputs_.occlusion->renew(renewed_);
+  for (const auto& [priority, c] : stale_)
+    highest_priorities_.push_back(apply_visibility(c, priority));
 }
 
 // Tests candidates of unknown visibility until k + 1 tested ones are ahead of all others, and

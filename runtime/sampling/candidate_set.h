@@ -67,6 +67,7 @@ class CandidateSet {
   void weigh_source(std::uint32_t index, const ReceivedIntensity& received,
                     const SamplingMoment& moment, double threshold);
   void apply_known_visibilities();
+  void renew_stale();
   void keep_highest_priorities();
   bool test_untested();
   void estimate_untested(std::size_t first, std::size_t last);
@@ -75,9 +76,11 @@ class CandidateSet {
   SamplingInputs& inputs_;
   std::vector<FoundSource> found_;
   std::vector<Candidate> candidates_;
-  std::vector<Bands> band_weights_;         // of the candidates, without occlusion
-  std::vector<Ranked> untested_;            // candidates of unknown visibility
-  std::vector<double> highest_priorities_;  // up to k + 1 with visibilities, as a min-heap
+  std::vector<Bands> band_weights_;  // of the candidates, without occlusion
+  std::vector<Ranked> untested_;     // candidates of unknown visibility
+  std::vector<Ranked> stale_;        // candidates whose path a movable part has crossed
+  std::vector<VisibilityCache::Wanted> renewed_;  // scratch memory of renew_stale()
+  std::vector<double> highest_priorities_;        // up to k + 1 with visibilities, as a min-heap
   std::vector<VisibilityCache::Wanted> wanted_;
   std::vector<Ranked> ranked_;  // scratch memory of keep_highest()
 };

@@ -27,48 +27,73 @@ Result<MovingScript> MovingScript::read(const std::string& path) {
   if (!json.ok()) return json.error();
   JsonFields fields(*json, path);
   fields.any("comment");
-  const Json* sources = fields.any("sources");
-  if (sources == nullptr || sources->array() == nullptr || sources->array()->empty())
-    fields.fail("needs 'sources', a list of at least one { \"signal\": \"noise\", \"path\": ... }");
+  const Json* const portals = fields.any("portals");
+  const Json* const sources = fields.any("sources");
+  const Json* const parts = fields.any("parts");
+  if (sources == nullptr ? parts == nullptr && portals == nullptr
+                         : sources->array() == nullptr || sources->array()->empty())
+    fields.fail(
+        "needs 'sources', a list of at least one { \"signal\": \"noise\", \"path\": ... }, "
+        "'parts' or 'portals'");
   if (const auto ok = fields.result_without_unknown(); !ok.ok()) return ok.error();
 
   MovingScript script;
   script.files_.add(path);
-  SignalTable signals;
-  for (const Json& item : *sources->array()) {
-    const std::string where = path + ": source " + std::to_string(script.sources_.size() + 1);
-    JsonFields values(item, where);
-    ScriptedSource scripted;
-    scripted.name = values.string("name").value_or("");
-    const std::string signal = values.string("signal").value_or("noise");
-    const bool loop = values.boolean("loop").value_or(signal != "impulse");
-    scripted.gain = std::pow(10, values.number("gain_db", -200, 120).value_or(0) / 20);
-    scripted.directivity = values.number("directivity", 0, 1e4).value_or(0);
-    scripted.from_s = values.number("from_s", 0, kMaxTime_s).value_or(0);
-    scripted.until_s = values.number("until_s", 0, kMaxTime_s).value_or(kMaxTime_s);
-    const Json* const walk = values.any("path");
-    if (walk == nullptr) values.fail("'path' is missing");
-    if (const auto ok = values.result_without_unknown(); !ok.ok()) return ok.error();
-    auto parsed = Walk::parse(*walk, where + ", 'path'");
+  if (portals != nullptr) {
+    auto parsed = PortalScript::parse(*portals, path);
     if (!parsed.ok()) return parsed.error();
-    scripted.path = std::move(*parsed);
-
-    if (is_built_in_signal(signal)) {
-      scripted.signal = signals.built_in(signal, loop);
-    } else if (const auto known = signals.find(signal, loop)) {
-      scripted.signal = *known;
-    } else {
-      const auto file = confined_path(folder_of(path), signal);
-      if (!file.ok()) return file.error().in(where + ", 'signal'");
-      auto samples = read_audio(*file);
-      if (!samples.ok()) return samples.error().in(where);
-      script.files_.add(*file);
-      scripted.signal = signals.add(signal, signal, std::move(*samples), loop);
+    script.portals_ = std::move(*parsed);
+  }
+  SignalTable signals;
+  if (sources != nullptr)
+    for (const Json& item : *sources->array()) {
+      const std::string where = path + ": source " + std::to_string(script.sources_.size() + 1);
+      if (const auto ok = script.read_source(item, where, path, signals); !ok.ok())
+        return ok.error();
     }
-    script.sources_.push_back(std::move(scripted));
+  if (parts != nullptr) {
+    auto parsed = PartScript::parse(*parts, path);
+    if (!parsed.ok()) return parsed.error();
+    script.parts_ = std::move(*parsed);
   }
   script.signals_ = signals.take();
   return script;
+}
+
+Result<void> MovingScript::read_source(const Json& json, const std::string& where,
+                                       const std::string& path, SignalTable& signals) {
+  JsonFields values(json, where);
+  ScriptedSource scripted;
+  scripted.name = values.string("name").value_or("");
+  const std::string signal = values.string("signal").value_or("noise");
+  const bool loop = values.boolean("loop").value_or(signal != "impulse");
+  scripted.gain = std::pow(10, values.number("gain_db", -200, 120).value_or(0) / 20);
+  const double reverberation_db = values.number("reverberation_db", -200, 40).value_or(0);
+  scripted.reverberation = reverberation_db > -200 ? std::pow(10, reverberation_db / 20) : 0;
+  scripted.directivity = values.number("directivity", 0, 1e4).value_or(0);
+  scripted.from_s = values.number("from_s", 0, kMaxTime_s).value_or(0);
+  scripted.until_s = values.number("until_s", 0, kMaxTime_s).value_or(kMaxTime_s);
+  const Json* const walk = values.any("path");
+  if (walk == nullptr) values.fail("'path' is missing");
+  if (const auto ok = values.result_without_unknown(); !ok.ok()) return ok.error();
+  auto parsed = Walk::parse(*walk, where + ", 'path'");
+  if (!parsed.ok()) return parsed.error();
+  scripted.path = std::move(*parsed);
+
+  if (is_built_in_signal(signal)) {
+    scripted.signal = signals.built_in(signal, loop);
+  } else if (const auto known = signals.find(signal, loop)) {
+    scripted.signal = *known;
+  } else {
+    const auto file = confined_path(folder_of(path), signal);
+    if (!file.ok()) return file.error().in(where + ", 'signal'");
+    auto samples = read_audio(*file);
+    if (!samples.ok()) return samples.error().in(where);
+    files_.add(*file);
+    scripted.signal = signals.add(signal, signal, std::move(*samples), loop);
+  }
+  sources_.push_back(std::move(scripted));
+  return {};
 }
 
 MovingOptions MovingScript::options(std::size_t signals_of_bake) const {
@@ -80,6 +105,12 @@ MovingOptions MovingScript::options(std::size_t signals_of_bake) const {
                              static_cast<std::uint32_t>(signals_of_bake + scripted.signal),
                              same_in_all_bands(static_cast<float>(scripted.directivity))});
   return options;
+}
+
+Result<void> MovingScript::apply(MovingSources* moving, const PartScript::Stage& stage,
+                                 double time_s) {
+  if (const auto ok = parts_.apply(stage, time_s); !ok.ok()) return ok;
+  return moving == nullptr ? Result<void>() : apply(*moving, time_s);
 }
 
 Result<void> MovingScript::apply(MovingSources& moving, double time_s) {
@@ -98,6 +129,7 @@ Result<void> MovingScript::apply(MovingSources& moving, double time_s) {
           kVelocityStep_s;
       source.axis = on_path.forward();
       source.gain = same_in_all_bands(static_cast<float>(scripted.gain));
+      source.reverberation = static_cast<float>(scripted.reverberation);
       source.start_s = scripted.from_s;
       if (!scripted.is_present) {
         const auto added = moving.add(source);

@@ -70,6 +70,10 @@ MovingSourceList::MovingSourceList(MovingSources& sources, const RadiationModel&
       columns_(sources.max_sources()),
       history_(sources.max_sources(), radiation.speed_of_sound_mps()) {}
 
+std::uint64_t MovingSourceList::number(std::size_t slot) const {
+  return number_of(slot, columns_.generations[slot]);
+}
+
 bool MovingSourceList::refresh() {
   newest_.snapshot = &moving_.latest();
   // Signals in slots are not known to be steady.
@@ -244,21 +248,6 @@ double MovingSourceList::upper_bound(const Vec3& place) const {
     highest = std::max(highest, static_cast<double>(priority) / r2_m2);
   }
   return highest * kBoundSlack;
-}
-
-bool CombinedPool::find_above(const Vec3& place, double threshold, std::size_t max_count,
-                              std::vector<FoundSource>& found) {
-  if (!static_.find_above(place, threshold, max_count, found)) return false;
-  const std::size_t before = found.size();
-  moving_.find_above(place, threshold, found);
-  spend(WorkBudget::kFound * (found.size() - before) +
-        WorkBudget::kMovingPer16 * (moving_.max_sources() / 16));
-  // A threshold of zero asks for all sources, however many there are.
-  return found.size() <= max_count || threshold == 0;
-}
-
-double CombinedPool::upper_bound(const Vec3& place) {
-  return std::max(static_.upper_bound(place), moving_.upper_bound(place));
 }
 
 }  // namespace clamor

@@ -55,6 +55,27 @@ class MovingSourceList {
 
   std::size_t max_sources() const { return moving_.max_sources(); }
 
+  // For the reflections of moving sources, by slot, after begin(). A slot without a source has no
+  // reverberation.
+  std::size_t slots() const { return newest_.snapshot->count; }
+  float reverberation(std::size_t slot) const {
+    return columns_.max_priority[slot] < 0 ? 0 : settings(slot).reverberation;
+  }
+  const MovingSources::Settings& settings(std::size_t slot) const {
+    return newest_.snapshot->settings[slot];
+  }
+  Vec3 place_m(std::size_t slot) const {
+    return {columns_.x_m[slot], columns_.y_m[slot], columns_.z_m[slot]};
+  }
+  std::uint32_t generation(std::size_t slot) const { return columns_.generations[slot]; }
+  std::uint64_t number(std::size_t slot) const;
+  std::uint32_t emitter(std::size_t slot) const { return columns_.sources[slot].emitter; }
+  std::uint32_t signal(std::size_t slot) const { return radiation_.signal(columns_.sources[slot]); }
+  const Bands& directivity(std::size_t slot) const {
+    return kinds_[settings(slot).kind].directivity;
+  }
+  double start_s(std::size_t slot) const { return columns_.starts_s[slot]; }
+
  private:
   // State of each source, by slot.
   struct Columns {
@@ -95,44 +116,6 @@ class MovingSourceList {
   PositionHistory history_;
   GroupLimits limits_;
   std::vector<std::uint32_t> added_;  // slots, since the last sample
-};
-
-// Moving sources together with those of another pool.
-class CombinedPool final : public SourcePool {
- public:
-  CombinedPool(SourcePool& static_pool, MovingSourceList& moving)
-      : static_(static_pool), moving_(moving) {}
-
-  void charge(WorkBudget* budget) override {
-    SourcePool::charge(budget);
-    static_.charge(budget);
-  }
-  bool refresh() override {
-    const bool changed = moving_.refresh();
-    return static_.refresh() || changed;
-  }
-  void begin(const Listener& listener, double time_s) override {
-    static_.begin(listener, time_s);
-    moving_.begin(time_s);
-  }
-  void set_occlusion_bounds(const OcclusionUpperBounds* bounds) override {
-    static_.set_occlusion_bounds(bounds);
-  }
-  void set_late_boost(float strength) override { static_.set_late_boost(strength); }
-  bool find_above(const Vec3& place, double threshold, std::size_t max_count,
-                  std::vector<FoundSource>& found) override;
-  double upper_bound(const Vec3& place) override;
-  double missing_key(const FoundSource& found, double tau) override {
-    return found.voice == 0 ? static_.missing_key(found, tau) : 0;
-  }
-  void request_pages(const Vec3& soon, double tau) override { static_.request_pages(soon, tau); }
-  bool lacks_pages() const override { return static_.lacks_pages(); }
-  bool complete() override { return static_.complete(); }
-  std::uint64_t size() const override { return static_.size() + moving_.max_sources(); }
-
- private:
-  SourcePool& static_;
-  MovingSourceList& moving_;
 };
 
 }  // namespace clamor

@@ -56,6 +56,7 @@ struct MovingOptions {
   // Signals that are set and replaced while others play (Auralizer::set_signal()). If there are
   // any, max_sources more kinds follow those above, which Auralizer::set_kind() describes.
   std::size_t signal_slots = 0;
+  bool reverberates = true;  // through the probes of the bake, if it has any
 };
 
 struct MovingSource {
@@ -69,6 +70,9 @@ struct MovingSource {
   // keyframes are made ahead of time.
   double start_s = 0;
   std::uint16_t group = 0;  // whose share of the voices may be limited (group_limits.h); 0: none
+  // Amplitude of its reflections, which are those of the level's probes (runtime/probes); 0: it is
+  // heard directly only.
+  float reverberation = 1;
 };
 inline constexpr double kStartsWhenHeard = std::numeric_limits<double>::quiet_NaN();
 
@@ -106,6 +110,7 @@ class MovingSources {
     std::uint32_t generation = 0;  // grows with every add and every change of the signal
     std::uint32_t version = 0;     // grows with every change
     double start_s = 0;
+    float reverberation = 1;
     std::uint16_t group = 0;
     bool present = false;
   };

@@ -20,6 +20,7 @@ class PrioritySampler final : public Sampler {
   PrioritySampler(const RadiationModel& radiation, SignalWeights weights, SourcePool& pool,
                   std::size_t voices, VisibilityCache* occlusion, SearchBound bound)
       : inputs_{radiation, std::move(weights), pool, occlusion, voices},
+        occlusion_(occlusion),
         max_voices_(voices),
         bound_(bound),
         candidates_(inputs_),
@@ -39,10 +40,13 @@ class PrioritySampler final : public Sampler {
   // the threshold are in memory, and a repeated call continues the search.
   std::span<const SampledSource> sample(const Listener& listener, double time_s) override {
     SourcePool& pool = inputs_.pool;
-    VisibilityCache* const occlusion = inputs_.occlusion;
     const Vec3& place = listener.position_m;
+    update_occlusion(place);
+    VisibilityCache* const occlusion = inputs_.occlusion;
     const bool has_moved = !moment_ || moment_->place_m != place;
-    const bool is_another = changed_ || has_moved || moment_->reception != reception() ||
+    const bool is_another = changed_ || has_moved ||
+                            (occlusion != nullptr && occlusion->has_changed_parts()) ||
+                            moment_->reception != reception() ||
                             (!inputs_.weights.steady() && moment_->time_s != time_s);
     if (!pool.refresh() && !is_another && !unfinished_) return sample_;
     const bool continues = inputs_.is_exact() && !is_another;
@@ -114,9 +118,9 @@ class PrioritySampler final : public Sampler {
       Bands visibility = chosen.is_occlusion_applied
                              ? inputs_.occlusion->visibility(chosen.visibility)
                              : same_in_all_bands(1);
-      // The power of an emitter that is turned down counts as visibility.
-      const float emitter_power = inputs_.emitter_power(source);
-      for (float& share : visibility) share *= emitter_power;
+      // An emitter that is turned down, and a portal that closes, count as visibility.
+      const float power_share = inputs_.power_share(found);
+      for (float& share : visibility) share *= power_share;
       sample_.push_back({found.number, scale, &source, found.signal, visibility,
                          chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
       if (found.voice != 0) sample_.back().set_moving(found);
@@ -127,7 +131,17 @@ class PrioritySampler final : public Sampler {
       std::sort(sample_.begin(), sample_.end(), by_number);
   }
 
+  // In a free field the cache is not asked until a movable part is added.
+  void update_occlusion(const Vec3& place) {
+    if (occlusion_ == nullptr) return;
+    inputs_.occlusion = occlusion_->occludes() ? occlusion_ : nullptr;
+    if (inputs_.occlusion != nullptr || !occlusion_->has_changed_parts()) return;
+    changed_ = true;
+    occlusion_->begin_keyframe(place);
+  }
+
   SamplingInputs inputs_;
+  VisibilityCache* const occlusion_;  // or null
   const std::size_t max_voices_;
   const SearchBound bound_;
   CandidateSet candidates_;

@@ -20,13 +20,15 @@ struct SamplingInputs {
   const RadiationModel& radiation;
   const SignalWeights weights;
   SourcePool& pool;
-  VisibilityCache* const occlusion;     // null: no source is occluded
+  VisibilityCache* occlusion;           // null: no source is occluded
   std::size_t voices;                   // sample size
   WorkBudget budget{};                  // of all queries
   std::vector<float> emitter_powers{};  // Sampler::set_emitter_powers()
 
-  float emitter_power(const Source& source) const {
-    return source.emitter < emitter_powers.size() ? emitter_powers[source.emitter] : 1.0f;
+  // The share of its power that a source has left by its emitter and by portals.
+  float power_share(const FoundSource& found) const {
+    const std::uint32_t emitter = found.source->emitter;
+    return found.openness * (emitter < emitter_powers.size() ? emitter_powers[emitter] : 1.0f);
   }
 
   // Whether every source that may be chosen must have a visibility estimate that is valid here.

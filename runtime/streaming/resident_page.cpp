@@ -33,10 +33,11 @@ std::vector<ResidentInstance> instances_of(const PageEntry& entry, const PageLin
 }  // namespace
 
 ResidentPage::ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks further,
-                           std::span<const PageEntry> trees)
+                           std::span<const PageEntry> trees, std::vector<Source> originals)
     : sources(std::move(of_node)),
       links(std::move(further)),
-      instances(instances_of(entry, links, trees)) {
+      instances(instances_of(entry, links, trees)),
+      probe_sources(std::move(originals)) {
   double highest = sources.size() > 0 ? octree_key(sources[0]) : -1;
   for (std::size_t c = 0; c < links.children.size(); ++c)
     if (links.children[c].highest_key > highest) {
@@ -49,7 +50,8 @@ ResidentPage::ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks
 
 std::size_t ResidentPage::bytes() const {
   return sources.bytes() + sizeof(ResidentPage) + links.children.size() * sizeof(PageEntry) +
-         links.instances.size() * sizeof(Instance) + instances.size() * sizeof(ResidentInstance);
+         links.instances.size() * sizeof(Instance) + instances.size() * sizeof(ResidentInstance) +
+         probe_sources.size() * sizeof(Source);
 }
 
 }  // namespace clamor

@@ -31,6 +31,7 @@ SourceMirror::SourceMirror(Auralizer& auralizer, WorldSources& sources, std::uin
       level_(level),
       offline_(start_s.has_value()),
       start_s_(start_s),
+      parts_(auralizer, level),
       slots_(sources.max_sources()),
       sound_slots_(sources.max_sounds()),
       voice_shares_(kMaxWorldGroups + 1, 1.0) {}
@@ -63,6 +64,8 @@ bool SourceMirror::take_over(const WorldSources::Commit& commit, double keyframe
   MovingSources& moving = *auralizer_.moving();
   bool complete = true;
   take_over_emitters(commit);
+  parts_.take_over(commit.parts);
+  take_over_portals(commit);
   for (std::size_t group = 1; group < commit.voice_shares.size(); ++group) {
     if (commit.voice_shares[group] == voice_shares_[group]) continue;
     voice_shares_[group] = commit.voice_shares[group];
@@ -88,8 +91,15 @@ bool SourceMirror::take_over(const WorldSources::Commit& commit, double keyframe
 void SourceMirror::take_over_emitters(const WorldSources::Commit& commit) {
   const auto level = commit.emitters.find(level_);
   if (level == commit.emitters.end() || level->second.version == emitters_version_) return;
-  auralizer_.set_emitter_powers(level->second.powers);
+  auralizer_.set_emitter_powers(level->second.shares);
   emitters_version_ = level->second.version;
+}
+
+void SourceMirror::take_over_portals(const WorldSources::Commit& commit) {
+  const auto level = commit.portals.find(level_);
+  if (level == commit.portals.end() || level->second.version == portals_version_) return;
+  auralizer_.set_portals(level->second.shares);
+  portals_version_ = level->second.version;
 }
 
 // Brings the sound of a source into its slot; false if the slot is not free yet.

@@ -1,5 +1,5 @@
-// source_mirror.h: carries the sources of a world, and the powers of a level's emitters, over to
-// one auralizer, which has its own clock.
+// source_mirror.h: carries the sources and movable parts of a world, the powers of a level's
+// emitters and the openness of its portals over to one auralizer, which has its own clock.
 //
 // The clock of the world runs on while an auralizer holds, and is read when keyframes are made,
 // which is not regular. Their difference is therefore smoothed, and jumps only where it is wrong by
@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "runtime/sampling/moving_sources.h"
+#include "runtime/world/part_mirror.h"
 #include "runtime/world/world_sources.h"
 
 namespace clamor {
@@ -58,6 +59,7 @@ class SourceMirror {
   void update_start(double keyframe_s);
   bool take_over(const WorldSources::Commit& commit, double keyframe_s);
   void take_over_emitters(const WorldSources::Commit& commit);
+  void take_over_portals(const WorldSources::Commit& commit);
   bool has_sound(const WorldSources::Committed& source, double keyframe_s);
   bool add(std::size_t slot, const WorldSources::Committed& source, double keyframe_s);
   double start_of(const WorldSources::Committed& source, double keyframe_s) const;
@@ -70,7 +72,8 @@ class SourceMirror {
   const bool offline_;
   std::optional<double> start_s_;
   std::uint64_t commits_ = 0;
-  std::uint64_t emitters_version_ = 0;
+  std::uint64_t emitters_version_ = 0, portals_version_ = 0;
+  PartMirror parts_;
   bool complete_ = true;  // every source of the last commit has been taken over
   std::vector<Slot> slots_;
   std::vector<SoundSlot> sound_slots_;

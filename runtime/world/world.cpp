@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/baked_portals.h"
 #include "formats/level/emitter.h"
 #include "runtime/hrtf/hrtf.h"
 
@@ -115,6 +116,14 @@ bool World::change_emitter(std::uint64_t level, std::size_t emitter, const World
   const auto file = levels_.find(level);
   if (file == nullptr) return false;
   sources_.change_emitter(level, emitter, file->emitters().size(), changed);
+  return true;
+}
+
+bool World::set_portal(std::uint64_t level, std::size_t portal, double openness) {
+  const std::lock_guard lock(tables_);
+  const auto file = levels_.find(level);
+  if (file == nullptr) return false;
+  sources_.set_portal(level, portal, file->portals().portals.size(), openness);
   return true;
 }
 

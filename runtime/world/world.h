@@ -62,8 +62,18 @@ class World {
   // time.
   std::size_t update(double loading_s);
 
+  // Calls act(file) with a level, which stays open meanwhile. False if the handle names none.
+  template <class Act>
+  bool with_level(std::uint64_t level, const Act& act) {
+    const std::lock_guard lock(tables_);
+    const auto file = levels_.find(level);
+    if (file != nullptr) act(*file);
+    return file != nullptr;
+  }
+
   // False if the handle names no level.
   bool change_emitter(std::uint64_t level, std::size_t emitter, const WorldEmitter& changed);
+  bool set_portal(std::uint64_t level, std::size_t portal, double openness);
 
   WorldSources& sources() { return sources_; }
   // Prepares a sound for all listeners, so that the sampler does not have to.

@@ -30,6 +30,7 @@ WorldSources::WorldSources(std::size_t max_sources, std::size_t max_sounds, std:
     : sounds_(max_sounds, tag),
       groups_(kMaxWorldGroups, tag + 1),
       sources_(max_sources, tag + 2),
+      parts_(tag + 3),
       states_(max_sources) {
   commit_.sources.resize(max_sources);
   commit_.sounds.resize(max_sounds);
@@ -144,10 +145,21 @@ void WorldSources::change_emitter(std::uint64_t level, std::size_t emitter, std:
   emitters_changed_ = true;
 }
 
+void WorldSources::set_portal(std::uint64_t level, std::size_t portal, std::size_t count,
+                              double openness) {
+  const std::lock_guard lock(mutex_);
+  std::vector<float>& portals = portals_[level];
+  portals.resize(count, 1.0f);
+  portals[portal] = static_cast<float>(openness);
+}
+
 void WorldSources::forget_level(std::uint64_t level) {
   const std::lock_guard lock(mutex_);
+  parts_.forget_level(level);
   emitters_.erase(level);
+  portals_.erase(level);
   commit_.emitters.erase(level);
+  commit_.portals.erase(level);
 }
 
 double WorldSources::group_gain(std::uint64_t handle) const {
@@ -164,12 +176,21 @@ void WorldSources::commit_emitters() {
       const double gain = std::min(emitter.gain * group_gain(emitter.group), 1.0);
       powers.push_back(static_cast<float>(gain * gain));
     }
-    EmitterPowers& committed = commit_.emitters[level];
-    if (committed.powers == powers) continue;
-    committed.powers = std::move(powers);
+    PowerShares& committed = commit_.emitters[level];
+    if (committed.shares == powers) continue;
+    committed.shares = std::move(powers);
     ++committed.version;
   }
   emitters_changed_ = false;
+}
+
+void WorldSources::commit_portals() {
+  for (const auto& [level, openness] : portals_) {
+    PowerShares& committed = commit_.portals[level];
+    if (committed.shares == openness) continue;
+    committed.shares = openness;
+    ++committed.version;
+  }
 }
 
 void WorldSources::commit(const WorldTime& time) {
@@ -215,6 +236,8 @@ void WorldSources::commit(const WorldTime& time) {
     commit_.voice_shares[group_number(handle)] = groups_.find(handle)->now.voice_share;
   });
   commit_emitters();
+  parts_.commit(commit_.parts);
+  commit_portals();
   commit_.time = time;
   ++commit_.number;
 }

@@ -1,5 +1,5 @@
-// world_sources.h: the sounds, sources and groups that an application adds to a world, and how loud
-// it lets the emitters of levels be.
+// world_sources.h: the sounds, sources, groups and movable parts that an application adds to a
+// world, how loud it lets the emitters of levels be, and how open their portals.
 //
 // Changes are collected until commit(), which all listeners then take over together
 // (source_mirror.h). There are two clocks: the steady clock, for listeners in real time, and the
@@ -22,6 +22,7 @@
 #include "common/bands.h"
 #include "common/vec.h"
 #include "runtime/world/handle_table.h"
+#include "runtime/world/world_parts.h"
 #include "runtime/world/world_sound.h"
 
 namespace clamor {
@@ -76,7 +77,7 @@ struct WorldGroup {
 
 class WorldSources {
  public:
-  // `tag` distinguishes handles; it and the two numbers after it must be no other table's.
+  // `tag` distinguishes handles; it and the three numbers after it must be no other table's.
   WorldSources(std::size_t max_sources, std::size_t max_sounds, std::uint64_t tag);
 
   std::size_t max_sources() const { return sources_.capacity(); }
@@ -106,8 +107,18 @@ class WorldSources {
   // Changes one of the `count` emitters of a level, whose handle exists.
   void change_emitter(std::uint64_t level, std::size_t emitter, std::size_t count,
                       const WorldEmitter& changed);
-  // Forgets a level that is closed. Listeners who are still there hear its emitters as they are.
+  // Opens or closes one of the `count` portals of a level, whose handle exists: 0 to 1.
+  void set_portal(std::uint64_t level, std::size_t portal, std::size_t count, double openness);
+  // Forgets a level that is closed. Listeners who are still there hear its emitters and portals as
+  // they are.
   void forget_level(std::uint64_t level);
+
+  // Calls act(parts) while nothing else changes.
+  template <class Act>
+  auto with_parts(const Act& act) {
+    const std::lock_guard lock(mutex_);
+    return act(parts_);
+  }
 
   // Publishes all changes since the last commit.
   void commit(const WorldTime& time);
@@ -124,15 +135,18 @@ class WorldSources {
     Bands gain{}, directivity{};
     WorldTime begin;  // of the sound
   };
-  struct EmitterPowers {
-    std::vector<float> powers;  // by emitter, 0 to 1
+  // Shares of power, 0 to 1, by emitter or by portal.
+  struct PowerShares {
+    std::vector<float> shares;
     std::uint64_t version = 0;  // grows with each change
   };
   struct Commit {
-    std::vector<Committed> sources;                   // by slot
-    std::vector<std::uint64_t> sounds;                // handles, by slot; 0: none
-    std::vector<double> voice_shares;                 // by number of the group
-    std::map<std::uint64_t, EmitterPowers> emitters;  // by handle of the level, of those changed
+    std::vector<Committed> sources;     // by slot
+    std::vector<std::uint64_t> sounds;  // handles, by slot; 0: none
+    std::vector<double> voice_shares;   // by number of the group
+    // By handle of the level, of those changed.
+    std::map<std::uint64_t, PowerShares> emitters, portals;
+    std::vector<WorldParts::Committed> parts;  // by slot
     WorldTime time;
     std::uint64_t number = 0;
   };
@@ -167,15 +181,18 @@ class WorldSources {
   }
   void commit(Source& source, Committed& committed, SlotState& state, const WorldTime& time);
   void commit_emitters();
+  void commit_portals();
   double group_gain(std::uint64_t handle) const;  // 0 while it is paused
 
   mutable std::mutex mutex_;
   HandleTable<WorldSound> sounds_;
   HandleTable<Group> groups_;
   HandleTable<Source> sources_;
+  WorldParts parts_;
 
   std::map<std::uint64_t, std::vector<WorldEmitter>> emitters_;  // by handle of the level
   bool emitters_changed_ = false;                                // or a group, since the commit
+  std::map<std::uint64_t, std::vector<float>> portals_;          // by handle of the level
   std::vector<SlotState> states_;
   Commit commit_;
   std::uint64_t identities_ = 0;

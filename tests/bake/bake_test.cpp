@@ -48,8 +48,22 @@ TEST(Bake, ContainsEveryEmitterAndItsReflections) {
   std::size_t emitters = 0;
   for (const Source& source : contents->octree.sources) emitters += source.is_emitter;
   EXPECT_EQ(emitters, 2u);
-  EXPECT_EQ(contents->octree.sources.size(), 2 + contents->statistics.bounces);
+  EXPECT_EQ(contents->octree.sources.size(), 2 + contents->statistics.deposits);
   EXPECT_EQ(contents->statistics.photons_traced, 1000u);
+}
+
+TEST(Bake, KeepsMovablePartsAndDoesNotTraceThem) {
+  Level with_door = two_emitters();
+  with_door.movable_parts = {{"door", box_mesh({0.5, 1, 0.02}, 0), {{2.5, 1, 1.5}}}};
+  const auto is = bake(with_door, {.settings = {.photons = 1000}});
+  const auto expected = bake(two_emitters(), {.settings = {.photons = 1000}});
+  ASSERT_TRUE(is.ok() && expected.ok());
+  EXPECT_EQ(is->movable_parts, with_door.movable_parts);
+  EXPECT_EQ(is->mesh, expected->mesh);
+  EXPECT_EQ(is->statistics.warnings, expected->statistics.warnings);
+  ASSERT_EQ(is->octree.sources.size(), expected->octree.sources.size());
+  for (std::size_t i = 0; i < is->octree.sources.size(); ++i)
+    ASSERT_EQ(is->octree.sources[i].position_m, expected->octree.sources[i].position_m);
 }
 
 TEST(Bake, DefaultsToPhotonsForAboutTwoHundredThousandSources) {

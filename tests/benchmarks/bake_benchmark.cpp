@@ -279,6 +279,55 @@ void tracing(benchmark::State& state, const Level& level, bool closed) {
   state.counters["checksum"] = static_cast<double>(checksum % 1'000'000);
 }
 
+// Doors of 1 x 2 m, evenly over the floor of the hall.
+std::vector<Portal> doors(std::size_t count) {
+  std::vector<Portal> portals;
+  const auto columns = static_cast<std::size_t>(std::ceil(std::sqrt(static_cast<double>(count))));
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = 20 * (static_cast<double>(i % columns) + 0.5) / static_cast<double>(columns);
+    const double z = 15 * (static_cast<double>(i / columns) + 0.5) / static_cast<double>(columns);
+    portals.push_back({"", {x, 1, z}, i % 2 == 0 ? Vec3(0.5, 0, 0) : Vec3(0, 0, 0.5), {0, 1, 0}});
+  }
+  return portals;
+}
+
+// `time_ratio`: CPU time of tracing with portals over that without, in the same rounds.
+void tracing_portals(benchmark::State& state, const Level& level) {
+  const Scene scene(level.mesh);
+  Level with = level;
+  with.portals = doors(static_cast<std::size_t>(state.range(0)));
+  TraceSettings settings;
+  settings.roulette_exponent = 0.15;
+  const PhotonTracer plain(scene, level, settings), tracer(scene, with, settings);
+  TracedRuns kept;
+  full_trace(plain, 0, kept);
+  std::vector<double> ratios;
+  std::uint64_t first = 0;
+  for (auto _ : state) {
+    const double without_M = rate_M(full_trace(plain, first, kept));
+    ratios.push_back(without_M / rate_M(full_trace(tracer, first, kept)));
+    first += std::uint64_t{kRuns} * kRunPhotons;
+  }
+  std::size_t passed = 0;
+  for (const Deposit& deposit : kept.deposits()) passed += !deposit.portals.is_empty();
+  state.counters["time_ratio"] = median(ratios);
+  state.counters["passed"] =
+      static_cast<double>(passed) / static_cast<double>(kept.deposits().size());
+}
+
+BENCHMARK_CAPTURE(tracing_portals, box, bumpy_hall(1))
+    ->Arg(1)
+    ->Arg(100)
+    ->Arg(1024)
+    ->Iterations(15)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(tracing_portals, hall_70k, bumpy_hall(76))
+    ->Arg(1)
+    ->Arg(100)
+    ->Arg(1024)
+    ->Iterations(9)
+    ->Unit(benchmark::kMillisecond);
+
 BENCHMARK_CAPTURE(tracing, box, bumpy_hall(1), true)->Iterations(15)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(tracing, hall_70k, bumpy_hall(76), true)
     ->Iterations(9)

@@ -9,6 +9,7 @@
 #include <benchmark/benchmark.h>
 
 #include "common/random.h"
+#include "runtime/probes/combined_pool.h"
 #include "runtime/sampling/moving_source_list.h"
 #include "runtime/sampling/sampler.h"
 

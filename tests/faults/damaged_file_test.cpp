@@ -29,7 +29,7 @@ constexpr int kFlips = kSanitized ? 5'000 : 20'000;
 
 // A bake with several pages and tiny signals.
 BakeContents small_contents() {
-  BakeContents contents = baked_contents(150);
+  BakeContents contents = baked_contents(300);
   for (Signal& signal : contents.signals) signal.samples.resize(200, 0.25f);
   return contents;
 }

@@ -62,7 +62,7 @@ inline std::vector<FileFault> file_faults() {
   other_bytes();
   const auto size = [](const std::string& path) { return std::filesystem::file_size(path); };
   return {
-      {"cut in half", [=](auto& path) { std::filesystem::resize_file(path, size(path) / 2); },
+      {"cut to an eighth", [=](auto& path) { std::filesystem::resize_file(path, size(path) / 8); },
        true},
       {"cut to nothing", [](auto& path) { std::filesystem::resize_file(path, 0); }, true},
       {"overwritten with garbage",

@@ -125,6 +125,8 @@ inline BakeContents contents(std::uint32_t secondary = 100) {
   bake.mesh.vertices_m = {{0, 0, 0}, {1.0005f, 0, 0}, {0, 2, 0}, {0, 0, 3}};
   bake.mesh.triangles = {{0, 1, 2}, {1, 2, 3}};
   bake.mesh.materials = {0, 1};
+  bake.movable_parts = {
+      {"door", box_mesh({0.5, 1, 0.02}, 1), {{1, 2, 3}, Rotation(0.8f, 0, 0.6f, 0)}}};
 
   Source primary;
   primary.u = 0.5f;

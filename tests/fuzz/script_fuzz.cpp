@@ -19,7 +19,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   }
   if (const auto script = MovingScript::read(path); !script.ok()) {
     if (script.error().message.empty()) std::abort();
-  } else if (script->options(2).max_sources < 1) {
+  } else if ((script->options(2).max_sources < 1) == script->has_sources()) {
     std::abort();
   }
   return 0;

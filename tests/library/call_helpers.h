@@ -40,8 +40,9 @@ inline constexpr clamor_result kArgument = CLAMOR_ERROR_ARGUMENT, kHandle = CLAM
                                kFull = CLAMOR_ERROR_FULL, kBusy = CLAMOR_ERROR_BUSY,
                                kState = CLAMOR_ERROR_STATE;
 
-// Every level that the calls open has as many sounds and emitters.
-inline constexpr std::uint32_t kLevelSounds = 3, kLevelEmitters = 3;
+// Every level that the calls open has as many sounds, emitters, movable parts and portals.
+inline constexpr std::uint32_t kLevelSounds = 3, kLevelEmitters = 3, kLevelParts = 1,
+                               kLevelPortals = 1;
 
 // The functions of the interface, by the files that call them.
 std::vector<Call> level_calls();
@@ -49,6 +50,8 @@ std::vector<Call> listener_calls();
 std::vector<Call> sound_calls();
 std::vector<Call> source_calls();
 std::vector<Call> emitter_calls();
+std::vector<Call> part_calls();
+std::vector<Call> portal_calls();
 
 // Removes all sounds, sources and groups, which must exist still.
 void remove_all_sources(const KnownContext& known);

@@ -127,7 +127,8 @@ const Call& pick_call(Draws& draws) {
 std::span<const Call> all_calls() {
   static const std::vector<Call> calls = [] {
     std::vector<Call> all = level_calls();
-    for (const auto& more : {listener_calls(), sound_calls(), source_calls(), emitter_calls()})
+    for (const auto& more : {listener_calls(), sound_calls(), source_calls(), emitter_calls(),
+                             part_calls(), portal_calls()})
       all.insert(all.end(), more.begin(), more.end());
     return all;
   }();
@@ -276,7 +277,10 @@ std::size_t make_call_sequence(std::span<const std::uint8_t> bytes) {
 const std::string& bake_path() {
   static const std::string path = [] {
     std::string empty = fuzz::file_with("", "_room.clamor");
-    if (!write_bake(empty, baked_contents(60), 1).ok()) broken("the room cannot be written");
+    const Portal door{"Door", {3, 4, 1.5}, {0, 4, 0}, {0, 0, 1.5}};
+    BakeContents contents = baked_contents(60, {door});
+    contents.movable_parts = {{"door", box_mesh({0.02, 0.5, 1}, 0), {{3, 4, 1}}}};
+    if (!write_bake(empty, contents, 1).ok()) broken("the room cannot be written");
     return empty;
   }();
   return path;

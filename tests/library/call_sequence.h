@@ -105,6 +105,12 @@ struct KnownSource {
   clamor_motion motion{};
 };
 
+struct KnownPart {
+  clamor_part handle = 0;
+  clamor_level level = 0;  // of a level's part
+  bool is_added = false;
+};
+
 // The expected contents of one context.
 struct KnownContext {
   clamor_context* context = nullptr;
@@ -116,6 +122,7 @@ struct KnownContext {
   std::vector<PulledStream*> removed_streams{};  // since the last commit
   std::vector<clamor_group> groups{};
   std::vector<KnownSource> sources{};
+  std::vector<KnownPart> parts{};
 };
 
 inline std::uint64_t handle_of(std::uint64_t handle) { return handle; }

@@ -166,6 +166,9 @@ CallOutcome close_level(Sequence& sequence) {
   if (result == CLAMOR_OK && known != nullptr) {
     forget(known->levels, level.handle);
     forget(known->damaged_levels, level.handle);
+    std::erase_if(known->parts, [&](const KnownPart& part) {
+      return !part.is_added && part.level == level.handle;
+    });
   }
   return {result, success_if(level.is_valid)};
 }

@@ -13,7 +13,8 @@ namespace clamor::testing {
 namespace {
 
 void write(const TemporaryFile& file, const std::function<void(BakeContents&)>& change) {
-  BakeContents contents = baked_contents(300);
+  // A portal divides the room.
+  BakeContents contents = baked_contents(300, {{"Door", {3, 4, 1.5}, {0, 4, 0}, {0, 0, 1.5}}});
   change(contents);
   EXPECT_TRUE(write_bake(file.path(), contents, 1).ok());
 }
@@ -23,6 +24,18 @@ void write(const TemporaryFile& file, const std::function<void(BakeContents&)>& 
 const std::string& room() {
   static const TemporaryFile file(".clamor");
   static const bool once = (write(file, [](BakeContents&) {}), true);
+  (void)once;
+  return file.path();
+}
+
+const std::string& room_with_cage() {
+  static const TemporaryFile file(".clamor");
+  static const bool once =
+      (write(file,
+             [](BakeContents& contents) {
+               contents.movable_parts = {{"cage", box_mesh({0.5, 0.5, 0.5}, 0), {{100, 0, 0}}}};
+             }),
+       true);
   (void)once;
   return file.path();
 }

@@ -17,6 +17,8 @@ namespace clamor::testing {
 const std::string& room();
 const std::string& room_without_walls();
 const std::string& silent_field();
+// The room with a movable part "cage", a box of 1 m that is far away at rest.
+const std::string& room_with_cage();
 
 struct DestroysContext {
   void operator()(clamor_context* context) const { clamor_destroy(context); }

@@ -163,6 +163,11 @@ def sources(level_path):
         level = context.open(level_path)
         assert level.find_emitter(level.emitter(0).name) == 0 and level.emitter(0).gain > 0
         assert failure(level.find_emitter, "nobody").code == -12
+        for portal in range(level.info.portals):
+            assert level.find_portal(level.portal_name(portal)) == portal
+            level.set_portal(portal, 0.5)
+            level.set_portal(portal, 1)
+        assert failure(level.find_portal, "nowhere").code == -12
         listener = context.listen(level, [0, 1.7, 3], output="receivers", voices=50)
 
         # In real time it depends on the machine when a change is heard.

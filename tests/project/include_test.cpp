@@ -38,11 +38,12 @@ const std::vector<Fence> kFences = {
      {"capnp/*", "kj/*", "*.capnp.h"},
      {"formats/bake_file/bake_root_*", "tests/formats/forged_root.h"}},
     {"CLI11", {"CLI/*"}, {"tools/program/arguments.cpp"}},
-    {"Embree", {"embree3/*", "embree4/*"}, {"formats/level/embree_mesh.h", "tests/benchmarks/*"}},
+    {"Embree", {"embree3/*", "embree4/*"}, {"formats/level/embree_scene.h", "tests/benchmarks/*"}},
     {"The Embree mesh",
-     {"formats/level/embree_mesh.h"},
-     {"formats/level/embree_mesh.cpp", "bake/trace/scene.cpp",
-      "runtime/occlusion/occlusion_geometry.cpp"}},
+     {"formats/level/embree_mesh.h", "formats/level/embree_scene.h",
+      "formats/level/embree_instances.h"},
+     {"formats/level/embree_*", "bake/trace/scene.cpp", "runtime/occlusion/occlusion_geometry.cpp",
+      "runtime/occlusion/packet_rays.h", "runtime/occlusion/part_*.cpp"}},
     {"fmt", {"fmt/*"}, {"formats/*.cpp", "bake/*.cpp", "tools/*/*.cpp"}},
     {"GLM", {"glm/*"}, {"common/vec.h", "formats/gltf/gltf_*"}},
     {"Google Benchmark",
@@ -69,7 +70,9 @@ const std::vector<Fence> kFences = {
      {"sndfile.h"},
      {"formats/audio/audio_file.cpp", "formats/audio/wav_writer.cpp", "tests/*"}},
     {"libsoxr", {"soxr.h"}, {"formats/audio/audio_file.cpp"}},
-    {"nanoflann", {"nanoflann.hpp"}, {"bake/octree/patch_radius.cpp"}},
+    {"nanoflann",
+     {"nanoflann.hpp"},
+     {"bake/octree/patch_radius.cpp", "runtime/probes/probe_neighbours.cpp"}},
     {"nlohmann-json",
      {"nlohmann/*"},
      {"formats/files/json.cpp", "tools/*_command.cpp", "tools/*_json.cpp",
@@ -85,7 +88,7 @@ const std::vector<Fence> kFences = {
      {"tbb/*", "oneapi/*"},
      {"bake/*.cpp", "formats/bake_file/bake_writer.cpp", "formats/bake_file/geometry_section.cpp",
       "formats/bake_file/octree_writer.cpp", "formats/bake_file/signal_*.cpp",
-      "formats/level/embree_mesh.cpp", "tests/bake/octree/octree_*", "tests/benchmarks/octree_*",
+      "formats/level/embree_scene.cpp", "tests/bake/octree/octree_*", "tests/benchmarks/octree_*",
       "tests/one_tbb_thread.cpp"}},
     {"tinygltf", {"tiny_gltf.h"}, {"formats/gltf/gltf_reader.cpp"}},
     {"xxHash",
@@ -223,7 +226,7 @@ TEST(Includes, ThatBreakTheDesignAreCaught) {
 
   EXPECT_FALSE(caught("runtime/mixing/mixer.h", "#include \"runtime/sampling/sampler.h\""));
   EXPECT_FALSE(caught("tools/commands/bake_command.cpp", "#include \"bake/bake.h\""));
-  EXPECT_FALSE(caught("formats/level/embree_mesh.h", "#include <embree3/rtcore.h>"));
+  EXPECT_FALSE(caught("formats/level/embree_scene.h", "#include <embree3/rtcore.h>"));
   EXPECT_FALSE(caught("bake/trace/scene.cpp", "#include \"formats/level/embree_mesh.h\""));
   EXPECT_TRUE(caught("bake/trace/scene.cpp", "#include \"bake/bake.h\""));
   EXPECT_TRUE(caught("bake/bake.cpp", "#include \"formats/level/embree_mesh.h\""));

@@ -21,7 +21,9 @@ inline const std::filesystem::path kRoot = kSourceDir;
 inline const std::map<std::string, std::vector<std::string>> kFolders = {
     {"common", {}},
     {"formats", {"files", "audio", "level", "gltf", "bake_file", "blender"}},
-    {"bake", {"mesh", "trace", "octree", "instances", "journal", "report", "examples"}},
+    {"bake",
+     {"mesh", "trace", "octree", "instances", "journal", "portals", "report", "probes",
+      "examples"}},
     {"runtime",
      {"realtime",
       "voices",
@@ -30,6 +32,7 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
       "streaming",
       "query",
       "sampling",
+      "probes",
       "hrtf",
       "mixing",
       "engine",

@@ -24,6 +24,11 @@ void add_bake_options(Arguments& parser, BakeRequest& request) {
   parser.option(
       "--sources", request.sources,
       "maximum number of secondary sources to keep [unset: 200 000 per room with emitters]");
+  parser.option("--probes", request.probes,
+                "places where moving sources will be heard with reflections: none but those of the "
+                "level, auto, or the metres between them");
+  parser.option("--probe-sources", request.probe_sources,
+                "secondary sources of each probe [unset: 4000]");
   parser.option("--seed", request.seed,
                 "seed of all random numbers; the same seed gives the same bytes [1]");
   parser.option(

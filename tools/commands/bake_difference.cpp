@@ -9,7 +9,9 @@
 #include <fmt/format.h>
 
 #include "formats/bake_file/bake_layout.h"
+#include "formats/bake_file/baked_portals.h"
 #include "formats/level/mesh.h"
+#include "formats/level/movable_part.h"
 #include "formats/level/signal.h"
 #include "tools/program/text_format.h"
 
@@ -44,6 +46,11 @@ std::vector<Field> fields_of(const Material& material) {
           {"scatters", bands_of(material.scattering, "{:.2f}")},
           {"phong", bands_of(material.phong, "{:.3g}")},
           {"lets through", bands_of(material.transmission, "{:.2f}")}};
+}
+
+std::vector<Field> fields_of(const Portal& portal) {
+  return {{"at", place_of(portal.centre_m)},
+          {"spans", place_of(portal.half_u_m) + ", " + place_of(portal.half_v_m)}};
 }
 
 class Differences {
@@ -183,6 +190,14 @@ bool same_surfaces(const Mesh& a, const Mesh& b) {
   return true;
 }
 
+// Names with numbers of triangles.
+std::string movable_parts_of(const BakeFile& file) {
+  std::vector<std::string> parts;
+  for (const MovablePart& part : file.movable_parts())
+    parts.push_back(fmt::format("{} ({})", part.name, part.mesh.triangles.size()));
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
 }  // namespace
 
 std::vector<BakeDifference> differences_of(const BakeFile& a, const BakeFile& b) {
@@ -200,7 +215,9 @@ std::vector<BakeDifference> differences_of(const BakeFile& a, const BakeFile& b)
   compare_inputs(a, b, differences);
   compare_settings(a.settings(), b.settings(), differences);
   differences.compare_named("emitter", a.emitters(), b.emitters());
+  differences.compare_named("portal", a.portals().portals, b.portals().portals);
   differences.compare_named("material", a.materials(), b.materials());
+  differences.compare("movable parts", movable_parts_of(a), movable_parts_of(b));
   differences.compare("sources", a.source_count(), b.source_count());
   differences.compare("bytes", a.bytes().file, b.bytes().file);
   differences.compare("photons escaped", a.statistics().photons_escaped,
@@ -224,7 +241,10 @@ Result<bool> sound_identical(const BakeFile& a, const BakeFile& b) {
   if (air_a.temperature_c != air_b.temperature_c ||
       air_a.humidity_percent != air_b.humidity_percent || air_a.pressure_kpa != air_b.pressure_kpa)
     return false;
-  if (a.materials() != b.materials() || a.emitters() != b.emitters()) return false;
+  if (a.materials() != b.materials() || a.emitters() != b.emitters() ||
+      a.movable_parts() != b.movable_parts())
+    return false;
+  if (!(a.portals() == b.portals())) return false;
   const auto sources = same_sources(a, b);
   if (!sources.ok() || !*sources) return sources;
   const auto signals = same_signals(a, b);

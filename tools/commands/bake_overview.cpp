@@ -5,7 +5,9 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <map>
+#include <span>
 #include <string_view>
 #include <tuple>
 
@@ -46,14 +48,17 @@ bool are_alike(const OctreeDepth& recorded, const OctreeDepth& found) {
   return true;
 }
 
-Result<void> verify_pages(const BakeFile& file) {
+// Compares the pages that `visit_all` visits with what the root recorded of their trees.
+Result<void> verify_trees(const BakeFile& file, std::span<const std::vector<OctreeDepth>> recorded,
+                          const char* kind,
+                          const std::function<Result<void>(const BakeFile::Visit&)>& visit_all) {
   struct Found {
     OctreeDepth level;
     std::array<double, kBandCount> power{};
   };
-  std::vector<std::vector<Found>> found(file.trees().size());
-  const auto read = file.for_each_page([&](const PageEntry& entry, const OctreePage& page,
-                                           std::size_t tree, std::size_t depth) -> Result<void> {
+  std::vector<std::vector<Found>> found(recorded.size());
+  const auto read = visit_all([&](const PageEntry& entry, const OctreePage& page, std::size_t tree,
+                                  std::size_t depth) -> Result<void> {
     if (depth >= found[tree].size()) found[tree].resize(depth + 1);
     Found& here = found[tree][depth];
     add({1, entry.source_count, entry.page.bytes(), {}}, here.level);
@@ -64,19 +69,32 @@ Result<void> verify_pages(const BakeFile& file) {
   });
   if (!read.ok()) return read;
   for (std::size_t tree = 0; tree < found.size(); ++tree) {
-    const auto& recorded = file.depths()[tree];
-    bool alike = recorded.size() == found[tree].size();
-    for (std::size_t d = 0; alike && d < recorded.size(); ++d) {
+    bool alike = recorded[tree].size() == found[tree].size();
+    for (std::size_t d = 0; alike && d < recorded[tree].size(); ++d) {
       for (std::size_t b = 0; b < kBandCount; ++b)
         found[tree][d].level.power[b] = static_cast<float>(found[tree][d].power[b]);
-      alike = are_alike(recorded[d], found[tree][d].level);
+      alike = are_alike(recorded[tree][d], found[tree][d].level);
     }
     if (!alike)
-      return Error(file.path() + ": the root's summary of tree " + std::to_string(tree + 1) +
-                   " of " + std::to_string(found.size()) +
+      return Error(file.path() + ": the root's summary of " + kind + " " +
+                   std::to_string(tree + 1) + " of " + std::to_string(found.size()) +
                    " does not match its pages. Copy the file again or bake again.");
   }
   return {};
+}
+
+Result<void> verify_pages(const BakeFile& file) {
+  if (auto trees =
+          verify_trees(file, file.depths(), "tree",
+                       [&file](const BakeFile::Visit& visit) { return file.for_each_page(visit); });
+      !trees.ok())
+    return trees;
+  std::vector<std::vector<OctreeDepth>> probes;
+  for (const StoredProbe& probe : file.probes().places) probes.push_back(probe.tree.depths);
+  for (const StoredTree& zone : file.probes().zones) probes.push_back(zone.depths);
+  return verify_trees(file, probes, "probe tree", [&file](const BakeFile::Visit& visit) {
+    return file.for_each_probe_page(visit);
+  });
 }
 
 // Returns whether any source is a secondary source. A bake that traced photons has their number;

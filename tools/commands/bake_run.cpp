@@ -27,6 +27,17 @@ double share_of(std::uint64_t part, std::uint64_t whole_of_it) {
   return whole_of_it > 0 ? static_cast<double>(part) / static_cast<double>(whole_of_it) : 0;
 }
 
+std::string probe_line(const ProbePlacement& probes) {
+  const std::size_t automatic = probes.positions_m.size() - probes.hand_placed;
+  std::string line;
+  if (automatic > 0)
+    line = fmt::format("{} for {:.0f} m2 of floor, {:.2g} m apart in the open", automatic,
+                       probes.floor_m2, probes.spacing_m);
+  if (probes.hand_placed > 0)
+    line += fmt::format("{}{} placed by hand", line.empty() ? "" : ", and ", probes.hand_placed);
+  return line;
+}
+
 // Prints what the bake tells: text, JSON lines, or only warnings.
 class BakePrinter final : public BakeObserver {
  public:
@@ -49,6 +60,11 @@ class BakePrinter final : public BakeObserver {
     if (!text_) return;
     for (const auto& line : report_lines(report))
       fmt::print(err_, "  level    {}\n", printable(line));
+  }
+
+  void on_probes(const ProbePlacement& probes) override {
+    if (!text_ || probes.positions_m.empty()) return;
+    fmt::print(err_, "  probes   {}\n", probe_line(probes));
   }
 
   void on_warning(const std::string& text) override {

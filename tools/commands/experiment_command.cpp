@@ -20,12 +20,13 @@ struct Known {
   const char* name;
   Experiment run;
 };
-constexpr std::array<Known, 6> kExperiments = {{{"stadium", stadium_experiment},
+constexpr std::array<Known, 7> kExperiments = {{{"stadium", stadium_experiment},
                                                 {"violin", violin_experiment},
                                                 {"octave-bands", octave_bands_experiment},
                                                 {"convergence", convergence_experiment},
                                                 {"walk", walk_experiment},
-                                                {"motion", motion_experiment}}};
+                                                {"motion", motion_experiment},
+                                                {"probes", probes_experiment}}};
 
 void add_options(Arguments& parser, ExperimentOptions& options, std::string& listener) {
   parser.option("--listener", listener,
@@ -79,13 +80,14 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
       "  convergence   loudness and error against k over many seeds; time per keyframe\n"
       "  walk          share of the sample exchanged per metre, and loudness meanwhile\n"
       "  motion        ten minutes of walking, running and flying: clicks, loudness, keyframe "
-      "times\n\n"
+      "times\n"
+      "  probes        reflections through probes against bakes of --readings places\n\n"
       "The figures of the paper are those of assets/levels/stadium_paper.glb baked with "
       "--sources 20000 (16 416 fans, 20 000 reflections) and violin_room.glb with --sources 50000. "
       "violin and octave-bands bake the level in the file again with other materials.",
       "clamor experiment stadium stadium.clamor -o report");
   parser.positional("experiment", name,
-                    "stadium, violin, octave-bands, convergence, walk or motion");
+                    "stadium, violin, octave-bands, convergence, walk, motion or probes");
   parser.positional("bake", options.level, "the bake file");
   parser.option("-o,--output", folder, "folder to write to");
   parser.required("-o");

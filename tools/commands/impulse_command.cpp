@@ -13,6 +13,7 @@
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/expanded_sources.h"
+#include "formats/bake_file/mesh_at_rest.h"
 #include "formats/files/output_target.h"
 #include "formats/level/emitter.h"
 #include "formats/level/mesh.h"
@@ -135,7 +136,7 @@ Result<Measured> measure(const Options& options, std::ostream& err) {
   for (Source& source : all->sources) source.emitter = all->stored_as[source.emitter];
   Mesh mesh;
   if (options.visibility == "on" && uses_occlusion(options.strategy.strategy)) {
-    Result<Mesh> read = file->read_mesh();
+    Result<Mesh> read = read_mesh_at_rest(*file);
     if (!read) return read.error().in(options.level);
     mesh = std::move(*read);
   }

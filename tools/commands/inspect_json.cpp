@@ -5,6 +5,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "formats/bake_file/baked_portals.h"
+#include "formats/level/movable_part.h"
+
 namespace clamor {
 
 namespace {
@@ -111,6 +114,40 @@ void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
          {"directivity", emitter.directivity},
          {"signal", emitter.signal},
          {"delay_s", emitter.delay_s}});
+  std::uint64_t early = 0, late = 0;
+  for (const StoredProbe& probe : file.probes().places) early += probe.tree.top.sources_below;
+  for (const StoredTree& zone : file.probes().zones) late += zone.top.sources_below;
+  json["probes"] = {{"places", nlohmann::ordered_json::array()},
+                    {"zones", file.probes().zones.size()},
+                    {"early_sources", early},
+                    {"late_sources", late},
+                    {"bytes", file.bytes().probes}};
+  for (const StoredProbe& probe : file.probes().places)
+    json["probes"]["places"].push_back(
+        {probe.position_m.x, probe.position_m.y, probe.position_m.z});
+  json["movable_parts"] = nlohmann::ordered_json::array();
+  for (const MovablePart& part : file.movable_parts()) {
+    const PartPose& pose = part.rest_pose;
+    json["movable_parts"].push_back(
+        {{"name", part.name},
+         {"triangles", part.mesh.triangles.size()},
+         {"vertices", part.mesh.vertices_m.size()},
+         {"position_m", {pose.position_m.x, pose.position_m.y, pose.position_m.z}},
+         {"rotation", {pose.rotation.x, pose.rotation.y, pose.rotation.z, pose.rotation.w}},
+         {"scale", pose.scale}});
+  }
+  const auto as_list = [](const Vec3& vector) {
+    return nlohmann::ordered_json{vector.x, vector.y, vector.z};
+  };
+  const BakedPortals& baked = file.portals();
+  json["portals"] = {{"list", nlohmann::ordered_json::array()},
+                     {"sets", baked.sets.size()},
+                     {"virtual_emitters", baked.emitters.size()}};
+  for (const Portal& portal : baked.portals)
+    json["portals"]["list"].push_back({{"name", portal.name},
+                                       {"centre_m", as_list(portal.centre_m)},
+                                       {"half_u_m", as_list(portal.half_u_m)},
+                                       {"half_v_m", as_list(portal.half_v_m)}});
 }
 
 nlohmann::ordered_json as_json(const OctreeDepth& level, const Bands& all) {

@@ -8,6 +8,8 @@
 #include <fmt/ostream.h>
 
 #include "common/air.h"
+#include "formats/bake_file/baked_portals.h"
+#include "formats/level/movable_part.h"
 #include "tools/program/text_format.h"
 
 namespace clamor {
@@ -159,6 +161,25 @@ void print_emitters(const BakeFile& file, const BakeOverview& overview, std::ost
     fmt::print(out, "  and {} more kinds (--json has all)\n", overview.emitters.size() - shown);
 }
 
+void print_portals(const BakeFile& file, std::ostream& out) {
+  const BakedPortals& baked = file.portals();
+  if (baked.portals.empty()) return;
+  fmt::print(out, "\n{:<26}{:>8} {:>8}  {}\n", counted(baked.portals.size(), "portal"), "width",
+             "height", "centre");
+  const std::size_t shown = shown_of(baked.portals.size(), kShownGroups);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const Portal& portal = baked.portals[i];
+    fmt::print(out, "  {:<24}{:>8} {:>8}  {:.2f} {:.2f} {:.2f}\n", shortened(portal.name, 24),
+               fmt::format("{:.2f} m", 2 * length(portal.half_u_m)),
+               fmt::format("{:.2f} m", 2 * length(portal.half_v_m)), portal.centre_m.x,
+               portal.centre_m.y, portal.centre_m.z);
+  }
+  if (baked.portals.size() > shown)
+    fmt::print(out, "  and {} more (--json has all)\n", baked.portals.size() - shown);
+  fmt::print(out, "  sound passed {} of them, and {} of an emitter and a set have reflections\n",
+             counted(baked.sets.size() - 1, "set"), counted(baked.emitters.size(), "pair"));
+}
+
 void print_materials(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
   fmt::print(out, "\n{}  1 kHz: scatter. Phong trans.\n",
              band_header((counted(file.materials().size(), "material") + ": absorption").c_str()));
@@ -177,6 +198,34 @@ void print_materials(const BakeFile& file, const BakeOverview& overview, std::os
   }
   if (overview.materials.size() > shown)
     fmt::print(out, "  and {} more kinds (--json has all)\n", overview.materials.size() - shown);
+}
+
+void print_probes(const BakeFile& file, std::ostream& out) {
+  const StoredProbes& probes = file.probes();
+  if (probes.places.empty()) return;
+  std::uint64_t early = 0, late = 0;
+  for (const StoredProbe& probe : probes.places) early += probe.tree.top.sources_below;
+  for (const StoredTree& zone : probes.zones) late += zone.top.sources_below;
+  fmt::print(
+      out, "\n{} in {}, for moving sources: {} early and {} late reflections, {:.0f} kB a probe\n",
+      counted(probes.places.size(), "probe"), counted(probes.zones.size(), "zone"), grouped(early),
+      grouped(late),
+      static_cast<double>(file.bytes().probes) / 1e3 / static_cast<double>(probes.places.size()));
+}
+
+void print_movable_parts(const BakeFile& file, std::ostream& out) {
+  const std::vector<MovablePart>& parts = file.movable_parts();
+  if (parts.empty()) return;
+  fmt::print(out, "\n{:<36}{:>10}  position at rest\n", counted(parts.size(), "movable part"),
+             "triangles");
+  const std::size_t shown = shown_of(parts.size(), kShownGroups);
+  for (std::size_t i = 0; i < shown; ++i) {
+    const Vec3& at = parts[i].rest_pose.position_m;
+    fmt::print(out, "  {:<34}{:>10}  {:.2f} {:.2f} {:.2f}\n", shortened(parts[i].name, 34),
+               grouped(parts[i].mesh.triangles.size()), at.x, at.y, at.z);
+  }
+  if (parts.size() > shown)
+    fmt::print(out, "  and {} more (--json has all)\n", parts.size() - shown);
 }
 
 void print_shares(const BakeOverview& overview, std::ostream& out) {
@@ -244,7 +293,10 @@ void print_tables(const BakeFile& file, const BakeOverview& overview, std::ostre
   print_title(file, overview, out);
   print_sound(file, overview, out);
   print_emitters(file, overview, out);
+  print_portals(file, out);
   print_materials(file, overview, out);
+  print_probes(file, out);
+  print_movable_parts(file, out);
   if (file.top() != nullptr) {
     print_shares(overview, out);
     print_octree(file, overview, out);

@@ -30,7 +30,8 @@ MixArguments::MixArguments(Arguments& parser) {
       "memory for the bake's pages and sounds, as in 64MB; the file may be larger [64MB]");
   parser.flag("--no-mmap", no_mmap_, "read the bake file instead of memory-mapping it");
   parser.option("--gain", gain_, "output gain: decibels, as in -6dB, or a factor, as in x0.5");
-  parser.option("--moving", script_, "script of moving sources, SCRIPT.json");
+  parser.option("--moving", script_,
+                "script of moving sources, movable parts (doors) and portals, SCRIPT.json");
 }
 
 Result<void> MixArguments::read(AuralizerOptions& options) const {
@@ -61,6 +62,7 @@ Result<void> MixArguments::read_script(AuralizerOptions& options, std::size_t ba
   if (!script.ok()) return script.error();
   inputs.add(script->files());
   options.moving = script->options(baked_signals);
+  options.takes_parts = script->parts().adds_parts();
   options.script = std::make_shared<MovingScript>(std::move(*script));
   return {};
 }

@@ -134,9 +134,8 @@ Result<BakedLevel> BakedLevel::open(const std::string& path) {
   if (!mesh.ok()) return mesh.error();
   BakedLevel level;
   level.settings_ = file->settings();
-  level.level_ = {file->provenance().level,     std::move(*mesh),
-                  std::move(tables->materials), std::move(tables->emitters),
-                  std::move(tables->signals),   tables->air};
+  level.level_ = {file->provenance().level,    std::move(*mesh),           file->materials(),
+                  std::move(tables->emitters), std::move(tables->signals), tables->air};
   return level;
 }
 

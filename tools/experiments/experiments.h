@@ -33,6 +33,7 @@ Result<ReportPage> violin_experiment(const ExperimentOptions& options, std::ostr
 Result<ReportPage> octave_bands_experiment(const ExperimentOptions& options, std::ostream& err);
 Result<ReportPage> convergence_experiment(const ExperimentOptions& options, std::ostream& err);
 Result<ReportPage> walk_experiment(const ExperimentOptions& options, std::ostream& err);
+Result<ReportPage> probes_experiment(const ExperimentOptions& options, std::ostream& err);
 Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostream& err);
 
 // Part of the motion experiment: time per keyframe.

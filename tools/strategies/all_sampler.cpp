@@ -21,7 +21,8 @@ class All final : public Sampler {
   }
   std::span<const SampledSource> sample(const Listener& listener, double time_s) override {
     const Vec3& place = listener.position_m;
-    if (occlusion_ != nullptr && (place_ != place || moving_ != nullptr)) {
+    if (occlusion_ != nullptr &&
+        (place_ != place || moving_ != nullptr || occlusion_->has_changed_parts())) {
       occlusion_->begin_keyframe(place);
       wanted_.clear();
       for (const SampledSource& one : std::span(sample_).first(still_))

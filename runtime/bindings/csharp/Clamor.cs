@@ -111,7 +111,7 @@ namespace Clamor
 
     public struct LevelInfo
     {
-        public int Emitters, Sounds;
+        public int Emitters, Sounds, Portals;
         public ulong Sources;
     }
 
@@ -375,6 +375,24 @@ namespace Clamor
                 Native.clamor_change_emitter(context.Handle, Handle, (uint)number, ref options));
         }
 
+        // The number of the first portal with this name; -1: there is none.
+        public int FindPortal(string name)
+        {
+            uint number;
+            int code = Native.clamor_find_portal(context.Handle, Handle, Context.Utf8(name), out number);
+            if (code == Native.CLAMOR_ERROR_NOT_FOUND) return -1;
+            ClamorException.Check(code);
+            return (int)number;
+        }
+
+        // Opens or closes a portal for all listeners from the next commit: the share of power, 0 to 1,
+        // that is left of reflections that came through it.
+        public void SetPortal(int number, double openness)
+        {
+            ClamorException.Check(
+                Native.clamor_set_portal(context.Handle, Handle, (uint)number, openness));
+        }
+
         // Measures the response to an impulse of one emitter (-1: of all) at each place: x, y, z in
         // metres, one place after the other. Returns `frames` samples at 48 kHz for each.
         public float[] MeasureResponses(double[] placesM, int frames, int emitter = 0)
@@ -394,7 +412,7 @@ namespace Clamor
                 var info = new Native.clamor_level_info { bytes = Native.clamor_level_info.Size };
                 ClamorException.Check(Native.clamor_get_level_info(context.Handle, Handle, ref info));
                 return new LevelInfo { Emitters = (int)info.emitters, Sounds = (int)info.sounds,
-                    Sources = info.sources };
+                    Portals = (int)info.portals, Sources = info.sources };
             }
         }
     }

@@ -59,9 +59,10 @@ namespace Clamor
         [StructLayout(LayoutKind.Sequential)]
         public struct clamor_level_info
         {
-            public const uint Size = 24;
-            public uint bytes, emitters, sounds;
+            public const uint Size = 32;
+            public uint bytes, emitters, sounds, portals;
             public ulong sources;
+            public uint parts;
         }
 
         [StructLayout(LayoutKind.Sequential)]
@@ -71,6 +72,17 @@ namespace Clamor
             public uint bytes, sound;
             public double position_m_0, position_m_1, position_m_2;
             public double gain;
+            public IntPtr name;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_portal_info
+        {
+            public const uint Size = 88;
+            public uint bytes;
+            public double centre_m_0, centre_m_1, centre_m_2;
+            public double half_u_m_0, half_u_m_1, half_u_m_2;
+            public double half_v_m_0, half_v_m_1, half_v_m_2;
             public IntPtr name;
         }
 
@@ -89,6 +101,31 @@ namespace Clamor
             public const uint Size = 56;
             public double position_m_0, position_m_1, position_m_2;
             public double orientation_0, orientation_1, orientation_2, orientation_3;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_part_info
+        {
+            public const uint Size = 88;
+            public uint bytes, triangles;
+            public ulong level;
+            public clamor_pose pose;
+            public uint is_disabled;
+            public IntPtr name;
+        }
+
+        [StructLayout(LayoutKind.Sequential)]
+        public struct clamor_part_options
+        {
+            public const uint Size = 184;
+            public uint bytes, is_disabled;
+            public ulong level;
+            public clamor_pose pose;
+            public double half_extents_m_0, half_extents_m_1, half_extents_m_2;
+            public IntPtr vertices_m, indices;
+            public uint vertices, triangles;
+            public double transmission_0, transmission_1, transmission_2, transmission_3;
+            public double transmission_4, transmission_5, transmission_6, transmission_7;
         }
 
         [StructLayout(LayoutKind.Sequential)]
@@ -231,6 +268,15 @@ namespace Clamor
         public static extern int clamor_change_emitter(ContextHandle context, ulong level,
             uint emitter, ref clamor_emitter_options options);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_get_portal_info(ContextHandle context, ulong level,
+            uint portal, ref clamor_portal_info info);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_find_portal(ContextHandle context, ulong level, byte[] name,
+            out uint portal);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_set_portal(ContextHandle context, ulong level, uint portal,
+            double openness);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int clamor_create_listener(ContextHandle context, ulong level,
             ref clamor_listener_options options, out ulong listener, [In, Out] byte[] error);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
@@ -286,6 +332,25 @@ namespace Clamor
             ref clamor_motion motion);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int clamor_remove_source(ContextHandle context, ulong source);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_get_level_part(ContextHandle context, ulong level, uint number,
+            out ulong part);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_find_part(ContextHandle context, ulong level, byte[] name,
+            out ulong part);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_get_part_info(ContextHandle context, ulong part,
+            ref clamor_part_info info);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_add_part(ContextHandle context, ref clamor_part_options options,
+            out ulong part, [In, Out] byte[] error);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_move_part(ContextHandle context, ulong part,
+            ref clamor_pose pose);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_enable_part(ContextHandle context, ulong part, uint enabled);
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
+        public static extern int clamor_remove_part(ContextHandle context, ulong part);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int clamor_commit(ContextHandle context, double time_s);
         [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]

@@ -5,8 +5,9 @@
 // its reader returned. Files are never regenerated once their format has been released: if this
 // test fails, the reader is wrong. To add a version, raise kFormatMinor or kFormatMajor, run
 // CLAMOR_WRITE_GOLDEN=1 build/release/tests/test_formats --gtest_filter='BakeFileVersions*' and
-// commit both files. Release 0.1.0 will fix format 3.1; until then its file is regenerated whenever
-// it changes, and 3.0 is treated as released. Formats 1 and 2 were never released and are an Error.
+// commit both files. Release 0.1.0 will fix format 3.2; until then its file is regenerated whenever
+// it changes, and 3.0 and 3.1 are treated as released. Formats 1 and 2 were never released and are
+// an Error.
 #include <cstdlib>
 
 #include <nlohmann/json.hpp>
@@ -171,6 +172,14 @@ Json read_whole_as_json(const BakeFile& file) {
     json["triangles"] = mesh->triangles;
     json["triangle_materials"] = mesh->materials;
   }
+  for (const MovablePart& part : file.movable_parts()) {
+    const auto& [name, shape, pose] = part;
+    Json vertices;
+    for (const Vec3f& vertex : shape.vertices_m) vertices.push_back(xyz(vertex));
+    json["movable_parts"].push_back({name, vertices, shape.triangles, shape.materials,
+                                     xyz(pose.position_m), xyz(pose.rotation), pose.rotation.w,
+                                     pose.scale});
+  }
   return json;
 }
 
@@ -219,7 +228,7 @@ TEST(BakeFileVersions, MatchTheCurrentWriter) {
   std::ifstream stored(golden(this_version() + ".json"));
   const Json before = Json::parse(stored);
   for (const char* key : {"settings", "provenance", "statistics", "materials", "emitters", "pages",
-                          "signal_maps", "vertices", "triangles"})
+                          "signal_maps", "vertices", "triangles", "movable_parts"})
     EXPECT_EQ(Json::parse(now[key].dump()), before[key]) << key;
 }
 

@@ -30,7 +30,7 @@ compatible() {
     /^Variables changes summary: 0 Removed, 0 Changed/ || NF == 0 { next }
     /functions? with some indirect sub-type change|has some indirect sub-type changes:$/ { next }
     /parameter [0-9]+ of type .* has sub-type changes:$|in pointed to type|underlying type/ {
-      grows = grows || /struct clamor_(options|reader|level_info|listener_options|listener_statistics|sound_options|stream|group_options|source_options|voices|emitter_info|emitter_options)/
+      grows = grows || /struct clamor_(options|reader|level_info|listener_options|listener_statistics|sound_options|stream|group_options|source_options|voices|emitter_info|emitter_options|portal_info|part_info|part_options)/
       next
     }
     /type size changed from [0-9]+ to [0-9]+/ { size = $5; next }

@@ -247,7 +247,7 @@ TEST(Auralizer, HasTheSameLevelWithFewVoicesAsWithAll) {
 // With as many voices as sources, a sample that is drawn every third keyframe must sound like
 // strategy `all`, which re-evaluates every source in every keyframe.
 TEST(Auralizer, FollowsTheListenerWithALargeSampleDrawnLessOften) {
-  AuralizerInput input = baked_room(650);
+  AuralizerInput input = baked_room(850);
   for (Signal& signal : input.signals) signal.loop = true;
   input.signals[2] = input.signals[0];  // the sampler omits sources while their signal is silent
   ASSERT_GT(input.sources.size(), 2 * kVoicesPerKeyframeOfSample);

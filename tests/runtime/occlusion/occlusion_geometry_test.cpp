@@ -28,11 +28,11 @@ TEST(OcclusionGeometry, IsBlockedByASurfaceFromEitherSideAndByNoOther) {
   EXPECT_FALSE(geometry.is_free(left, right));
   EXPECT_FALSE(geometry.is_free(right, left));
   EXPECT_TRUE(geometry.is_free(left, {1, 3, 2}));
-  const OccluderPlane* const wall = geometry.first_surface(left, right);
-  ASSERT_NE(wall, nullptr);
+  const auto wall = geometry.first_surface(left, right);
+  ASSERT_TRUE(wall);
   EXPECT_NEAR(std::abs(wall->normal.x), 1, 1e-6);
   EXPECT_LT(wall->height_m(left) * wall->height_m(right), 0);
-  EXPECT_EQ(geometry.first_surface(left, {1, 3, 2}), nullptr);
+  EXPECT_FALSE(geometry.first_surface(left, {1, 3, 2}));
 }
 
 TEST(OcclusionGeometry, OfAFreeFieldOccludesNothing) {
@@ -83,7 +83,7 @@ TEST(OcclusionGeometry, ThatIsBuiltFastGivesTheSameAnswersBeforeAndAfterItsRefin
       const Vec3f from = 10.0f * anywhere(i, 4), to = 10.0f * anywhere(i, 5);
       std::uint64_t rays = 0;
       EXPECT_EQ(soon.is_free(from, to), whole.is_free(from, to)) << i;
-      EXPECT_EQ(soon.first_surface(from, to) == nullptr, whole.is_free(from, to)) << i;
+      EXPECT_EQ(!soon.first_surface(from, to), whole.is_free(from, to)) << i;
       EXPECT_EQ(soon.transmission(from, to, rays), whole.transmission(from, to, rays)) << i;
       blocked += whole.is_free(from, to) ? 0 : 1;
     }

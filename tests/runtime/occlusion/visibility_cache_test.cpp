@@ -10,9 +10,9 @@
 #include "common/random.h"
 #include "runtime/mixing/keyframe_maker.h"
 #include "runtime/occlusion/fresnel_visibility.h"
+#include "runtime/response/energy_response.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/runtime/two_rooms.h"
-#include "runtime/response/energy_response.h"
 #include "tools/strategies/all_sampler.h"
 
 namespace clamor {

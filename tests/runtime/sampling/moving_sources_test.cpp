@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/engine/auralizer_input.h"
+#include "runtime/probes/combined_pool.h"
 #include "runtime/propagation/source_weight.h"
 #include "runtime/sampling/moving_source_list.h"
 #include "runtime/sampling/sampler.h"

@@ -32,6 +32,7 @@ class InspectCommand : public ::testing::Test {
       baked.provenance.level = "room.glb";
       baked.provenance.inputs = {{"room.glb", 1234567, 0xabcdefu}};
       baked.statistics.warnings = {"mind the step"};
+      baked.movable_parts = {{"door", box_mesh({0.5, 1, 0.02}, 0), {{1, 1, 2}}}};
       return baked;
     }();
     return made;
@@ -154,7 +155,7 @@ TEST_F(InspectCommand, ShowsEveryTableAndTheWarnings) {
   for (const char* part :
        {"Clamor bake, format", "warning: mind the step", "acoustics", "3 emitters", "1 material",
         "power by octree depth", "octree", "bytes/source", "geometry", "how it was made",
-        "clamor bake room.glb", "1 234 567 bytes", "verified: every page"})
+        "clamor bake room.glb", "1 234 567 bytes", "1 movable part", "verified: every page"})
     EXPECT_NE(text.find(part), std::string::npos) << part << " is not in\n" << text;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120u) << line;

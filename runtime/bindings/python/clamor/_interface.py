@@ -53,12 +53,17 @@ class clamor_reader(Structure):
 
 class clamor_level_info(Structure):
     _fields_ = [("bytes", c_uint32), ("emitters", c_uint32), ("sounds", c_uint32),
-                ("sources", c_uint64)]
+                ("portals", c_uint32), ("sources", c_uint64), ("parts", c_uint32)]
 
 
 class clamor_emitter_info(Structure):
     _fields_ = [("bytes", c_uint32), ("sound", c_uint32), ("position_m", c_double * 3),
                 ("gain", c_double), ("name", c_char_p)]
+
+
+class clamor_portal_info(Structure):
+    _fields_ = [("bytes", c_uint32), ("centre_m", c_double * 3), ("half_u_m", c_double * 3),
+                ("half_v_m", c_double * 3), ("name", c_char_p)]
 
 
 class clamor_pose(Structure):
@@ -110,6 +115,18 @@ class clamor_emitter_options(Structure):
                 ("group", c_uint64), ("gain", c_double)]
 
 
+class clamor_part_info(Structure):
+    _fields_ = [("bytes", c_uint32), ("triangles", c_uint32), ("level", c_uint64),
+                ("pose", clamor_pose), ("is_disabled", c_uint32), ("name", c_char_p)]
+
+
+class clamor_part_options(Structure):
+    _fields_ = [("bytes", c_uint32), ("is_disabled", c_uint32), ("level", c_uint64),
+                ("pose", clamor_pose), ("half_extents_m", c_double * 3),
+                ("vertices_m", c_void_p), ("indices", c_void_p), ("vertices", c_uint32),
+                ("triangles", c_uint32), ("transmission", c_double * 8)]
+
+
 class clamor_voice(Structure):
     _fields_ = [("slot", c_uint32), ("starts", c_uint32), ("sound", c_uint64),
                 ("level_sound", c_uint32), ("direction", c_float * 3), ("delay_s", c_double),
@@ -139,6 +156,9 @@ SIGNATURES: Signatures = {
     "clamor_get_emitter_info": (c_int32, [_context, _handle, c_uint32,
                                           POINTER(clamor_emitter_info)]),
     "clamor_find_emitter": (c_int32, [_context, _handle, c_char_p, POINTER(c_uint32)]),
+    "clamor_get_portal_info": (c_int32, [_context, _handle, c_uint32,
+                                         POINTER(clamor_portal_info)]),
+    "clamor_find_portal": (c_int32, [_context, _handle, c_char_p, POINTER(c_uint32)]),
     "clamor_create_listener": (c_int32, [_context, _handle, POINTER(clamor_listener_options),
                                          POINTER(c_uint64), _error]),
     "clamor_destroy_listener": (c_int32, [_context, _handle]),
@@ -165,6 +185,15 @@ SIGNATURES: Signatures = {
     "clamor_remove_source": (c_int32, [_context, _handle]),
     "clamor_change_emitter": (c_int32, [_context, _handle, c_uint32,
                                         POINTER(clamor_emitter_options)]),
+    "clamor_get_level_part": (c_int32, [_context, _handle, c_uint32, POINTER(c_uint64)]),
+    "clamor_find_part": (c_int32, [_context, _handle, c_char_p, POINTER(c_uint64)]),
+    "clamor_get_part_info": (c_int32, [_context, _handle, POINTER(clamor_part_info)]),
+    "clamor_add_part": (c_int32, [_context, POINTER(clamor_part_options), POINTER(c_uint64),
+                                  _error]),
+    "clamor_move_part": (c_int32, [_context, _handle, POINTER(clamor_pose)]),
+    "clamor_enable_part": (c_int32, [_context, _handle, c_uint32]),
+    "clamor_remove_part": (c_int32, [_context, _handle]),
+    "clamor_set_portal": (c_int32, [_context, _handle, c_uint32, c_double]),
     "clamor_commit": (c_int32, [_context, c_double]),
     "clamor_measure_responses": (c_int32, [_context, _handle, c_uint32, c_void_p, c_uint32,
                                            c_void_p, c_uint64, POINTER(c_uint64), _error]),

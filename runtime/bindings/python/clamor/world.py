@@ -41,6 +41,7 @@ class LevelInfo(NamedTuple):
     emitters: int
     sounds: int
     sources: int
+    portals: int
 
 
 class EmitterInfo(NamedTuple):
@@ -181,10 +182,10 @@ class Level(_Owner):
 
     @property
     def info(self) -> LevelInfo:
-        """The numbers of emitters, sounds and sources."""
+        """The numbers of emitters, sounds, sources and portals."""
         info = native.clamor_level_info()
         check(library().clamor_get_level_info(self.context._open, self._handle, byref(info)))
-        return LevelInfo(info.emitters, info.sounds, info.sources)
+        return LevelInfo(info.emitters, info.sounds, info.sources, info.portals)
 
     def emitter(self, number: int) -> EmitterInfo:
         """The emitter number `number`, below info.emitters."""
@@ -210,6 +211,27 @@ class Level(_Owner):
                                                 group=group._handle if group else 0)
         check(library().clamor_change_emitter(self.context._open, self._handle, number,
                                               byref(options)))
+
+    def portal_name(self, number: int) -> str:
+        """The name of the portal number `number`, below info.portals."""
+        info = native.clamor_portal_info()
+        check(library().clamor_get_portal_info(self.context._open, self._handle, number,
+                                               byref(info)))
+        return info.name.decode()
+
+    def find_portal(self, name: str) -> int:
+        """The number of the first portal with this name. Raises ClamorError if there is none."""
+        number = c_uint32()
+        check(library().clamor_find_portal(self.context._open, self._handle, utf8(name),
+                                           byref(number)))
+        return number.value
+
+    def set_portal(self, number: int, openness: float) -> None:
+        """Opens or closes a portal for all listeners from the next commit.
+
+        `openness`, 0 to 1, is the share of power that is left of reflections that came through it.
+        """
+        check(library().clamor_set_portal(self.context._open, self._handle, number, openness))
 
 
 class Listener(_Owner):

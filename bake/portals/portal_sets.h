@@ -1,0 +1,86 @@
+// portal_sets.h: numbers the sets of portals that the paths of a bake have passed.
+//
+// A bake file holds at most kMaxPortalSets of them. Sets get numbers by descending power of their
+// sources; one that finds no room counts as its largest subset that has a number, so its sound is
+// heard through fewer portals than it passed.
+//
+// All results depend on the sources and their order alone.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "formats/bake_file/baked_portals.h"
+#include "formats/bake_file/source.h"
+#include "formats/level/portal.h"
+
+namespace clamor {
+
+class PortalSetTable {
+ public:
+  PortalSetTable() : numbers_{{PortalSet{}, 0}} {}
+
+  // The number of a set, which is added if there are fewer than `max_sets`; otherwise that of its
+  // largest subset in the table.
+  std::uint32_t number_of(const PortalSet& set, std::size_t max_sets = kMaxPortalSets);
+
+  // The number of each set, in which those of the highest power are added first.
+  std::vector<std::uint32_t> numbers_of(std::span<const PortalSet> sets,
+                                        std::span<const double> powers,
+                                        std::size_t max_sets = kMaxPortalSets);
+
+  const std::vector<PortalSet>& sets() const { return sets_; }
+
+ private:
+  std::vector<PortalSet> sets_{PortalSet{}};
+  std::map<PortalSet, std::uint32_t> numbers_;
+};
+
+// The virtual emitters of the sources of a level's emitters. While sources are thinned, there is
+// one for each pair of an emitter and a set that occurs; finish() keeps those that are left.
+class PortalPairs {
+ public:
+  explicit PortalPairs(std::size_t emitters) : emitters_(emitters) {}
+
+  // The provisional number of the virtual emitter; the emitter itself for the empty set.
+  std::uint32_t number_of(std::uint32_t emitter, const PortalSet& set);
+
+  // Adds the sources' sets to the table and the virtual emitters that are left to `made`, makes the
+  // sources refer to these, and forgets the provisional ones.
+  void finish(std::span<Source> sources, PortalSetTable& table, std::size_t max_sets,
+              std::vector<PortalEmitter>& made);
+
+ private:
+  struct Pair {
+    std::uint32_t emitter = 0;
+    PortalSet set;
+
+    bool operator==(const Pair&) const = default;
+  };
+  struct HashOfPair {
+    std::size_t operator()(const Pair& pair) const;
+  };
+
+  std::size_t emitters_;
+  std::vector<Pair> pairs_;
+  std::unordered_map<Pair, std::uint32_t, HashOfPair> numbers_;
+};
+
+// The sets of the sources of a probe's tree, which stand above their first legs (first_leg.h).
+class ProbePortalSets {
+ public:
+  // The first leg with a provisional set.
+  std::uint32_t with_set(std::uint32_t first_leg, const PortalSet& set);
+
+  // Adds the sources' sets to the table, and replaces provisional numbers by those of the table.
+  void finish(std::span<Source> sources, PortalSetTable& table);
+
+ private:
+  PortalSetTable provisional_;
+};
+
+}  // namespace clamor

@@ -1,0 +1,174 @@
+#include "bake/probe_tracing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "bake/octree/octree_builder.h"
+#include "bake/octree/patch_radius.h"
+#include "bake/trace/pilot.h"
+#include "formats/bake_file/first_leg.h"
+#include "formats/bake_file/source_quantization.h"
+
+namespace clamor {
+
+namespace {
+
+// Reflections that the photons of all probes of a zone leave together, at least.
+constexpr double kZoneReflections = 800'000;
+// A deposit whose path is longer than the first leg by more than this is not on the first surface.
+constexpr double kSameLength_m = 2e-3;
+// Deposits per source that the tracer leaves, and the collector thins.
+constexpr double kLateDepositsPerSource = 1.5;
+
+// Selects the random numbers of a probe, whatever the other probes are.
+std::string name_of(const Vec3& place_m) {
+  std::string name = "probe";
+  for (int axis = 0; axis < 3; ++axis)
+    name += " " + std::to_string(std::llround(1000 * place_m[axis]));
+  return name;
+}
+
+// The tree of a probe that no surface reflects.
+SourceOctree empty_tree(const Vec3& place_m) {
+  SourceOctree tree;
+  OctreeNode& top = tree.nodes.emplace_back();
+  top.low_m = top.high_m = Vec3f(place_m);
+  return tree;
+}
+
+std::uint32_t zone_sources(std::uint32_t places, std::uint32_t sources_per_probe) {
+  return std::min(places, kMostZoneShares) * ((sources_per_probe + 1) / 2);
+}
+
+}  // namespace
+
+Level level_of_probes(const Level& level, std::span<const Vec3> places_m, const ProbeZones& zones) {
+  Level probes;
+  probes.name = level.name;
+  probes.materials = level.materials;
+  probes.air = level.air;
+  probes.portals = level.portals;
+  for (const std::uint32_t place : zones.order) {
+    Emitter& emitter = probes.emitters.emplace_back();
+    emitter.name = name_of(places_m[place]);
+    emitter.position_m = places_m[place];
+  }
+  return probes;
+}
+
+ProbePlan plan_probes(const Scene& scene, const Level& level, const ProbeZones& zones,
+                      std::uint32_t sources_per_probe, std::uint64_t level_photons,
+                      const TraceSettings& trace) {
+  ProbePlan plan;
+  const std::uint64_t early_photons =
+      kRunPhotons * std::max<std::uint64_t>(1, sources_per_probe / kProbeSources);
+  plan.trace = trace;
+  const Pilot pilot = trace_pilot(scene, level, trace);
+  const double zone_photons = kZoneReflections / std::max(1.0, pilot.deposits_per_photon());
+  std::uint64_t late_sources = 0;
+  for (const std::uint32_t size : zones.sizes) {
+    const std::uint64_t wanted =
+        std::max(early_photons, static_cast<std::uint64_t>(zone_photons) / size);
+    // A bake that is asked for few photons has few for each probe, too.
+    const std::uint64_t of_each = std::min(wanted, std::max<std::uint64_t>(level_photons, 1));
+    plan.photons.photons.insert(plan.photons.photons.end(), size, scene.is_empty() ? 0 : of_each);
+    late_sources += zone_sources(size, sources_per_probe);
+  }
+  std::vector<double> late_from_m = zones.late_from_m;
+  std::nth_element(late_from_m.begin(), late_from_m.begin() + std::ssize(late_from_m) / 2,
+                   late_from_m.end());
+  const double until_m = late_from_m[late_from_m.size() / 2];
+  const auto photons = static_cast<double>(plan.photons.all_photons());
+  plan.trace.decay = pilot.decay;
+  plan.trace.early_until_m = until_m;
+  plan.trace.early_photons = early_photons;
+  plan.trace.deposit_threshold =
+      pilot.threshold(photons, kLateDepositsPerSource * static_cast<double>(late_sources), until_m);
+  return plan;
+}
+
+ProbeCollector::ProbeCollector(const Scene& scene, const Level& level, const ProbeZones& zones,
+                               const PhotonTracer& tracer, const BakePlan& plan,
+                               std::uint32_t sources_per_probe, PortalSetTable& portals)
+    : scene_(scene),
+      level_(level),
+      zones_(zones),
+      tracer_(tracer),
+      plan_(plan),
+      sources_per_probe_(sources_per_probe),
+      portals_(portals) {
+  begin_place();
+  if (!zones.sizes.empty()) late_.emplace(zone_sources(zones.sizes[0], sources_per_probe_));
+}
+
+std::uint32_t ProbeCollector::first_leg(const Deposit& deposit, bool is_late) const {
+  const SurfaceHit& hit = hits_[deposit.photon];
+  const double path_m = static_cast<double>(deposit.delay_s) * tracer_.speed_mps();
+  if (!is_late && path_m - static_cast<double>(hit.distance_m) < kSameLength_m)
+    return kOnFirstSurface;
+  return first_leg_code({rays_[deposit.photon].direction, hit.distance_m});
+}
+
+void ProbeCollector::add(const TracedRun& run, std::span<const Deposit> deposits,
+                         std::uint64_t order) {
+  while (probes_.places.size() < run.run.emitter) finish_place();
+  tracer_.first_rays(run.run, rays_);
+  hits_.resize(rays_.size());
+  scene_.first_hits(rays_, hits_);
+  const std::size_t zone = probes_.zones.size();
+  const auto late_from_s =
+      static_cast<float>(tracer_.settings().early_until_m / tracer_.speed_mps());
+  const std::uint64_t photons = plan_.photons[run.run.emitter];
+  // The first photons of a sequence cover all directions evenly, which thinning would undo. They
+  // are whole runs.
+  const double early_share =
+      1 / static_cast<double>(std::min(photons, tracer_.settings().early_photons));
+  const double late_share = 1 / (static_cast<double>(photons) * zones_.sizes[zone]);
+  early_sources_.clear();
+  late_sources_.clear();
+  for (const Deposit& deposit : deposits) {
+    const bool is_late = deposit.delay_s >= late_from_s;
+    auto& sources = is_late ? late_sources_ : early_sources_;
+    sources.push_back(secondary_source(deposit, is_late ? late_share : early_share));
+    ProbePortalSets& sets = is_late ? late_sets_ : early_sets_;
+    sources.back().emitter = sets.with_set(first_leg(deposit, is_late), deposit.portals);
+    // Late sound leaves a surface in all directions alike, and needs no mirror direction.
+    if (is_late) sources.back().mirror = sources.back().normal;
+  }
+  early_->add(early_sources_, order);
+  late_->add(late_sources_, order);
+}
+
+void ProbeCollector::begin_place() {
+  early_.emplace(sources_per_probe_, SourceThinning::Weight::kSquareRoot);
+}
+
+SourceOctree ProbeCollector::tree_of(SourceThinning& thinning, ProbePortalSets& sets,
+                                     const Vec3& place_m) const {
+  std::vector<Source> sources = thinning.take();
+  sets.finish(sources, portals_);
+  set_patch_radii(sources);
+  quantize_sources(sources, level_.materials);
+  return sources.empty() ? empty_tree(place_m) : build_octree(std::move(sources));
+}
+
+void ProbeCollector::finish_place() {
+  const Vec3& place_m = level_.emitters[probes_.places.size()].position_m;
+  const auto zone = static_cast<std::uint32_t>(probes_.zones.size());
+  probes_.places.push_back({place_m, tree_of(*early_, early_sets_, place_m), zone});
+  begin_place();
+  if (++places_in_zone_ < zones_.sizes[zone]) return;
+  places_in_zone_ = 0;
+  probes_.zones.push_back(tree_of(*late_, late_sets_, place_m));
+  if (zone + 1 < zones_.sizes.size())
+    late_.emplace(zone_sources(zones_.sizes[zone + 1], sources_per_probe_));
+}
+
+BakedProbes ProbeCollector::take() {
+  while (probes_.places.size() < level_.emitters.size()) finish_place();
+  return std::exchange(probes_, {});
+}
+
+}  // namespace clamor

@@ -1,0 +1,88 @@
+// probe_tracing.h: traces probes: places where sources of sound may be at run time.
+//
+// A probe is traced like an omnidirectional emitter of gain 1. Its early deposits become secondary
+// sources of its own, its late ones those of its zone (probe_zones.h); both are thinned to fixed
+// numbers, and become octrees. Each source keeps the first leg of its path
+// (formats/bake_file/first_leg.h). The photons of a probe depend on its place, the scene and the
+// settings alone, so journals and shards treat probes as emitters, and moving one probe leaves the
+// photons of the others as they are.
+//
+// Threads: those of the calling TBB arena. Memory: 110 bytes per kept source.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "bake/bake_plan.h"
+#include "bake/octree/source_thinning.h"
+#include "bake/portals/portal_sets.h"
+#include "bake/probes/probe_zones.h"
+#include "bake/trace/photon_tracer.h"
+#include "bake/trace/scene.h"
+#include "common/vec.h"
+#include "formats/bake_file/bake_contents.h"
+#include "formats/level/level.h"
+
+namespace clamor {
+
+// Secondary sources of a probe: half of them are its own, half go to its zone, which keeps as many
+// as kMostZoneShares probes give at most.
+inline constexpr std::uint32_t kProbeSources = 4000, kMaxProbeSources = 1'000'000;
+inline constexpr std::uint32_t kMostZoneShares = 16;
+
+// The level with an emitter at each place, zone after zone, in place of its own. It has no mesh:
+// the scene has it.
+Level level_of_probes(const Level& level, std::span<const Vec3> places_m, const ProbeZones& zones);
+
+// The photons of each probe, and how they are traced.
+struct ProbePlan {
+  BakePlan photons;
+  TraceSettings trace;
+};
+
+// `level` is that of level_of_probes(), `level_photons` are those of the level's own emitters, or
+// of a bake of one, and `trace` gives everything but thinning and decay. There must be a probe.
+ProbePlan plan_probes(const Scene& scene, const Level& level, const ProbeZones& zones,
+                      std::uint32_t sources_per_probe, std::uint64_t level_photons,
+                      const TraceSettings& trace);
+
+// Receives the runs of all probes in order, and makes the octrees.
+class ProbeCollector {
+ public:
+  // All arguments must outlive the object. The sets of portals that paths have passed are added to
+  // `portals`.
+  ProbeCollector(const Scene& scene, const Level& level, const ProbeZones& zones,
+                 const PhotonTracer& tracer, const BakePlan& plan, std::uint32_t sources_per_probe,
+                 PortalSetTable& portals);
+
+  void add(const TracedRun& run, std::span<const Deposit> deposits, std::uint64_t order);
+
+  // All places, in the order of the level's emitters, and all zones.
+  BakedProbes take();
+
+ private:
+  std::uint32_t first_leg(const Deposit& deposit, bool is_late) const;
+  SourceOctree tree_of(SourceThinning& thinning, ProbePortalSets& sets, const Vec3& place_m) const;
+  void begin_place();
+  void finish_place();
+
+  const Scene& scene_;
+  const Level& level_;
+  const ProbeZones& zones_;
+  const PhotonTracer& tracer_;
+  const BakePlan& plan_;
+  const std::uint32_t sources_per_probe_;
+  PortalSetTable& portals_;
+  BakedProbes probes_;                          // finished
+  std::optional<SourceThinning> early_, late_;  // of the next place and zone
+  ProbePortalSets early_sets_, late_sets_;      // of their sources
+  std::uint32_t places_in_zone_ = 0;            // finished
+  // Of a run, by photon.
+  std::vector<Ray> rays_;
+  std::vector<SurfaceHit> hits_;
+  std::vector<Source> early_sources_, late_sources_;
+};
+
+}  // namespace clamor

@@ -1,0 +1,28 @@
+// probe_zones.h: groups of probes that share their late reflections.
+//
+// After some reflections a sound has forgotten where in the room it came from. So probes that see
+// each other and lie within two mean free paths share one tree of late reflections, with the
+// photons of all of them: the late decay, which few photons of a single probe would leave noisy, is
+// then as exact as that of an emitter with many, and is stored once.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "bake/trace/scene.h"
+#include "common/vec.h"
+
+namespace clamor {
+
+struct ProbeZones {
+  std::vector<std::uint32_t> order;    // places, zone after zone
+  std::vector<std::uint32_t> zone_of;  // by place
+  std::vector<std::uint32_t> sizes;    // places per zone
+  std::vector<double> late_from_m;     // by zone: the path length from which reflections are late
+};
+
+// The result depends on the scene and the places alone.
+ProbeZones group_probes(const Scene& scene, std::span<const Vec3> places_m);
+
+}  // namespace clamor

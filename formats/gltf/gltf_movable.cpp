@@ -1,0 +1,110 @@
+#include "formats/gltf/gltf_movable.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "common/text.h"
+#include "formats/gltf/gltf_marks.h"
+#include "formats/level/name_match.h"
+
+namespace clamor {
+
+namespace {
+
+// The rotation and translation of a transform: its axes are made orthogonal and of unit length. A
+// reflection stays in the mesh.
+glm::dmat4 pivot_of(const glm::dmat4& world) {
+  glm::dvec3 x(world[0]), y(world[1]);
+  glm::dmat4 pivot(1.0);
+  pivot[3] = world[3];
+  if (!(glm::length(x) > 0)) return pivot;
+  x = glm::normalize(x);
+  y -= glm::dot(x, y) * x;
+  if (!(glm::length(y) > 0)) return pivot;
+  y = glm::normalize(y);
+  pivot[0] = glm::dvec4(x, 0);
+  pivot[1] = glm::dvec4(y, 0);
+  pivot[2] = glm::dvec4(glm::cross(x, y), 0);
+  return pivot;
+}
+
+class MovableSearch {
+ public:
+  MovableSearch(const GltfScene& scene, const std::vector<std::string>& globs)
+      : scene_(scene), globs_(globs), is_used_(globs.size(), false) {}
+
+  Result<MovableNodes> run() {
+    struct Visit {
+      int node, part;
+      glm::dmat4 parent;
+    };
+    MovableNodes found;
+    found.part_of.assign(scene_.nodes.size(), kNone);
+    std::vector<Visit> stack;
+    for (auto it = scene_.roots.rbegin(); it != scene_.roots.rend(); ++it)
+      stack.push_back({*it, kNone, glm::dmat4(1.0)});
+    while (!stack.empty()) {
+      Visit visit = stack.back();
+      stack.pop_back();
+      const auto n = static_cast<std::size_t>(visit.node);
+      const glm::dmat4 world = visit.parent * scene_.nodes[n].local;
+      const auto marked = is_marked(n);
+      if (!marked.ok()) return marked.error();
+      if (*marked && visit.part == kNone) {
+        visit.part = static_cast<int>(found.parts.size());
+        found.parts.push_back({visit.node, pivot_of(world)});
+        if (const auto near = check(PartPose{Vec3(world[3])}); !near.ok())
+          return near.error().in(fmt::format("node {} '{}'", n, scene_.nodes[n].name));
+        if (found.parts.size() > kMaxMovableParts)
+          return Error(fmt::format("has more than {} movable nodes; join those that move together.",
+                                   kMaxMovableParts));
+      }
+      found.part_of[n] = visit.part;
+      const auto& children = scene_.nodes[n].children;
+      for (auto it = children.rbegin(); it != children.rend(); ++it)
+        stack.push_back({*it, visit.part, world});
+    }
+    return found;
+  }
+
+  void warn_of_unused(ImportReport& report) const {
+    std::vector<std::string> names;
+    for (const GltfNode& node : scene_.nodes) names.push_back(node.name);
+    for (std::size_t g = 0; g < globs_.size(); ++g)
+      if (!is_used_[g])
+        report.warnings.push_back(
+            fmt::format("the sidecar's movable '{}' matches no node; the nearest is '{}'",
+                        globs_[g], nearest_name(globs_[g], names)));
+  }
+
+ private:
+  Result<bool> is_marked(std::size_t n) {
+    const std::string& name = scene_.nodes[n].name;
+    bool marked = false;
+    for (std::size_t g = 0; g < globs_.size(); ++g)
+      if (glob_matches(globs_[g], name)) marked = is_used_[g] = true;
+    const auto marks = read_marks(scene_, n);
+    if (!marks.ok()) return marks.error();
+    return marked || marks->movable;
+  }
+
+  const GltfScene& scene_;
+  const std::vector<std::string>& globs_;
+  std::vector<bool> is_used_;  // by glob
+};
+
+}  // namespace
+
+Result<MovableNodes> find_movable_nodes(const GltfScene& scene,
+                                        const std::vector<std::string>& globs,
+                                        ImportReport& report) {
+  MovableSearch search(scene, globs);
+  auto found = search.run();
+  if (found.ok()) search.warn_of_unused(report);
+  return found;
+}
+
+}  // namespace clamor

@@ -1,0 +1,34 @@
+// gltf_movable.h: finds the nodes of a glTF scene that are movable parts.
+//
+// A node is movable if its extras say { "clamor": { "movable": true } }, or if the sidecar lists a
+// glob for its name. The meshes of its descendants belong to the part; marks among them have no
+// effect.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/result.h"
+#include "formats/gltf/gltf_placement.h"
+#include "formats/gltf/gltf_scene.h"
+#include "formats/gltf/import_report.h"
+#include "formats/level/movable_part.h"
+
+namespace clamor {
+
+struct MovableNodes {
+  struct Part {
+    int node = kNone;
+    glm::dmat4 world{1.0};  // of the node, without scale and shear: its pivot
+  };
+  std::vector<Part> parts;   // in the order of the scene
+  std::vector<int> part_of;  // by node, an index of `parts` or kNone
+};
+
+// The hierarchy must be a tree, which place_nodes() has checked. Warns of globs that match no node.
+// Errors: a mark that is neither true nor false; more than kMaxMovableParts; a pivot out of range.
+Result<MovableNodes> find_movable_nodes(const GltfScene& scene,
+                                        const std::vector<std::string>& globs,
+                                        ImportReport& report);
+
+}  // namespace clamor

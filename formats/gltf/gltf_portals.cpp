@@ -1,0 +1,103 @@
+#include "formats/gltf/gltf_portals.h"
+
+#include <algorithm>
+#include <array>
+
+#include "formats/gltf/gltf_marks.h"
+#include "formats/gltf/gltf_mesh.h"
+#include "formats/level/emitter_spec.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kFlat = 0.5;  // thickness of a mesh over its shorter side, at most
+
+// Unit vectors along the rectangle's sides and its normal.
+using Axes = std::array<Vec3, 3>;
+
+// The plane is that of the largest triangle, and a side follows its second-longest edge: the
+// longest edge of half a rectangle is the diagonal. Zero vectors without a triangle.
+Axes axes_of(const Mesh& mesh) {
+  double largest = 0;
+  Axes axes{};
+  for (const auto& triangle : mesh.triangles) {
+    const Vec3 a(mesh.vertices_m[triangle[0]]), b(mesh.vertices_m[triangle[1]]),
+        c(mesh.vertices_m[triangle[2]]);
+    const Vec3 normal = cross(b - a, c - a);
+    if (!(length(normal) > largest)) continue;
+    largest = length(normal);
+    std::array<Vec3, 3> edges{b - a, c - b, a - c};
+    std::sort(edges.begin(), edges.end(),
+              [](const Vec3& one, const Vec3& other) { return length(one) < length(other); });
+    axes[2] = normalize(normal);
+    axes[0] = normalize(edges[1]);
+    axes[1] = cross(axes[2], axes[0]);
+  }
+  return axes;
+}
+
+Result<Portal> rectangle_of(const Mesh& mesh) {
+  const Axes axes = axes_of(mesh);
+  if (axes[2] == Vec3{}) return Error("the mesh of the portal has no area; give it some.");
+  Vec3 low_m(1e30), high_m(-1e30);
+  for (const Vec3f& vertex : mesh.vertices_m) {
+    const Vec3 at(dot(Vec3(vertex), axes[0]), dot(Vec3(vertex), axes[1]),
+                  dot(Vec3(vertex), axes[2]));
+    low_m = glm::min(low_m, at);
+    high_m = glm::max(high_m, at);
+  }
+  const Vec3 half_m = (high_m - low_m) / 2.0, centre_m = (high_m + low_m) / 2.0;
+  if (half_m.z > kFlat * std::min(half_m.x, half_m.y))
+    return Error("the mesh of the portal is not flat; a portal is a rectangle in an opening.");
+  Portal portal;
+  portal.centre_m = axes[0] * centre_m.x + axes[1] * centre_m.y + axes[2] * centre_m.z;
+  portal.half_u_m = axes[0] * half_m.x;
+  portal.half_v_m = axes[1] * half_m.y;
+  return portal;
+}
+
+Result<Portal> portal_of(const GltfScene& scene, const PlacedNode& placement) {
+  if (scene.nodes[static_cast<std::size_t>(placement.node)].mesh != kNone) {
+    const auto mesh = placed_mesh(scene, placement);
+    if (!mesh.ok()) return mesh.error();
+    return rectangle_of(*mesh);
+  }
+  Portal portal;
+  portal.centre_m = Vec3(placement.world[3]);
+  portal.half_u_m = Vec3(placement.world[0]) * 0.5;
+  portal.half_v_m = Vec3(placement.world[1]) * 0.5;
+  return portal;
+}
+
+}  // namespace
+
+Result<std::vector<PortalSpec>> read_scene_portals(const GltfScene& scene,
+                                                   std::vector<PlacedNode>& placements) {
+  std::vector<PortalSpec> portals;
+  for (std::size_t p = 0; p < placements.size();) {
+    // All instances of a node are adjacent and share what is read from it.
+    const auto index = static_cast<std::size_t>(placements[p].node);
+    const auto marks = read_marks(scene, index);
+    if (!marks.ok()) return marks.error();
+    for (; p < placements.size() && placements[p].node == static_cast<int>(index); ++p) {
+      if (!marks->portal) continue;
+      placements[p].portal = true;
+      auto portal = portal_of(scene, placements[p]);
+      if (!portal.ok()) return portal.error().in(node_in_words(scene, index));
+      if (!is_rectangle(*portal) || length(portal->centre_m) > kMaxEmitterCoordinate_m)
+        return Error(
+            node_in_words(scene, index) +
+            ": the portal is no rectangle with sides of 1 cm or more within 1000 km of the "
+            "origin; scale or repair the node.");
+      portal->name = scene.nodes[index].name;
+      portal->is_baked_closed = marks->is_baked_closed;
+      if (portals.size() == kMaxPortals)
+        return Error("the scene has more than 1024 portals; mark fewer.");
+      portals.push_back({std::move(*portal), marks->material});
+    }
+  }
+  return portals;
+}
+
+}  // namespace clamor

@@ -1,0 +1,54 @@
+// part_shape.h: the triangles of a movable part as rays need them: a BVH in the part's own
+// coordinates, the planes of its triangles and what they transmit. All listeners share it.
+//
+// Threads: any; nothing changes after make().   Memory: about 200 bytes per triangle.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/bands.h"
+#include "common/material.h"
+#include "common/result.h"
+#include "common/vec.h"
+#include "formats/level/mesh.h"
+#include "runtime/occlusion/occluder_plane.h"
+
+namespace clamor {
+
+class EmbreeMesh;
+
+class PartShape {
+ public:
+  // Builds the BVH: a second for a million triangles. Errors: see check_part_mesh(). Throws
+  // std::bad_alloc if memory runs out.
+  static Result<std::shared_ptr<const PartShape>> make(const Mesh& mesh,
+                                                       std::span<const Material> materials);
+  ~PartShape();
+
+  const EmbreeMesh& bvh() const { return *bvh_; }
+  const OccluderPlane& plane(std::uint32_t triangle) const { return planes_[triangle]; }
+  const Bands& transmission(std::uint32_t triangle) const {
+    return transmission_[materials_[triangle]];
+  }
+  bool transmits() const { return transmits_; }  // whether any material does
+  std::size_t triangles() const { return planes_.size(); }
+
+  // The corners of the bounding box, in the part's coordinates.
+  const Vec3f& low_m() const { return low_m_; }
+  const Vec3f& high_m() const { return high_m_; }
+
+ private:
+  PartShape(const Mesh& mesh, std::span<const Material> materials);
+
+  std::unique_ptr<EmbreeMesh> bvh_;
+  std::vector<OccluderPlane> planes_;     // per triangle
+  std::vector<std::uint16_t> materials_;  // per triangle
+  std::vector<Bands> transmission_;       // per material
+  bool transmits_ = false;
+  Vec3f low_m_{}, high_m_{};
+};
+
+}  // namespace clamor

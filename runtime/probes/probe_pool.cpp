@@ -1,0 +1,349 @@
+#include "runtime/probes/probe_pool.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/random.h"
+#include "runtime/propagation/source_number.h"
+#include "runtime/query/work_budget.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr double kFactorSlack = 1.00001;  // factors are floats
+constexpr std::uint32_t kSeedOfCopies = 0x70726f62;
+constexpr double kLongestPath_m = 1000;  // from a surface to the listener, for signals' windows
+
+std::vector<Vec3> places_of(const StoredProbes& probes) {
+  std::vector<Vec3> places_m;
+  for (const StoredProbe& probe : probes.places) places_m.push_back(probe.position_m);
+  return places_m;
+}
+
+double sum_of(const Bands& bands) { return std::accumulate(bands.begin(), bands.end(), 0.0); }
+
+// Identifies the voice of a copy's source.
+std::uint64_t voice_number(std::uint64_t moving_source, std::uint64_t probe_source) {
+  std::uint64_t mixed = moving_source * 0x9e3779b97f4a7c15u ^ probe_source;
+  mixed = (mixed ^ mixed >> 32) * 0xd6e8feb86659fd93u;
+  mixed ^= mixed >> 32;
+  return mixed | kMovingSourceBit;
+}
+
+}  // namespace
+
+ProbePool::ProbePool(const StoredProbes& probes, const ProbeBounds& bounds,
+                     const OcclusionGeometry* surfaces, const SignalWeights& weights,
+                     MovingSourceList& moving, PageLoader& loader)
+    : bounds_(bounds),
+      weights_(weights),
+      moving_(moving),
+      loader_(loader),
+      unit_weights_{{bounds.weights()}},
+      node_bounds_(bounds.radiation(), unit_weights_, {}, {}),
+      neighbours_(places_of(probes), surfaces, moving.max_sources()),
+      requests_(loader),
+      radiators_(moving.max_sources()) {
+  std::uint64_t first = kFirstProbeSource;
+  const auto add_tree = [&](const PageEntry& top, const std::optional<Vec3>& probe_m) {
+    Tree& tree = trees_.emplace_back();
+    tree.entry = &top;
+    tree.probe_m = probe_m;
+    tree.first_source = first;
+    tree.power = total_power(top);
+    first += top.sources_below;
+  };
+  for (const StoredProbe& probe : probes.places) {
+    add_tree(probe.tree.top, probe.position_m);
+    zone_trees_.push_back(static_cast<std::uint32_t>(probes.places.size() + probe.zone));
+  }
+  for (const StoredTree& zone : probes.zones) add_tree(zone.top, std::nullopt);
+}
+
+bool ProbePool::refresh() {
+  const bool has_arrived = loader_.begin_sample();
+  return has_arrived || !neighbours_.is_settled();
+}
+
+void ProbePool::set_late_boost(float strength) {
+  boost_strength_ = strength;
+  node_bounds_.set_late_boost(strength);
+}
+
+// --- The copies of a keyframe --------------------------------------------------------------------
+
+void ProbePool::begin(const Listener& listener, double time_s) {
+  time_s_ = time_s;
+  node_bounds_.begin(listener.position_m, time_s);
+  neighbours_.begin();
+  for (const std::uint32_t p : active_) trees_[p].copy_count = 0;
+  active_.clear();
+  copies_.clear();
+  for (std::size_t slot = 0; slot < moving_.slots(); ++slot)
+    if (moving_.reverberation(slot) > 0) add_copies(slot, time_s);
+  sort_copies();
+}
+
+void ProbePool::add_copies(std::size_t slot, double time_s) {
+  const Vec3 place_m = moving_.place_m(slot);
+  const auto near = neighbours_.weights(slot, moving_.generation(slot), place_m);
+  if (near.empty()) return;
+  MovingRadiator& radiator = radiators_[slot];
+  radiator.position_m = place_m;
+  radiator.axis = Vec3(moving_.settings(slot).axis);
+  radiator.directivity = moving_.directivity(slot);
+  radiator.is_omnidirectional = radiator.directivity == Bands{};
+  const double now_s = time_s - moving_.start_s(slot);
+  std::array<ProbeWeight, kMaxCopies> zones{};
+  std::size_t zone_count = 0;
+  for (const ProbeWeight& weight : near) {
+    add_copy(slot, weight.probe, weight.weight, now_s);
+    const std::uint32_t tree = zone_trees_[weight.probe];
+    std::size_t z = 0;
+    while (z < zone_count && zones[z].probe != tree) ++z;
+    zone_count = std::max(zone_count, z + 1);
+    zones[z].probe = tree;
+    zones[z].weight += weight.weight;
+  }
+  for (const ProbeWeight& zone : std::span(zones).first(zone_count))
+    add_copy(slot, zone.probe, zone.weight, now_s);
+}
+
+// A copy's factor bounds its band powers, with what its signal plays while the sound that is heard
+// now was under way, over the loudness that pages are culled with.
+void ProbePool::add_copy(std::size_t slot, std::uint32_t tree, float weight, double now_s) {
+  if (!(trees_[tree].power > 0)) return;
+  const MovingSources::Settings& settings = moving_.settings(slot);
+  const double speed_mps = bounds_.radiation().speed_of_sound_mps();
+  const double longest_s =
+      static_cast<double>(trees_[tree].entry->max_delay_s) + kLongestPath_m / speed_mps;
+  const Bands loudest = weights_.max_between(moving_.signal(slot), now_s - longest_s, now_s);
+  const Bands& at_any_time = weights_.max(moving_.signal(slot));
+  Copy copy;
+  copy.tree = tree;
+  copy.slot = static_cast<std::uint32_t>(slot);
+  double factor = 0, most = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const double gain = static_cast<double>(settings.reverberation * settings.gain[b]);
+    copy.power[b] = static_cast<float>(static_cast<double>(weight) * gain * gain);
+    const double per_loudness =
+        static_cast<double>(copy.power[b]) / static_cast<double>(bounds_.weights()[b]);
+    factor = std::max(factor, per_loudness * static_cast<double>(loudest[b]));
+    most = std::max(most, per_loudness * static_cast<double>(at_any_time[b]));
+  }
+  if (!(factor > 0)) return;
+  copy.factor = static_cast<float>(factor * kFactorSlack);
+  copy.at_any_time = static_cast<float>(most / factor * kFactorSlack);
+  const RandomBits bits =
+      philox(kSeedOfCopies, {copy.slot, moving_.generation(slot), copy.tree, 0});
+  copy.u = static_cast<float>(unit_above_zero(bits[0]));
+  copy.draw = unit(bits[1]);
+  copies_.push_back(copy);
+}
+
+void ProbePool::sort_copies() {
+  std::sort(copies_.begin(), copies_.end(), [](const Copy& a, const Copy& b) {
+    if (a.tree != b.tree) return a.tree < b.tree;
+    return a.factor != b.factor ? a.factor > b.factor : a.slot < b.slot;
+  });
+  for (std::size_t c = 0; c < copies_.size(); ++c) {
+    Tree& tree = trees_[copies_[c].tree];
+    if (tree.copy_count++ > 0) continue;
+    tree.first_copy = static_cast<std::uint32_t>(c);
+    active_.push_back(copies_[c].tree);
+  }
+}
+
+// --- Queries
+// --------------------------------------------------------------------------------------
+
+// Takes in the top page: each of its sources represents itself, or what the highest missing key
+// hides below it, so that together they represent the whole tree.
+void ProbePool::read_top(Tree& tree, double bound) {
+  const ResidentPage* const top = loader_.use(*tree.entry, bound);
+  if (top == tree.top && (top == nullptr) == tree.share_ends.empty()) return;
+  tree.top = top;
+  tree.share_ends.clear();
+  if (top == nullptr) return;
+  double highest_below = 0, sum = 0;
+  for (const PageEntry& child : top->links.children)
+    highest_below = std::max(highest_below, static_cast<double>(child.highest_key));
+  for (const Source& source : top->probe_sources)
+    tree.share_ends.push_back(sum += std::max(sum_of(source.power), highest_below));
+}
+
+void ProbePool::draw_representatives(const Tree& tree) {
+  const auto& ends = tree.share_ends;
+  if (ends.empty()) return;
+  for (Copy& copy : std::span(copies_).subspan(tree.first_copy, tree.copy_count)) {
+    const auto at = std::upper_bound(ends.begin(), ends.end(), copy.draw * ends.back());
+    copy.representative = static_cast<std::uint32_t>(
+        std::min<std::ptrdiff_t>(at - ends.begin(), std::ssize(ends) - 1));
+  }
+}
+
+std::uint64_t ProbePool::find_above(const Vec3& place, double threshold, std::size_t max_count,
+                                    std::vector<FoundSource>& found) {
+  placed_count_ = 0;
+  work_ = 0;
+  requests_.begin_query();
+  for (const std::uint32_t p : active_)
+    if (!find_in_tree(trees_[p], place, threshold, max_count, found)) break;
+  return work_;
+}
+
+bool ProbePool::find_in_tree(Tree& tree, const Vec3& place, double threshold, std::size_t max_count,
+                             std::vector<FoundSource>& found) {
+  const double highest = static_cast<double>(copies_[tree.first_copy].factor);
+  const auto bound_of = [&](const PageEntry& entry) {
+    return highest * kMaxIrradianceRatio * node_bounds_.bound(entry, entry.highest_key, place);
+  };
+  tree.missing_key = 0;
+  const PageEntry& top = *tree.entry;
+  read_top(tree, bound_of(top));
+  draw_representatives(tree);
+  waiting_.assign(1, {top, tree.first_source});
+  while (!waiting_.empty()) {
+    const Waiting node = waiting_.back();
+    waiting_.pop_back();
+    const double bound = bound_of(node.entry);
+    const bool is_top = node.first == tree.first_source && node.entry.depth == 0;
+    if (!is_top && !(bound > 0 && bound >= threshold)) continue;
+    work_ += WorkBudget::kNode;
+    const ResidentPage* const page = is_top ? tree.top : loader_.use(node.entry, bound);
+    if (page == nullptr) {
+      requests_.add_missing(node.entry, bound, bound);
+      tree.missing_key = std::max(tree.missing_key, static_cast<double>(node.entry.highest_key));
+      continue;
+    }
+    find_in_page(tree, *page, node.first, is_top, place, threshold, found);
+    if (found.size() > max_count) return false;
+    std::uint64_t first = node.first + node.entry.source_count;
+    for (const PageEntry& child : page->links.children) {
+      waiting_.push_back({child, first});
+      first += child.sources_below;
+    }
+  }
+  if (tree.top != nullptr) find_representatives(tree, place, threshold, found);
+  return found.size() <= max_count;
+}
+
+void ProbePool::find_in_page(const Tree& tree, const ResidentPage& page, std::uint64_t first,
+                             bool is_top, const Vec3& place, double threshold,
+                             std::vector<FoundSource>& found) {
+  const std::span<const Copy> copies = std::span(copies_).subspan(tree.first_copy, tree.copy_count);
+  page.sources.cull(place, 0, threshold / static_cast<double>(copies[0].factor), culled_);
+  work_ += page.sources.size() / 8;
+  for (std::size_t s = 0; s < culled_.count; ++s) {
+    const std::size_t index = culled_.index[s];
+    const std::uint64_t number = first + index;
+    const Source& stored = page.probe_sources[index];
+    double upper_bound = static_cast<double>(culled_.upper_bound[s]);
+    if (occlusion_ != nullptr) upper_bound *= static_cast<double>(occlusion_->upper_bound(number));
+    const BoostedBound boosted(bounds_.radiation().late_boost().at(stored.delay_s), boost_strength_,
+                               upper_bound);
+    for (const Copy& copy : copies) {
+      const double bound = boosted.upper_bound * static_cast<double>(copy.factor);
+      if (bound < threshold) break;
+      if (is_top && index == copy.representative) continue;
+      add(tree, copy, stored, number, false, boosted.boost, bound, found);
+    }
+  }
+}
+
+void ProbePool::find_representatives(const Tree& tree, const Vec3& place, double threshold,
+                                     std::vector<FoundSource>& found) {
+  if (tree.share_ends.empty()) return;
+  for (const Copy& copy : std::span(copies_).subspan(tree.first_copy, tree.copy_count)) {
+    ++work_;
+    const std::size_t index = copy.representative;
+    const Source& stored = tree.top->probe_sources[index];
+    const std::uint64_t number = tree.first_source + index;
+    const SourceBound at_1m = tree.top->sources.bound(index);
+    const Vec3 away_m = place - Vec3(stored.position_m);
+    const double r2_m2 =
+        std::max(dot(away_m, away_m) * 0.999 - 0.001, static_cast<double>(at_1m.radius2_m2));
+    // The page's bounds hold for the stored u, with the late boost at full strength.
+    const double own_u = static_cast<double>(copy.u) * sum_of(stored.power) / tree.power;
+    double upper_bound = static_cast<double>(at_1m.diffuse + at_1m.compensation + at_1m.lobe) /
+                         r2_m2 * static_cast<double>(stored.u) /
+                         std::max(own_u, static_cast<double>(kMinU));
+    if (occlusion_ != nullptr) upper_bound *= static_cast<double>(occlusion_->upper_bound(number));
+    const BoostedBound boosted(bounds_.radiation().late_boost().at(stored.delay_s), boost_strength_,
+                               upper_bound);
+    const double bound = boosted.upper_bound * static_cast<double>(copy.factor);
+    if (bound >= threshold) add(tree, copy, stored, number, true, boosted.boost, bound, found);
+  }
+}
+
+void ProbePool::add(const Tree& tree, const Copy& copy, const Source& stored, std::uint64_t number,
+                    bool is_representative, float boost, double bound,
+                    std::vector<FoundSource>& found) {
+  const std::uint32_t portal_set = portal_set_of(stored.emitter);
+  const float openness = portal_set < openness_.size() ? openness_[portal_set] : 1.0f;
+  if (!(openness > 0)) return;
+  if (placed_count_ == placed_.size()) placed_.emplace_back();
+  Placed& placed = placed_[placed_count_++];
+  const MovingRadiator& radiator = radiators_[copy.slot];
+  placed.source =
+      tree.probe_m
+          ? early_reflection(stored, *tree.probe_m, radiator,
+                             bounds_.radiation().speed_of_sound_mps())
+          : late_reflection(stored, radiator,
+                            static_cast<std::uint16_t>(bounds_.radiation().material_count() - 1));
+  placed.tree = copy.tree;
+  placed.stored_power = sum_of(stored.power);
+  placed.share = placed.stored_power / tree.power;
+  placed.is_representative = is_representative;
+  Source& source = placed.source;
+  source.emitter = moving_.emitter(copy.slot);
+  for (std::size_t b = 0; b < kBandCount; ++b) source.power[b] *= copy.power[b];
+  const double u = static_cast<double>(stored.u);
+  source.u = static_cast<float>(is_representative
+                                    ? static_cast<double>(copy.u) * std::min(placed.share, 1.0)
+                                    : std::min(1.0, placed.share + (1 - placed.share) * u));
+  const std::uint64_t of_source = moving_.number(copy.slot);
+  FoundSource& one = found.emplace_back();
+  one.source = &source;
+  one.number = number;
+  one.signal = moving_.signal(copy.slot);
+  one.frame = static_cast<std::uint32_t>(placed_count_);
+  one.boost = boost;
+  one.openness = openness;
+  one.upper_bound = bound * static_cast<double>(copy.at_any_time);
+  one.voice = voice_number(of_source, number);
+  one.start_s = moving_.start_s(copy.slot);
+  work_ += WorkBudget::kFound;
+}
+
+double ProbePool::upper_bound(const Vec3& place) {
+  double highest = 0;
+  for (const std::uint32_t p : active_) {
+    const Tree& tree = trees_[p];
+    const PageEntry& top = *tree.entry;
+    for (const Copy& copy : std::span(copies_).subspan(tree.first_copy, tree.copy_count)) {
+      const double key =
+          std::max(static_cast<double>(top.highest_key), tree.power / static_cast<double>(copy.u));
+      highest = std::max(highest, static_cast<double>(copy.factor) * kMaxIrradianceRatio *
+                                      node_bounds_.bound(top, key, place));
+    }
+  }
+  return highest;
+}
+
+// Of the sources whose keys are below the highest missing one, only those in memory may be chosen.
+// A source with the power P_i is among them if its number is below P_i over that key.
+double ProbePool::missing_key(const FoundSource& found) const {
+  const Placed& placed = placed_[found.frame - 1];
+  const double missing = trees_[placed.tree].missing_key;
+  if (missing == 0 || placed.is_representative) return 0;
+  const double stored_share = std::min(1.0, placed.stored_power / missing);
+  const double inclusion = placed.share + (1 - placed.share) * stored_share;
+  return sum_of(placed.source.power) / std::max(inclusion, 1e-12);
+}
+
+void ProbePool::request_pages(double threshold) { requests_.send(threshold); }
+
+}  // namespace clamor

@@ -1,0 +1,144 @@
+// probe_pool.h: the reflections of moving sources, as copies of the trees of the probes round them.
+//
+// Each moving source is heard through up to four probes (probe_neighbours.h) and their zones, and
+// each of these copies holds the secondary sources of a tree, moved to the source's place
+// (probe_sources.h), with its signal, gain and directivity. They are ranked together with all other
+// sources. Of a level with 500 probes and 1000 moving sources these are ten million, of which a
+// query looks at few: a tree is traversed once per query for all its copies, with the highest
+// factor of any of them, and a source that is found meets the copies by descending factor until the
+// threshold ends them.
+//
+// Copies must not choose alike, or a crowd near one probe would be heard from one wall. As in
+// instance.h, each copy has one representative, drawn with a probability in proportion to its
+// power, whose permanent number is v P_i / P, with v the copy's own number and P the power of the
+// tree; every other source has P_i / P + (1 - P_i / P) u. Each number is uniform by itself, keys of
+// other sources only fall, and a crowd far away is sampled by its representatives, which are
+// independent.
+//
+// Threads: the sampler's alone.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "runtime/occlusion/occlusion_geometry.h"
+#include "runtime/occlusion/occlusion_upper_bounds.h"
+#include "runtime/probes/probe_neighbours.h"
+#include "runtime/probes/probe_sources.h"
+#include "runtime/query/node_bounds.h"
+#include "runtime/query/page_requests.h"
+#include "runtime/query/source_pool.h"
+#include "runtime/sampling/moving_source_list.h"
+#include "runtime/streaming/page_loader.h"
+
+namespace clamor {
+
+// Numbers of the sources of probes, for occlusion: above those of the level, below those of moving
+// sources.
+inline constexpr std::uint64_t kFirstProbeSource = std::uint64_t{1} << 62;
+
+class ProbePool {
+ public:
+  // All arguments must outlive the pool. `loader` reads pages of probes (probe_page_fetch()).
+  ProbePool(const StoredProbes& probes, const ProbeBounds& bounds,
+            const OcclusionGeometry* surfaces, const SignalWeights& weights,
+            MovingSourceList& moving, PageLoader& loader);
+
+  // As in SourcePool.
+  bool refresh();
+  void set_occlusion_bounds(const OcclusionUpperBounds* bounds) { occlusion_ = bounds; }
+  void set_late_boost(float strength);
+  // The share of the power that passes each set of portals, 0 to 1; those beyond the end of the
+  // list are open.
+  void set_portals(std::vector<float> openness_by_set) { openness_ = std::move(openness_by_set); }
+  void begin(const Listener& listener, double time_s);
+  // Returns the work that it took (work_budget.h).
+  std::uint64_t find_above(const Vec3& place, double threshold, std::size_t max_count,
+                           std::vector<FoundSource>& found);
+  double upper_bound(const Vec3& place);
+  double missing_key(const FoundSource& found) const;
+  void request_pages(double threshold);
+  bool lacks_pages() const { return requests_.any_missing(); }
+  bool complete() { return requests_.wait(); }
+
+  // Of the last keyframe.
+  std::size_t copies() const { return copies_.size(); }
+  std::size_t unseen_sources() const { return neighbours_.unseen(); }
+
+ private:
+  // A moving source heard through a tree.
+  struct Copy {
+    std::uint32_t tree = 0, slot = 0;
+    float factor = 0;                  // of upper bounds, now
+    float at_any_time = 1;             // the factor at any time, over that
+    float u = 1;                       // v
+    double draw = 0;                   // decides the representative, in [0, 1)
+    std::uint32_t representative = 0;  // index in the top page
+    Bands power{};                     // factor of each band
+  };
+  struct Tree {
+    const PageEntry* entry = nullptr;              // of the top
+    std::optional<Vec3> probe_m;                   // none: the late reflections of a zone
+    std::uint64_t first_source = 0;                // its number
+    double power = 0;                              // of the tree
+    std::uint32_t first_copy = 0, copy_count = 0;  // in copies_, by descending factor
+    double missing_key = 0;                        // of the last query
+    // Of the top page: ends of the sources' shares of the power that they represent.
+    const ResidentPage* top = nullptr;
+    std::vector<double> share_ends;
+  };
+  // What a copy's source was made from.
+  struct Placed {
+    Source source;
+    std::uint32_t tree = 0;
+    double stored_power = 0, share = 0;
+    bool is_representative = false;
+  };
+  struct Waiting {
+    PageEntry entry;
+    std::uint64_t first = 0;
+  };
+
+  void add_copies(std::size_t slot, double time_s);
+  void add_copy(std::size_t slot, std::uint32_t tree, float weight, double now_s);
+  void sort_copies();
+  void read_top(Tree& tree, double bound);
+  void draw_representatives(const Tree& tree);
+  bool find_in_tree(Tree& tree, const Vec3& place, double threshold, std::size_t max_count,
+                    std::vector<FoundSource>& found);
+  void find_in_page(const Tree& tree, const ResidentPage& page, std::uint64_t first, bool is_top,
+                    const Vec3& place, double threshold, std::vector<FoundSource>& found);
+  void find_representatives(const Tree& tree, const Vec3& place, double threshold,
+                            std::vector<FoundSource>& found);
+  void add(const Tree& tree, const Copy& copy, const Source& stored, std::uint64_t number,
+           bool is_representative, float boost, double bound, std::vector<FoundSource>& found);
+
+  const ProbeBounds& bounds_;
+  const SignalWeights& weights_;
+  MovingSourceList& moving_;
+  PageLoader& loader_;
+  const OcclusionUpperBounds* occlusion_ = nullptr;
+  SignalWeights unit_weights_;  // of node_bounds_
+  NodeBounds node_bounds_;
+  ProbeNeighbours neighbours_;
+  PageRequests requests_;
+  std::vector<std::uint32_t> zone_trees_;  // by place: index into trees_
+  std::vector<Tree> trees_;                // of the places, then of the zones
+  std::vector<std::uint32_t> active_;      // trees with copies
+  std::vector<Copy> copies_;
+  std::vector<MovingRadiator> radiators_;  // by slot
+  std::deque<Placed> placed_;              // the first placed_count_ are in use
+  std::size_t placed_count_ = 0;
+  std::vector<Waiting> waiting_;
+  CulledPage culled_;
+  float boost_strength_ = 1;
+  std::vector<float> openness_;  // by set of portals
+  double time_s_ = 0;
+  std::uint64_t work_ = 0;
+};
+
+}  // namespace clamor

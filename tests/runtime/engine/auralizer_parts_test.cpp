@@ -1,0 +1,213 @@
+// auralizer_parts_test.cpp: the sound of a level beside a door that the caller moves.
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "common/random.h"
+#include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_input.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/occlusion/moving_parts.h"
+#include "runtime/occlusion/part_shape.h"
+#include "runtime/sampling/moving_script.h"
+#include "runtime/voices/keyframe.h"
+#include "tests/runtime/door_leaf.h"
+#include "tests/runtime/two_rooms.h"
+#include "tests/temporary_file.h"
+#include "tools/analysis/click_detector.h"
+
+namespace clamor {
+namespace {
+
+using testing::door;
+using testing::door_pose;
+
+const Listener kListener{{8, 2.1, 1.5}, 0, 0};
+
+// Two rooms, of which the first has a source, and a door between them.
+AuralizerInput rooms(const std::vector<MovablePart>& parts,
+                     const std::vector<MovablePart>& built_in, Signal signal) {
+  Level level = testing::two_rooms(true);
+  level.signals = {std::move(signal)};
+  const BakeContents contents = testing::World::baked(level, 20);
+  AuralizerInput input{contents.octree.sources, contents.emitters, contents.signals,
+                       contents.materials, contents.settings.air};
+  input.mesh = testing::with_built_in(contents.mesh, built_in);
+  input.movable_parts = parts;
+  return input;
+}
+
+std::unique_ptr<Auralizer> player_of(AuralizerInput input, bool exact) {
+  AuralizerOptions options;
+  options.voices = static_cast<int>(input.sources.size());
+  options.wait_for_pages = exact;
+  auto made = Auralizer::create(std::move(input), options);
+  EXPECT_TRUE(made.ok()) << made.error().message;
+  return std::move(*made);
+}
+
+// The left channel; before_keyframe(time_s) moves parts.
+template <class Before>
+std::vector<float> left_ear_of(Auralizer& auralizer, double seconds, Before before_keyframe) {
+  std::vector<float> left, block(2 * kKeyframeFrames);
+  while (static_cast<double>(left.size()) < seconds * kSampleRate_hz) {
+    while (auralizer.wants_keyframe()) {
+      before_keyframe(auralizer.next_keyframe_time_s());
+      auralizer.make_keyframe(kListener);
+    }
+    auralizer.mix(block);
+    for (std::size_t f = 0; f < block.size(); f += 2) left.push_back(block[f]);
+  }
+  return left;
+}
+
+void nothing(double) {}
+
+double level_db(std::span<const float> samples) {
+  double power = 0;
+  for (const float sample : samples) power += static_cast<double>(sample) * sample;
+  return 10 * std::log10(power / static_cast<double>(samples.size()) + 1e-12);
+}
+
+double last_level_db(const std::vector<float>& samples) {
+  return level_db(std::span(samples).last(kSampleRate_hz / 5));
+}
+
+TEST(AuralizerParts, SoundAsIfTheDoorWereBuiltIn) {
+  for (const bool exact : {true, false})
+    for (const double open_deg : {0.0, 50.0, 90.0}) {
+      const auto is = player_of(rooms({door(open_deg)}, {}, testing::sine()), exact);
+      const auto expected = player_of(rooms({}, {door(open_deg)}, testing::sine()), exact);
+      EXPECT_NEAR(last_level_db(left_ear_of(*is, 1, nothing)),
+                  last_level_db(left_ear_of(*expected, 1, nothing)), 0.5)
+          << open_deg << (exact ? ", exact" : "");
+    }
+}
+
+// The door is at its new place from 0.5 s on; 120 ms later the voices have faded.
+TEST(AuralizerParts, AreHeardWithinAKeyframe) {
+  for (const bool exact : {true, false}) {
+    const auto is = player_of(rooms({door(90)}, {}, testing::sine()), exact);
+    const auto closed = player_of(rooms({}, {door(0)}, testing::sine()), exact);
+    const PartHandle handle = is->level_parts().front();
+    const auto out = left_ear_of(*is, 1, [&](double t) {
+      if (t < 0.5) return;
+      ASSERT_TRUE(is->parts()->move(handle, door_pose(0)).ok());
+      is->parts()->commit();
+    });
+    const auto expected = left_ear_of(*closed, 1, nothing);
+    const std::size_t begin = static_cast<std::size_t>(0.48 * kSampleRate_hz);
+    const double open_db = level_db(std::span(out).subspan(begin - 4800, 4800));
+    const auto after = [&](const std::vector<float>& samples) {
+      return level_db(std::span(samples).subspan(begin + 5760, 4800));
+    };
+    EXPECT_NEAR(after(out), after(expected), 0.5);
+    EXPECT_GT(std::abs(open_db - after(out)), 1);
+  }
+}
+
+TEST(AuralizerParts, OpenADoorInASecondWithoutClicks) {
+  for (const bool exact : {true, false}) {
+    const auto is = player_of(rooms({door(0)}, {}, testing::sine(400)), exact);
+    const PartHandle handle = is->level_parts().front();
+    std::vector<float> out = left_ear_of(*is, 2, [&](double t) {
+      ASSERT_TRUE(is->parts()->move(handle, door_pose(90 * std::clamp(t - 0.5, 0.0, 1.0))).ok());
+      is->parts()->commit();
+    });
+    float peak = 0;
+    for (const float sample : out) peak = std::max(peak, std::abs(sample));
+    EXPECT_GT(peak, 1e-4f);
+    for (const Click& click : find_clicks(out, 1e-3 * peak))
+      ADD_FAILURE() << click.sigmas << " sigmas at " << click.frame;
+  }
+}
+
+// Render the samples of a level that never had the part.
+TEST(AuralizerParts, ThatAreRemovedLeaveNothingBehind) {
+  const auto without = player_of(rooms({}, {}, testing::sine()), true);
+  const auto expected = left_ear_of(*without, 1, nothing);
+  const auto is = player_of(rooms({door(0)}, {}, testing::sine()), true);
+  ASSERT_TRUE(is->parts()->remove(is->level_parts().front()).ok());
+  is->parts()->commit();
+  EXPECT_EQ(left_ear_of(*is, 1, nothing), expected);
+
+  const auto later = player_of(rooms({door(0)}, {}, testing::sine()), true);
+  const auto out = left_ear_of(*later, 1, [&](double t) {
+    if (t < 0.3 || later->parts()->size() == 0) return;
+    ASSERT_TRUE(later->parts()->remove(later->level_parts().front()).ok());
+    later->parts()->commit();
+  });
+  double error = 0, power = 0;
+  for (std::size_t i = out.size() * 3 / 4; i < out.size(); ++i) {
+    error += std::pow(static_cast<double>(out[i]) - expected[i], 2);
+    power += std::pow(static_cast<double>(expected[i]), 2);
+  }
+  EXPECT_LT(error, 1e-6 * power);
+}
+
+// A script opens the door as a caller does.
+TEST(AuralizerParts, FollowAScript) {
+  const testing::TemporaryFile file(".json");
+  std::ofstream(file.path()) << R"({ "parts": [ { "name": "Door", "points": [
+      { "time_s": 0.2 }, { "time_s": 0.6, "roll_deg": -90 } ] } ] })";
+  auto script = MovingScript::read(file.path());
+  ASSERT_TRUE(script.ok()) << script.error().message;
+  AuralizerInput input = rooms({door(0)}, {}, testing::sine());
+  AuralizerOptions options;
+  options.voices = static_cast<int>(input.sources.size());
+  options.wait_for_pages = true;
+  options.moving = script->options(1);
+  options.script = std::make_shared<MovingScript>(std::move(*script));
+  const auto scripted = std::move(*Auralizer::create(std::move(input), options));
+  EXPECT_EQ(scripted->parts(), nullptr);
+  const auto by_hand = player_of(rooms({door(0)}, {}, testing::sine()), true);
+  const auto expected = left_ear_of(*by_hand, 1, [&](double t) {
+    const double open_deg = 90 * std::clamp((t - 0.2) / 0.4, 0.0, 1.0);
+    ASSERT_TRUE(by_hand->parts()->move(by_hand->level_parts()[0], door_pose(open_deg)).ok());
+    by_hand->parts()->commit();
+  });
+  const auto out = left_ear_of(*scripted, 1, nothing);
+  double error = 0, power = 0;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    error += std::pow(static_cast<double>(out[i]) - expected[i], 2);
+    power += std::pow(static_cast<double>(expected[i]), 2);
+  }
+  EXPECT_LT(error, 1e-5 * power);
+
+  options.moving = {};
+  const auto without_door = Auralizer::create(rooms({}, {}, testing::sine()), options);
+  ASSERT_FALSE(without_door.ok());
+  EXPECT_NE(without_door.error().message.find("'Door'"), std::string::npos);
+}
+
+TEST(AuralizerParts, MayBeAddedWhereTheOptionsTakeThem) {
+  AuralizerInput input = rooms({}, {}, testing::sine());
+  const std::vector<Material> materials = input.materials;
+  EXPECT_EQ(player_of(rooms({}, {}, testing::sine()), false)->parts(), nullptr);
+  AuralizerOptions options;
+  options.takes_parts = true;
+  options.voices = static_cast<int>(input.sources.size());
+  const auto is = std::move(*Auralizer::create(std::move(input), options));
+  ASSERT_NE(is->parts(), nullptr);
+  ASSERT_TRUE(
+      is->parts()->add(*PartShape::make(testing::door_leaf(), materials), door_pose(0)).ok());
+  is->parts()->commit();
+  const auto closed = player_of(rooms({}, {door(0)}, testing::sine()), false);
+  EXPECT_NEAR(last_level_db(left_ear_of(*is, 1, nothing)),
+              last_level_db(left_ear_of(*closed, 1, nothing)), 0.5);
+}
+
+TEST(AuralizerParts, ThatAreNoPartsAreRefused) {
+  MovablePart part = door(0);
+  part.rest_pose.position_m.x = NAN;
+  const auto made = Auralizer::create(rooms({part}, {}, testing::sine()), {});
+  ASSERT_FALSE(made.ok());
+  EXPECT_NE(made.error().message.find("'Door'"), std::string::npos) << made.error().message;
+}
+
+}  // namespace
+}  // namespace clamor

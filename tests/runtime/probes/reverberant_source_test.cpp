@@ -1,0 +1,176 @@
+// reverberant_source_test.cpp: moving sources as a listener hears them through probes.
+#include <cmath>
+#include <memory>
+
+#include <gtest/gtest.h>
+
+#include "bake/bake.h"
+#include "common/random.h"
+#include "common/sample_rate.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_writer.h"
+#include "formats/files/random_access_file.h"
+#include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/sampling/moving_sources.h"
+#include "runtime/voices/keyframe.h"
+#include "tests/rooms.h"
+#include "tests/temporary_file.h"
+
+namespace clamor {
+namespace {
+
+constexpr Vec3 kSourcePlace_m(2.4, 2.7, 1.4), kEarPlace_m(4.5, 6, 1.6);
+
+Signal noise() {
+  Signal signal{"noise", {}, true};
+  for (std::uint32_t i = 0; i < 2 * kSampleRate_hz; ++i)
+    signal.samples.push_back(static_cast<float>(unit(philox(3, {i, 0, 0, 0})[0]) - 0.5));
+  return signal;
+}
+
+Level room(bool has_emitter) {
+  Level level =
+      testing::shoebox({6, 8, 3}, testing::uniform_material(0.15f, 0.5f, 8), kSourcePlace_m);
+  level.signals = {noise()};
+  if (!has_emitter) level.emitters.clear();
+  return level;
+}
+
+// A bake of the room in a file, with probes around the place or an emitter at it.
+class BakedFile {
+ public:
+  explicit BakedFile(bool has_probes) : path_("room.clamor") {
+    BakeOptions options;
+    options.settings.photons = 20'000;
+    options.settings.sources = 40'000;
+    if (has_probes)
+      options.probes_m = {{1.5, 1.8, 1.5}, {1.5, 3.9, 1.5}, {3.6, 1.8, 1.5}, {3.6, 3.9, 1.5}};
+    const auto contents = bake(room(!has_probes), options);
+    EXPECT_TRUE(contents.ok());
+    EXPECT_TRUE(write_bake(path_.path(), *contents, 1).ok());
+  }
+  std::shared_ptr<const BakeFile> open() const {
+    auto file = BakeFile::open(path_.path());
+    EXPECT_TRUE(file.ok());
+    return std::make_shared<const BakeFile>(std::move(*file));
+  }
+
+ private:
+  testing::TemporaryFile path_;
+};
+
+const BakedFile& with_probes() {
+  static const BakedFile file(true);
+  return file;
+}
+
+AuralizerOptions offline(std::size_t sources) {
+  AuralizerOptions options;
+  options.voices = 1500;
+  options.wait_for_pages = true;
+  options.moving.max_sources = sources;
+  if (sources > 0) options.moving.kinds = {{"source", 0, {}}};
+  return options;
+}
+
+// The left channel; before_keyframe(time_s) may move sources.
+template <class Before>
+std::vector<float> heard(Auralizer& auralizer, double seconds, Before before_keyframe) {
+  std::vector<float> left, block(2 * kKeyframeFrames);
+  while (static_cast<double>(left.size()) < seconds * kSampleRate_hz) {
+    while (auralizer.wants_keyframe()) {
+      before_keyframe(auralizer.next_keyframe_time_s());
+      auralizer.make_keyframe({kEarPlace_m, 0, 0});
+    }
+    auralizer.mix(block);
+    for (std::size_t f = 0; f < block.size(); f += 2) left.push_back(block[f]);
+  }
+  return left;
+}
+
+double power_db(std::span<const float> samples) {
+  double sum = 0;
+  for (const float sample : samples) sum += static_cast<double>(sample) * sample;
+  return 10 * std::log10(sum / static_cast<double>(samples.size()) + 1e-30);
+}
+
+std::vector<float> of_moving_source(float reverberation, double seconds, double from_s = 0) {
+  auto auralizer = Auralizer::create(with_probes().open(), offline(1));
+  EXPECT_TRUE(auralizer.ok()) << auralizer.error().message;
+  MovingSource source;
+  source.position_m = kSourcePlace_m;
+  source.reverberation = reverberation;
+  source.start_s = from_s;
+  EXPECT_TRUE((*auralizer)->moving()->add(source).ok());
+  return heard(**auralizer, seconds,
+               [&](double time_s) { (*auralizer)->moving()->commit(time_s); });
+}
+
+TEST(ReverberantSource, IsAsLoudAsAnEmitterAtItsPlace) {
+  const BakedFile baked(false);
+  auto auralizer = Auralizer::create(baked.open(), offline(0));
+  ASSERT_TRUE(auralizer.ok()) << auralizer.error().message;
+  const auto emitter = heard(**auralizer, 2, [](double) {});
+  const auto moving = of_moving_source(1, 2);
+  const auto direct = of_moving_source(0, 2);
+  // Both have random polarities, so their powers differ by some tenths of a decibel.
+  EXPECT_NEAR(power_db(moving), power_db(emitter), 1);
+  EXPECT_LT(power_db(direct), power_db(emitter) - 5);
+}
+
+TEST(ReverberantSource, HasReflectionsOfTheAmplitudeThatItIsGiven) {
+  const double whole_db = power_db(of_moving_source(1, 2));
+  const double direct = std::pow(10, power_db(of_moving_source(0, 2)) / 10);
+  const double reflected = std::pow(10, whole_db / 10) - direct;
+  const double half_db = power_db(of_moving_source(0.5f, 2));
+  EXPECT_NEAR(half_db, 10 * std::log10(direct + reflected / 4), 0.5);
+}
+
+TEST(ReverberantSource, IsHeardWithItsRoomFromTheFirstKeyframesOn) {
+  const auto sound = of_moving_source(1, 1, 0.2);
+  const auto part = [&](double from_s, double to_s) {
+    return std::span(sound).subspan(static_cast<std::size_t>(from_s * kSampleRate_hz),
+                                    static_cast<std::size_t>((to_s - from_s) * kSampleRate_hz));
+  };
+  EXPECT_LT(power_db(part(0, 0.19)), -100);
+  // Within 50 ms of its beginning most of the room's energy has arrived.
+  EXPECT_GT(power_db(part(0.25, 0.3)), power_db(part(0.7, 1)) - 4);
+}
+
+TEST(ReverberantSource, IsSilentRatherThanACrashWhereThereIsNoRoom) {
+  auto auralizer = Auralizer::create(with_probes().open(), offline(3));
+  ASSERT_TRUE(auralizer.ok());
+  for (const Vec3& place_m : {Vec3(3, -1, 1.5), Vec3(1e6, 0, 0), Vec3(0, 4, 1.5)}) {
+    MovingSource source;
+    source.position_m = place_m;
+    ASSERT_TRUE((*auralizer)->moving()->add(source).ok());
+  }
+  for (const float sample :
+       heard(**auralizer, 0.3, [&](double time_s) { (*auralizer)->moving()->commit(time_s); }))
+    ASSERT_TRUE(std::isfinite(sample));
+}
+
+// Each of a crowd is heard through one or two reflections; together they have the right level, but
+// for what sources that share a probe choose alike.
+TEST(ReverberantSource, AddsUpInACrowdThatHasFewVoices) {
+  const auto crowd_db = [](int voices) {
+    AuralizerOptions options = offline(150);
+    options.voices = voices;
+    auto auralizer = Auralizer::create(with_probes().open(), options);
+    EXPECT_TRUE(auralizer.ok());
+    for (std::uint32_t i = 0; i < 150; ++i) {
+      const RandomBits bits = philox(4, {i, 0, 0, 0});
+      MovingSource source;
+      source.position_m = {1 + 3 * unit(bits[0]), 1 + 3 * unit(bits[1]), 1.5};
+      source.start_s = -2 * unit(bits[2]);
+      EXPECT_TRUE((*auralizer)->moving()->add(source).ok());
+    }
+    return power_db(
+        heard(**auralizer, 2, [&](double time_s) { (*auralizer)->moving()->commit(time_s); }));
+  };
+  EXPECT_NEAR(crowd_db(300), crowd_db(12'000), 2);
+}
+
+}  // namespace
+}  // namespace clamor

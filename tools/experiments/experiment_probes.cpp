@@ -1,0 +1,331 @@
+// experiment_probes.cpp: how near reflections through probes come to those of a bake of the place.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <ostream>
+
+#include <fmt/format.h>
+
+#include "bake/bake.h"
+#include "common/decay_curve.h"
+#include "common/random.h"
+#include "common/reflection.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_metadata.h"
+#include "formats/bake_file/page.h"
+#include "formats/level/level.h"
+#include "runtime/occlusion/occlusion_geometry.h"
+#include "runtime/probes/probe_copies.h"
+#include "runtime/propagation/received_intensity.h"
+#include "runtime/response/energy_response.h"
+#include "tools/analysis/room_parameters.h"
+#include "tools/experiments/experiments.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kFirstBand = 1, kLastBand = 6;  // 125 Hz to 4 kHz
+constexpr std::uint64_t kTruthSources = 400'000, kTruthPhotons = 1'000'000;
+constexpr double kCurveEnd_db = 40, kCurveStep_db = 1;
+
+// A source and a listener, neither of them at a probe.
+struct Place {
+  Vec3 source_m{}, listener_m{};
+};
+
+struct PlaceResponse {
+  std::array<std::vector<EnergyStep>, kBandCount> steps;  // from the direct sound on
+  RoomParameters parameters;
+  Bands direct{}, reflected{};
+};
+
+// The differences of one response to another, per band; missing where the other has no such value.
+struct PlaceDifference {
+  std::array<std::optional<double>, kBandCount> curve_db, t30, edt, c80_db, drr_db;
+};
+
+std::vector<Material> with_late_reflections(std::vector<Material> materials) {
+  materials.push_back(late_reflection_material());
+  return materials;
+}
+
+class ProbeTruth {
+ public:
+  ProbeTruth(const BakeFile& file, const Mesh& mesh)
+      : file_(file),
+        laws_(with_late_reflections(file.materials())),
+        loss_per_m_(air_loss_per_m(file.settings().air)),
+        surfaces_(mesh, file.materials()),
+        neighbours_(places(), &surfaces_, 1) {
+    level_.mesh = mesh;
+    level_.materials = file.materials();
+    level_.air = file.settings().air;
+    level_.signals = {{"impulse", {1}, false}};
+  }
+
+  std::vector<Vec3> places() const {
+    std::vector<Vec3> places_m;
+    for (const StoredProbe& probe : file_.probes().places) places_m.push_back(probe.position_m);
+    return places_m;
+  }
+  const OcclusionGeometry& surfaces() const { return surfaces_; }
+
+  // Through a bake with an emitter at the very place.
+  Result<PlaceResponse> baked(const Place& place, std::uint64_t seed) const {
+    Level level = level_;
+    level.emitters = {emitter_at(place.source_m)};
+    BakeOptions options;
+    options.settings = file_.settings();
+    options.settings.photons = kTruthPhotons;
+    options.settings.sources = kTruthSources;
+    options.settings.seed = seed;
+    auto contents = bake(level, options);
+    if (!contents.ok()) return contents.error();
+    return response(contents->octree.sources, place);
+  }
+
+  Result<PlaceResponse> through_probes(const Place& place) {
+    neighbours_.begin();
+    const auto weights = neighbours_.weights(0, ++generation_, place.source_m);
+    Result<void> wrong;
+    const auto sources_of = [&](const StoredTree& tree) -> std::span<const Source> {
+      const auto [at, is_new] = stored_.try_emplace(tree.top.page.offset);
+      if (is_new) {
+        auto read = read_tree(tree.top);
+        if (read.ok())
+          at->second = std::move(*read);
+        else
+          wrong = read.error();
+      }
+      return at->second;
+    };
+    MovingRadiator radiator;
+    radiator.position_m = place.source_m;
+    auto sources =
+        probe_copies(weights, file_.probes(), sources_of, radiator, speed_of_sound_mps(level_.air),
+                     0, static_cast<std::uint16_t>(file_.materials().size()));
+    if (!wrong.ok()) return wrong.error();
+    Source direct;
+    set_from_emitter(direct, emitter_at(place.source_m));
+    sources.push_back(direct);
+    return response(sources, place);
+  }
+
+ private:
+  static Emitter emitter_at(const Vec3& place_m) {
+    Emitter emitter;
+    emitter.name = "source";
+    emitter.position_m = place_m;
+    return emitter;
+  }
+
+  Result<std::vector<Source>> read_tree(const PageEntry& top) const {
+    std::vector<Source> sources;
+    std::vector<PageEntry> waiting{top};
+    while (!waiting.empty()) {
+      const PageEntry entry = waiting.back();
+      waiting.pop_back();
+      const auto page = file_.read_page(entry);
+      if (!page.ok()) return page.error();
+      sources.insert(sources.end(), page->sources.begin(), page->sources.end());
+      waiting.insert(waiting.end(), page->links.children.begin(), page->links.children.end());
+    }
+    return sources;
+  }
+
+  // Arrivals from the sources that the listener sees. Diffraction, which costs a hundred times as
+  // much, is the same for all responses that are compared.
+  std::vector<Arrival> received(const std::vector<Source>& sources, const Vec3& listener_m) const {
+    std::vector<Arrival> arrivals;
+    for (const Source& source : sources) {
+      const Bands energy = received_intensity(source, emitters_, laws_, loss_per_m_, listener_m);
+      if (energy == Bands{}) continue;
+      const auto origin_m = surfaces_.ray_origin(source);
+      if (!origin_m || !surfaces_.is_free(*origin_m, Vec3f(listener_m))) continue;
+      const double r_m = length(listener_m - Vec3(source.position_m));
+      arrivals.push_back(
+          {static_cast<double>(source.delay_s) + r_m / speed_of_sound_mps(level_.air), energy, 1});
+    }
+    return arrivals;
+  }
+
+  PlaceResponse response(std::span<const Source> sources, const Place& place) const {
+    std::vector<Source> reflections, directs;
+    for (const Source& source : sources)
+      (source.is_emitter ? directs : reflections).push_back(source);
+    auto arrivals = received(reflections, place.listener_m);
+    const auto direct = received(directs, place.listener_m);
+    PlaceResponse result;
+    for (const Arrival& arrival : arrivals)
+      for (std::size_t b = 0; b < kBandCount; ++b) result.reflected[b] += arrival.energy[b];
+    for (const Arrival& arrival : direct)
+      for (std::size_t b = 0; b < kBandCount; ++b) result.direct[b] += arrival.energy[b];
+    arrivals.insert(arrivals.end(), direct.begin(), direct.end());
+    std::stable_sort(arrivals.begin(), arrivals.end(),
+                     [](const Arrival& a, const Arrival& b) { return a.time_s < b.time_s; });
+    result.parameters = room_parameters(arrivals, free_field_energy_at_10m(emitters_[0]));
+    // All responses of a place count from the time that direct sound takes.
+    const double start_s =
+        length(place.listener_m - place.source_m) / speed_of_sound_mps(level_.air);
+    for (const Arrival& arrival : arrivals)
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        if (arrival.energy[b] > 0)
+          result.steps[b].push_back({arrival.time_s - start_s, arrival.energy[b]});
+    return result;
+  }
+
+  const BakeFile& file_;
+  Level level_;
+  const std::vector<Emitter> emitters_{1};  // omnidirectional
+  const ReflectionLaws laws_;
+  const Bands loss_per_m_;
+  OcclusionGeometry surfaces_;
+  ProbeNeighbours neighbours_;
+  std::uint32_t generation_ = 0;
+  std::map<std::uint64_t, std::vector<Source>> stored_;  // by the offset of a tree's top
+};
+
+// Energy that arrives after each of the times, which ascend.
+std::vector<double> energy_after(std::span<const EnergyStep> steps,
+                                 std::span<const double> times_s) {
+  std::vector<double> after(times_s.size());
+  double sum = 0;
+  std::size_t s = steps.size();
+  for (std::size_t t = times_s.size(); t-- > 0;) {
+    while (s > 0 && steps[s - 1].time_s >= times_s[t]) sum += steps[--s].energy;
+    after[t] = sum;
+  }
+  return after;
+}
+
+// Greatest difference of the decay curves while the first falls by 40 dB, in dB.
+std::optional<double> curve_difference(std::span<const EnergyStep> truth,
+                                       std::span<const EnergyStep> other) {
+  if (truth.empty() || other.empty()) return std::nullopt;
+  std::vector<double> times_s;
+  for (double t = 0; t < 20; t += 0.005) times_s.push_back(t);
+  const auto a = energy_after(truth, times_s), b = energy_after(other, times_s);
+  double worst = 0;
+  for (std::size_t t = 0; t < times_s.size(); ++t) {
+    if (a[t] < a[0] * std::pow(10, -kCurveEnd_db / 10)) break;
+    const double difference = 10 * std::log10(std::max(b[t], 1e-30) / a[t]);
+    if (std::abs(difference) > std::abs(worst)) worst = difference;
+  }
+  return worst;
+}
+
+PlaceDifference difference(const PlaceResponse& truth, const PlaceResponse& other) {
+  PlaceDifference result;
+  const auto relative = [](const std::optional<double>& a, const std::optional<double>& b) {
+    return a && b ? std::optional(*b / *a - 1) : std::nullopt;
+  };
+  for (std::size_t b = kFirstBand; b <= kLastBand; ++b) {
+    result.curve_db[b] = curve_difference(truth.steps[b], other.steps[b]);
+    result.t30[b] = relative(truth.parameters.t30_s[b], other.parameters.t30_s[b]);
+    result.edt[b] = relative(truth.parameters.edt_s[b], other.parameters.edt_s[b]);
+    if (truth.parameters.c80_db[b] && other.parameters.c80_db[b])
+      result.c80_db[b] = *other.parameters.c80_db[b] - *truth.parameters.c80_db[b];
+    if (truth.reflected[b] > 0 && other.reflected[b] > 0)
+      result.drr_db[b] = 10 * std::log10(truth.reflected[b] / other.reflected[b]);
+  }
+  return result;
+}
+
+// Places between probes that see each other, off by up to half a metre.
+std::vector<Place> draw_places(const ProbeTruth& truth, std::size_t count) {
+  const std::vector<Vec3> probes_m = truth.places();
+  std::uint32_t draws = 0;
+  const auto random = [&] { return unit(philox(0x706c6163, {draws++, 0, 0, 0})[0]); };
+  const auto any_probe = [&] {
+    return probes_m[std::min(
+        static_cast<std::size_t>(random() * static_cast<double>(probes_m.size())),
+        probes_m.size() - 1)];
+  };
+  const auto air_place = [&]() -> std::optional<Vec3> {
+    const Vec3 from_m = any_probe(), to_m = any_probe();
+    if (!truth.surfaces().is_free(Vec3f(from_m), Vec3f(to_m))) return std::nullopt;
+    const double share = std::min(1.0, 4 / std::max(length(to_m - from_m), 1e-3)) * random();
+    const Vec3 place_m = from_m + share * (to_m - from_m) +
+                         Vec3(random() - 0.5, 0.4 * (random() - 0.5), random() - 0.5);
+    if (!truth.surfaces().is_free(Vec3f(from_m), Vec3f(place_m))) return std::nullopt;
+    return place_m;
+  };
+  std::vector<Place> places;
+  while (places.size() < count && draws < 1'000'000) {
+    const auto source_m = air_place(), listener_m = air_place();
+    if (!source_m || !listener_m || length(*source_m - *listener_m) < 1) continue;
+    // The direct sound must arrive: without it the parameters have no origin.
+    if (!truth.surfaces().is_free(Vec3f(*source_m), Vec3f(*listener_m))) continue;
+    places.push_back({*source_m, *listener_m});
+  }
+  return places;
+}
+
+using Values = std::array<std::optional<double>, kBandCount>;
+
+// The mean, the spread, and the greatest of a kind of difference, and the share within its bar.
+void add_row(ReportTable& table, const std::string& what, const std::string& of,
+             std::span<const PlaceDifference> differences, Values PlaceDifference::*kind,
+             double scale, double bar) {
+  std::vector<double> values;
+  for (const PlaceDifference& one : differences)
+    for (const auto& value : one.*kind)
+      if (value) values.push_back(scale * *value);
+  if (values.empty()) return;
+  const auto n = static_cast<double>(values.size());
+  double sum = 0, squares = 0, most = 0, within = 0;
+  for (const double value : values) {
+    sum += value, squares += value * value;
+    most = std::max(most, std::abs(value));
+    within += std::abs(value) <= bar ? 1 : 0;
+  }
+  table.rows.push_back({what, of, sum / n, std::sqrt(squares / n), most, bar, 100 * within / n});
+}
+
+}  // namespace
+
+Result<ReportPage> probes_experiment(const ExperimentOptions& options, std::ostream& err) {
+  auto file = BakeFile::open(options.level);
+  if (!file.ok()) return file.error();
+  if (file->probes().places.empty())
+    return Error(options.level + ": it has no probes; bake with --probes auto");
+  const auto mesh = file->read_mesh();
+  if (!mesh.ok()) return mesh.error();
+  ProbeTruth truth(*file, *mesh);
+  const std::size_t count = options.quick ? 2 : static_cast<std::size_t>(options.readings);
+  const std::vector<Place> places = draw_places(truth, count);
+  std::vector<PlaceDifference> by_probes, by_seed;
+  for (const Place& place : places) {
+    const auto exact = truth.baked(place, 1), again = truth.baked(place, 2);
+    const auto heard = truth.through_probes(place);
+    if (!exact.ok()) return exact.error();
+    if (!again.ok()) return again.error();
+    if (!heard.ok()) return heard.error();
+    by_probes.push_back(difference(*exact, *heard));
+    by_seed.push_back(difference(*exact, *again));
+    err << fmt::format("  place {} of {}\n", by_probes.size(), places.size());
+  }
+  ReportTable table{"probes",
+                    "Differences from a bake with an emitter at the place, 125 Hz to 4 kHz",
+                    {"parameter", "of", "mean", "rms", "greatest", "bar", "within_bar_percent"},
+                    {}};
+  for (const auto& [of, differences] :
+       {std::pair("probes", &by_probes), std::pair("another seed", &by_seed)}) {
+    add_row(table, "decay curve, first 40 dB, dB", of, *differences, &PlaceDifference::curve_db, 1,
+            1);
+    add_row(table, "T30, %", of, *differences, &PlaceDifference::t30, 100, 5);
+    add_row(table, "EDT, %", of, *differences, &PlaceDifference::edt, 100, 5);
+    add_row(table, "C80, dB", of, *differences, &PlaceDifference::c80_db, 1, 1);
+    add_row(table, "direct to reverberant, dB", of, *differences, &PlaceDifference::drr_db, 1, 1);
+  }
+  ReportPage page("probes", "Reflections through probes",
+                  fmt::format("{}: {} probes, {} places", options.level,
+                              file->probes().places.size(), places.size()));
+  page.table(table);
+  return page;
+}
+
+}  // namespace clamor
