@@ -57,12 +57,6 @@ Bands as_bands(const std::array<double, kBandCount>& values) {
   return bands;
 }
 
-double sum_of(const Bands& bands) {
-  double sum = 0;
-  for (const float value : bands) sum += static_cast<double>(value);
-  return sum;
-}
-
 // Formats "0.25 %" without floating-point printing, which varies between platforms.
 std::string in_percent(double share) {
   const std::string hundredths = std::to_string(std::llround(1e4 * share));

@@ -13,6 +13,8 @@
 
 namespace clamor {
 
+inline constexpr std::uint32_t kProbeSources = 4000, kMaxProbeSources = 1'000'000;
+
 struct BakeProgress {
   const char* stage = "";
   std::uint64_t photons_done = 0, photons_total = 0;
@@ -29,9 +31,9 @@ struct BakeOptions {
   std::string journal{};           // journal file (trace_journal.h); "": none
   std::string spill{};             // prefix of temporary files for sorting; "": none allowed
   std::string note{};              // text stored in the journal, for merging shards
-  // Places of probes, and the secondary sources that each keeps (probe_tracing.h).
+  // Places of probes, and the early secondary sources that each keeps (probe_tracing.h).
   std::vector<Vec3> probes_m{};
-  std::uint32_t probe_sources = 4000;
+  std::uint32_t probe_sources = kProbeSources;
   SceneGroups groups{};  // groups of the level's emitters; congruent ones become instances
   // Journals that together contain all photons; nothing is traced.
   std::vector<std::string> shards{};

@@ -67,17 +67,11 @@ std::uint32_t emitter_rooms(const Scene& scene, const Level& level) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
-  const auto see_each_other = [&](const Vec3& a, const Vec3& b) {
-    const double apart_m = length(b - a);
-    if (apart_m < 1e-6) return true;
-    const auto hit = scene.intersect(a, (b - a) / apart_m);
-    return !hit || hit->distance_m >= apart_m * (1 - 1e-6);
-  };
   for (const Emitter& emitter : level.emitters) {
     std::size_t room = parent.size();
     for (std::size_t i = 0; i < place.size(); ++i) {
       if (room < parent.size() && root_of(i) == root_of(room)) continue;
-      if (!see_each_other(place[i], emitter.position_m)) continue;
+      if (!scene.see_each_other(place[i], emitter.position_m)) continue;
       if (room == parent.size())
         room = i;
       else
@@ -101,9 +95,8 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
       settings.sources > 0 ? static_cast<double>(settings.sources) : kSourcesPerRoom * plan.rooms;
   plan.sources = static_cast<std::uint64_t>(std::min<double>(sources, kMaxSources));
 
-  std::vector<double> power(level.emitters.size(), 0);
-  for (std::size_t i = 0; i < power.size(); ++i)
-    for (std::size_t b = 0; b < kBandCount; ++b) power[i] += emitted_power(level.emitters[i], b);
+  std::vector<double> power;
+  for (const Emitter& emitter : level.emitters) power.push_back(emitted_power(emitter));
   const double total = std::accumulate(power.begin(), power.end(), 0.0);
 
   const Pilot pilot = trace_pilot(scene, level, trace);

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "bake/probe_tracing.h"
+#include "bake/bake_options.h"
 #include "formats/level/emitter_spec.h"
 
 namespace clamor {

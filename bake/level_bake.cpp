@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <utility>
 
-#include "bake/probe_tracing.h"
 #include "bake/report/level_report.h"
 #include "bake/trace/scene.h"
 #include "formats/bake_file/bake_writer.h"

@@ -15,6 +15,8 @@ namespace clamor {
 
 namespace {
 
+// A zone keeps half as many sources as its probes have, for at most so many probes.
+constexpr std::uint32_t kMostZoneShares = 16;
 // Reflections that the photons of all probes of a zone leave together, at least.
 constexpr double kZoneReflections = 800'000;
 // A deposit whose path is longer than the first leg by more than this is not on the first surface.
@@ -76,16 +78,12 @@ ProbePlan plan_probes(const Scene& scene, const Level& level, const ProbeZones& 
     plan.photons.photons.insert(plan.photons.photons.end(), size, scene.is_empty() ? 0 : of_each);
     late_sources += zone_sources(size, sources_per_probe);
   }
-  std::vector<double> late_from_m = zones.late_from_m;
-  std::nth_element(late_from_m.begin(), late_from_m.begin() + std::ssize(late_from_m) / 2,
-                   late_from_m.end());
-  const double until_m = late_from_m[late_from_m.size() / 2];
   const auto photons = static_cast<double>(plan.photons.all_photons());
   plan.trace.decay = pilot.decay;
-  plan.trace.early_until_m = until_m;
+  plan.trace.early_until_m = zones.late_from_m;
   plan.trace.early_photons = early_photons;
-  plan.trace.deposit_threshold =
-      pilot.threshold(photons, kLateDepositsPerSource * static_cast<double>(late_sources), until_m);
+  plan.trace.deposit_threshold = pilot.threshold(
+      photons, kLateDepositsPerSource * static_cast<double>(late_sources), zones.late_from_m);
   return plan;
 }
 

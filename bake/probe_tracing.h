@@ -3,9 +3,9 @@
 // A probe is traced like an omnidirectional emitter of gain 1. Its early deposits become secondary
 // sources of its own, its late ones those of its zone (probe_zones.h); both are thinned to fixed
 // numbers, and become octrees. Each source keeps the first leg of its path
-// (formats/bake_file/first_leg.h). The photons of a probe depend on its place, the scene and the
-// settings alone, so journals and shards treat probes as emitters, and moving one probe leaves the
-// photons of the others as they are.
+// (formats/bake_file/first_leg.h). Journals and shards treat probes as emitters. The paths of a
+// probe's photons depend on its place and the scene, but which of their deposits are kept depends
+// on the plan for all probes, so where probes are added or moved all may be traced again.
 //
 // Threads: those of the calling TBB arena. Memory: 110 bytes per kept source.
 #pragma once
@@ -15,6 +15,7 @@
 #include <span>
 #include <vector>
 
+#include "bake/bake_options.h"
 #include "bake/bake_plan.h"
 #include "bake/octree/source_thinning.h"
 #include "bake/portals/portal_sets.h"
@@ -26,11 +27,6 @@
 #include "formats/level/level.h"
 
 namespace clamor {
-
-// Secondary sources of a probe: half of them are its own, half go to its zone, which keeps as many
-// as kMostZoneShares probes give at most.
-inline constexpr std::uint32_t kProbeSources = 4000, kMaxProbeSources = 1'000'000;
-inline constexpr std::uint32_t kMostZoneShares = 16;
 
 // The level with an emitter at each place, zone after zone, in place of its own. It has no mesh:
 // the scene has it.
@@ -79,7 +75,7 @@ class ProbeCollector {
   std::optional<SourceThinning> early_, late_;  // of the next place and zone
   ProbePortalSets early_sets_, late_sets_;      // of their sources
   std::uint32_t places_in_zone_ = 0;            // finished
-  // Of a run, by photon.
+  // Scratch memory for a run: by photon, then of its deposits.
   std::vector<Ray> rays_;
   std::vector<SurfaceHit> hits_;
   std::vector<Source> early_sources_, late_sources_;

@@ -24,6 +24,13 @@ constexpr Bands same_in_all_bands(float value) {
   return bands;
 }
 
+// The sum over all bands, in double and in their order.
+constexpr double sum_of(const Bands& bands) {
+  double sum = 0;
+  for (const float band : bands) sum += static_cast<double>(band);
+  return sum;
+}
+
 // Resamples values at ascending frequencies to the eight bands: linear in frequency between the
 // points (the paper, section 4), constant beyond the first and the last. `hz` and `values` have the
 // same, non-zero length; one value is for all bands.

@@ -17,9 +17,7 @@ namespace {
 
 constexpr std::uint32_t kChoice = 0xc0b1e5, kNumber = 0xc0b1e6;  // random number streams
 
-double power_of(const Source& source) {
-  return std::accumulate(source.power.begin(), source.power.end(), 0.0);
-}
+double power_of(const Source& source) { return sum_of(source.power); }
 
 double power_of(const Instance& instance, std::span<const PageEntry> trees) {
   return static_cast<double>(instance.gain) * instance.gain * total_power(trees[instance.tree]);

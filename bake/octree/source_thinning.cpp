@@ -34,9 +34,7 @@ SourceThinning::SourceThinning(std::uint64_t max_sources, Weight weight)
     : max_sources_(max_sources), weight_(weight) {}
 
 double SourceThinning::weight_of(const Source& source) const {
-  double power = 0;
-  for (const float band : source.power) power += static_cast<double>(band);
-  const double root = std::sqrt(power);
+  const double root = std::sqrt(sum_of(source.power));
   return weight_ == Weight::kSquareRoot ? root : std::sqrt(root);
 }
 

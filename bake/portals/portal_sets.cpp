@@ -14,14 +14,8 @@ namespace clamor {
 namespace {
 
 constexpr std::uint32_t kNoNumber = std::numeric_limits<std::uint32_t>::max();
-// Of a probe's tree while it is thinned: as many as fit above the first leg.
+// The most sets of a probe's tree while it is thinned: as many as fit above the first leg.
 constexpr std::size_t kMaxProvisionalSets = (std::size_t{1} << 32) / kFirstLegCodes;
-
-double power_of(const Source& source) {
-  double power = 0;
-  for (const float band : source.power) power += static_cast<double>(band);
-  return power;
-}
 
 // The portals of `set` whose bits are set in `chosen`.
 PortalSet subset(const PortalSet& set, unsigned chosen) {
@@ -40,7 +34,7 @@ std::uint32_t PortalSetTable::number_of(const PortalSet& set, std::size_t max_se
     sets_.push_back(set);
     return numbers_[set];
   }
-  // Of subsets of the same size, the one with the lowest number.
+  // The subset with the lowest number wins among those of the same size.
   std::pair<int, std::uint32_t> best{0, 0};  // minus the size, number
   for (unsigned chosen = 1; chosen + 1 < 1u << set.size(); ++chosen)
     if (const auto known = numbers_.find(subset(set, chosen)); known != numbers_.end())
@@ -81,7 +75,7 @@ void PortalPairs::finish(std::span<Source> sources, PortalSetTable& table, std::
   std::map<PortalSet, double> power_of_set;
   for (const Source& source : sources)
     if (source.emitter >= emitters_)
-      power_of_set[pairs_[source.emitter - emitters_].set] += power_of(source);
+      power_of_set[pairs_[source.emitter - emitters_].set] += sum_of(source.power);
   std::vector<PortalSet> sets;
   std::vector<double> powers;
   for (const auto& [set, power] : power_of_set) {
@@ -118,7 +112,8 @@ std::uint32_t ProbePortalSets::with_set(std::uint32_t first_leg, const PortalSet
 
 void ProbePortalSets::finish(std::span<Source> sources, PortalSetTable& table) {
   std::vector<double> powers(provisional_.sets().size());
-  for (const Source& source : sources) powers[portal_set_of(source.emitter)] += power_of(source);
+  for (const Source& source : sources)
+    powers[portal_set_of(source.emitter)] += sum_of(source.power);
   std::vector<PortalSet> kept;
   std::vector<double> kept_powers;
   std::vector<std::uint32_t> place(powers.size(), kNoNumber);

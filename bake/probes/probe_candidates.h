@@ -36,7 +36,7 @@ class ProbeCandidates {
   const std::vector<ProbeCandidate>& on_floor() const { return on_floor_; }
   double apart_m() const { return stride_ * air_.lattice().cell_m(); }
 
-  // Those on a square lattice of about this spacing, which makes placements regular.
+  // The candidates on a square lattice of about this spacing, which makes placements regular.
   std::vector<const ProbeCandidate*> regular(double spacing_m) const;
 
   // Most different views first.

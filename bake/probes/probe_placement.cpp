@@ -63,21 +63,21 @@ class ProbePlacer {
 
  private:
   // The square lattice comes first, then what it leaves open, far from surfaces first.
-  void offer_floor(ProbeThinning& thinning, double spacing_m, double least_share) const {
+  void offer_floor(ProbeThinning& thinning, double spacing_m, double min_share) const {
     const auto offer = [&](const ProbeCandidate& candidate, double clearance_m) {
       if (candidate.view.clearance_m >= clearance_m)
-        thinning.offer(candidate, spacing_at(candidate, spacing_m, least_share));
+        thinning.offer(candidate, spacing_at(candidate, spacing_m, min_share));
     };
     for (const ProbeCandidate* candidate : candidates_.regular(spacing_m))
       offer(*candidate,
-            std::max(clearance_m_, 0.25 * spacing_at(*candidate, spacing_m, least_share)));
+            std::max(clearance_m_, 0.25 * spacing_at(*candidate, spacing_m, min_share)));
     for (const double clearance_m : {0.5 * spacing_m, 0.25 * spacing_m, clearance_m_, 0.0})
       for (const ProbeCandidate& candidate : candidates_.on_floor()) offer(candidate, clearance_m);
   }
 
-  static double spacing_at(const ProbeCandidate& candidate, double spacing_m, double least_share) {
+  static double spacing_at(const ProbeCandidate& candidate, double spacing_m, double min_share) {
     if (candidate.is_roof) return kRoofShare * spacing_m;
-    return std::clamp(kSpacingOfPath * candidate.view.mean_free_path_m, least_share * spacing_m,
+    return std::clamp(kSpacingOfPath * candidate.view.mean_free_path_m, min_share * spacing_m,
                       spacing_m);
   }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/maths.h"
+#include "bake/report/space_explorer.h"
 
 namespace clamor {
 
@@ -15,18 +15,11 @@ constexpr double kLatePerFreePath = 6;      // path length of late reflections
 constexpr double kMostFreePath_m = 100;     // in the open
 constexpr double kSimilarFreePaths = 2;     // within a zone, at most this ratio
 
-constexpr std::uint32_t kNoZone = 0xffffffff;
-
-// Mean distance to the surfaces around a place, evenly over all directions (a Fibonacci sphere).
+// Mean distance to the surfaces around a place, evenly over all directions.
 double mean_distance_m(const Scene& scene, const Vec3& place_m) {
   std::vector<Ray> rays;
-  for (std::uint32_t i = 0; i < kDirections; ++i) {
-    const double y = 1 - (2 * i + 1.0) / kDirections, r = std::sqrt(1 - y * y);
-    const double turns = (3 - std::sqrt(5.0)) / 2 * i;
-    const SinCos turn = sin_cos_of_turn(static_cast<float>(turns - std::floor(turns)));
-    rays.push_back({Vec3f(place_m), Vec3f(Vec3(r * static_cast<double>(turn.cos), y,
-                                               r * static_cast<double>(turn.sin)))});
-  }
+  for (std::uint32_t i = 0; i < kDirections; ++i)
+    rays.push_back({Vec3f(place_m), Vec3f(spread_direction(i, kDirections))});
   std::vector<SurfaceHit> hits(rays.size());
   scene.first_hits(rays, hits);
   double sum = 0;
@@ -39,40 +32,37 @@ double mean_distance_m(const Scene& scene, const Vec3& place_m) {
   return count > kDirections / 8 ? sum / count : kMostFreePath_m;
 }
 
-bool see_each_other(const Scene& scene, const Vec3& a, const Vec3& b) {
-  const double apart_m = length(b - a);
-  if (apart_m < 1e-6) return true;
-  const auto hit = scene.intersect(a, (b - a) / apart_m);
-  return !hit || hit->distance_m >= apart_m * (1 - 1e-6);
-}
-
 }  // namespace
 
 ProbeZones group_probes(const Scene& scene, std::span<const Vec3> places_m) {
   ProbeZones zones;
-  std::vector<double> free_path_m;
+  std::vector<double> free_path_m, late_from_m;
   for (const Vec3& place_m : places_m) free_path_m.push_back(mean_distance_m(scene, place_m));
-  zones.zone_of.assign(places_m.size(), kNoZone);
+  std::vector<bool> is_grouped(places_m.size(), false);
+  const auto belongs = [&](std::uint32_t p, std::uint32_t seed) {
+    const double ratio = free_path_m[p] / std::max(free_path_m[seed], 1e-3);
+    return ratio <= kSimilarFreePaths && ratio >= 1 / kSimilarFreePaths &&
+           length(places_m[p] - places_m[seed]) <= kRadiusPerFreePath * free_path_m[seed] &&
+           scene.see_each_other(places_m[seed], places_m[p]);
+  };
   for (std::uint32_t seed = 0; seed < places_m.size(); ++seed) {
-    if (zones.zone_of[seed] != kNoZone) continue;
-    const auto zone = static_cast<std::uint32_t>(zones.sizes.size());
+    if (is_grouped[seed]) continue;
     double sum_m = 0;
     std::uint32_t size = 0;
     for (std::uint32_t p = seed; p < places_m.size(); ++p) {
-      const double ratio = free_path_m[p] / std::max(free_path_m[seed], 1e-3);
-      if (zones.zone_of[p] != kNoZone || ratio > kSimilarFreePaths ||
-          ratio < 1 / kSimilarFreePaths ||
-          length(places_m[p] - places_m[seed]) > kRadiusPerFreePath * free_path_m[seed] ||
-          !see_each_other(scene, places_m[seed], places_m[p]))
-        continue;
-      zones.zone_of[p] = zone;
+      if (is_grouped[p] || !belongs(p, seed)) continue;
+      is_grouped[p] = true;
       zones.order.push_back(p);
       sum_m += free_path_m[p];
       ++size;
     }
     zones.sizes.push_back(size);
-    zones.late_from_m.push_back(kLatePerFreePath * sum_m / size);
+    late_from_m.push_back(kLatePerFreePath * sum_m / size);
   }
+  if (late_from_m.empty()) return zones;
+  const auto middle = late_from_m.begin() + std::ssize(late_from_m) / 2;
+  std::nth_element(late_from_m.begin(), middle, late_from_m.end());
+  zones.late_from_m = *middle;
   return zones;
 }
 

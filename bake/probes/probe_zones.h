@@ -16,10 +16,10 @@
 namespace clamor {
 
 struct ProbeZones {
-  std::vector<std::uint32_t> order;    // places, zone after zone
-  std::vector<std::uint32_t> zone_of;  // by place
-  std::vector<std::uint32_t> sizes;    // places per zone
-  std::vector<double> late_from_m;     // by zone: the path length from which reflections are late
+  std::vector<std::uint32_t> order;  // places, zone after zone
+  std::vector<std::uint32_t> sizes;  // places per zone
+  // The path length from which reflections are late: that of the middle one of the zones.
+  double late_from_m = 0;
 };
 
 // The result depends on the scene and the places alone.

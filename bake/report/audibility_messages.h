@@ -20,7 +20,8 @@ std::vector<std::string> in_words(std::span<const InaudibleEmitter> inaudible,
 std::string in_words(const InaudiblePlace& inaudible, const Vec3& listener_m,
                      std::span<const Emitter> emitters);
 
-// The same about the probe with this number, counted from 1: "probe 2 at 1,1.5,3 lies inside ...".
+// This is the sentence about the probe with this number, counted from 1: "probe 2 at 1,1.5,3 lies
+// inside ...".
 std::string probe_in_words(const InaudiblePlace& place, std::size_t number, const Vec3& probe_m);
 
 }  // namespace clamor

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <string_view>
 #include <unordered_map>
 
@@ -36,6 +35,12 @@ constexpr float kBelowOne = 0x1.fffffep-1f;
 
 double emitted_power(const Emitter& emitter, std::size_t band) {
   return emitter.gain * emitter.gain * emission_power(emitter.directivity[band]);
+}
+
+double emitted_power(const Emitter& emitter) {
+  double power = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b) power += emitted_power(emitter, b);
+  return power;
 }
 
 void TracedRuns::clear() {
@@ -189,12 +194,11 @@ void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& resu
   work.emitted.clear();
   for (const PhotonRun& run : runs) {
     assert(run.emitter < level_.emitters.size());
-    double launched = 0;
+    const Emitter& emitter = level_.emitters[run.emitter];
+    const double launched = emitted_power(emitter);
     Bands& emitted = work.emitted.emplace_back();
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      emitted[b] = static_cast<float>(emitted_power(level_.emitters[run.emitter], b));
-      launched += emitted_power(level_.emitters[run.emitter], b);
-    }
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      emitted[b] = static_cast<float>(emitted_power(emitter, b));
     KernelRun& kernel_run = work.runs.emplace_back();
     kernel_run.deposit_threshold = static_cast<float>(settings_.deposit_threshold * launched);
     kernel_run.early_until_m = settings_.early_until_m;
@@ -228,7 +232,7 @@ void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& resu
     alive = shade(kernel_settings_, materials_, bounce, work.photons, {work.alive.data(), alive},
                   {work.rays.data(), alive}, work.hits, work.runs, *work.scratch, sink);
     result.count_ = sink.count;
-    alive = window.apply(bounce, work.photons, work.run_ends, work.emitted, work.alive, work.rays,
+    alive = window.apply(bounce, {work.photons, work.run_ends, work.emitted, work.alive, work.rays},
                          alive);
   }
 

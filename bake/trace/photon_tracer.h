@@ -58,7 +58,7 @@ struct TraceSettings {
   // Estimated decay, for weight windows (weight_window.h); unknown: none.
   DecayModel decay{};
 
-  // Of every photon from the start: the state of the level's portals.
+  // The set of portals that every photon starts with: the state of the level's portals.
   PortalSet first_portals{};
 };
 
@@ -143,5 +143,6 @@ class PhotonTracer {
 
 // Power that an emitter radiates in all directions, in the units of Source::power.
 double emitted_power(const Emitter& emitter, std::size_t band);
+double emitted_power(const Emitter& emitter);  // over all bands
 
 }  // namespace clamor

@@ -51,9 +51,8 @@ double Pilot::threshold(double photons, double wanted, double from_m) const {
 }
 
 Pilot trace_pilot(const Scene& scene, const Level& level, const TraceSettings& trace) {
-  std::vector<double> power(level.emitters.size(), 0);
-  for (std::size_t i = 0; i < power.size(); ++i)
-    for (std::size_t b = 0; b < kBandCount; ++b) power[i] += emitted_power(level.emitters[i], b);
+  std::vector<double> power;
+  for (const Emitter& emitter : level.emitters) power.push_back(emitted_power(emitter));
   const double total = std::accumulate(power.begin(), power.end(), 0.0);
 
   TraceSettings settings = trace;
@@ -79,8 +78,7 @@ Pilot trace_pilot(const Scene& scene, const Level& level, const TraceSettings& t
   PhotonTracer(scene, level, settings).trace(runs, traced);
   for (const Deposit& deposit : traced.deposits())
     pilot.deposits.push_back({static_cast<double>(deposit.delay_s) * trace.speed_mps,
-                              std::accumulate(deposit.power.begin(), deposit.power.end(), 0.0) /
-                                  power[deposit.emitter]});
+                              sum_of(deposit.power) / power[deposit.emitter]});
   return pilot;
 }
 

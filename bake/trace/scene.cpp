@@ -93,6 +93,13 @@ double Scene::exact_distance_m(std::uint32_t triangle, const Ray& ray, double ot
   return dot(corner_m - Vec3(ray.origin_m), normal) / falling;
 }
 
+bool Scene::see_each_other(const Vec3& a, const Vec3& b) const {
+  const double apart_m = length(b - a);
+  if (apart_m < 1e-6) return true;
+  const auto hit = intersect(a, (b - a) / apart_m);
+  return !hit || hit->distance_m >= apart_m * (1 - 1e-6);
+}
+
 void Scene::first_hits(std::span<const Ray> rays, std::span<SurfaceHit> hits) const {
   if (embree_ == nullptr) {
     for (SurfaceHit& hit : hits) hit.material = SurfaceHit::kNone;

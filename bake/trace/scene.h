@@ -61,6 +61,9 @@ class Scene {
   // away_from_surface(), or they hit that surface again.
   std::optional<Hit> intersect(const Vec3& origin_m, const Vec3& direction) const;
 
+  // Whether no surface lies between two points of the air.
+  bool see_each_other(const Vec3& a, const Vec3& b) const;
+
   // The first hit of each ray.
   void first_hits(std::span<const Ray> rays, std::span<SurfaceHit> hits) const;
 

@@ -89,65 +89,66 @@ float WeightWindow::importance(const KernelPhoton& photon, const Bands& emitted)
   return weight * share / (kBandCount * kBandCount);
 }
 
-void WeightWindow::find_free_slots(std::span<const std::uint16_t> alive, std::size_t slots) {
-  used_.assign(slots, false);
-  for (const std::uint16_t slot : alive) used_[slot] = true;
+void WeightWindow::begin_bounce(const WindowPhotons& at, std::size_t count) {
+  used_.assign(at.photons.size(), false);
+  for (const std::uint16_t slot : at.alive.first(count)) used_[slot] = true;
+  next_free_.assign(at.run_ends.size(), 0);
+  for (std::size_t r = 1; r < at.run_ends.size(); ++r) next_free_[r] = at.run_ends[r - 1];
 }
 
-std::size_t WeightWindow::apply(std::uint32_t bounce, std::span<KernelPhoton> photons,
-                                std::span<const std::uint32_t> run_ends,
-                                std::span<const Bands> emitted, std::span<std::uint16_t> alive,
-                                std::span<Ray> rays, std::size_t count) {
+// Divides a photon into `wanted` equal ones, or as many as there are free slots in its run, and
+// appends the copies behind `end`. Returns the new end.
+std::size_t WeightWindow::split(const WindowPhotons& at, std::size_t index, std::uint32_t wanted,
+                                const RandomBits& bits, std::size_t end) {
+  KernelPhoton& photon = at.photons[at.alive[index]];
+  const std::size_t first_copy = end;
+  std::uint32_t& slot = next_free_[photon.run];
+  for (std::uint32_t copy = 1; copy < wanted; ++copy) {
+    while (slot < at.run_ends[photon.run] && used_[slot]) ++slot;
+    if (slot == at.run_ends[photon.run]) break;
+    used_[slot] = true;
+    KernelPhoton& made = at.photons[slot] = photon;
+    made.is_copy = true;
+    made.deposit_times = 0;
+    made.key ^= (std::uint64_t{bits[1]} << 32 | bits[2]) + copy * 0x9e3779b97f4a7c15u;
+    at.alive[end] = static_cast<std::uint16_t>(slot);
+    at.rays[end++] = at.rays[index];
+  }
+  const auto parts = static_cast<float>(end - first_copy + 1);
+  for (float& band : photon.power) band /= parts;
+  photon.deposit_times = parts;
+  for (std::size_t c = first_copy; c < end; ++c) at.photons[at.alive[c]].power = photon.power;
+  return end;
+}
+
+std::size_t WeightWindow::apply(std::uint32_t bounce, const WindowPhotons& at, std::size_t count) {
   if (!decay_.is_known()) return count;
-  find_free_slots(alive.first(count), photons.size());
-  next_free_.assign(run_ends.size(), 0);
-  for (std::size_t r = 1; r < run_ends.size(); ++r) next_free_[r] = run_ends[r - 1];
+  begin_bounce(at, count);
   std::size_t kept = 0, end = count;
   // Copies are appended behind the survivors, and move down when those that end have left.
   for (std::size_t i = 0; i < count; ++i) {
-    KernelPhoton& photon = photons[alive[i]];
-    const std::uint32_t run_begin = photon.run > 0 ? run_ends[photon.run - 1] : 0;
-    const bool is_small = run_ends[photon.run] - run_begin < kLeastRun;
-    const float importance = is_small ? 1 : this->importance(photon, emitted[photon.run]);
+    KernelPhoton& photon = at.photons[at.alive[i]];
+    const std::uint32_t run_begin = photon.run > 0 ? at.run_ends[photon.run - 1] : 0;
+    const bool is_small = at.run_ends[photon.run] - run_begin < kLeastRun;
+    const float importance = is_small ? 1 : this->importance(photon, at.emitted[photon.run]);
     if (importance < kEndBelow || importance > kSplitAbove) {
       const RandomBits bits =
           philox(photon.key, {static_cast<std::uint32_t>(photon.number),
                               static_cast<std::uint32_t>(photon.number >> 32), bounce,
                               static_cast<std::uint32_t>(Use::kWeightWindow)});
-      if (importance < kEndBelow) {
+      if (importance > kSplitAbove) {
+        end = split(at, i, std::min(static_cast<std::uint32_t>(importance + 0.5f), kMostCopies),
+                    bits, end);
+      } else {
         if (unit(bits[0]) >= static_cast<double>(importance)) continue;
         for (float& band : photon.power) band /= importance;
-      } else {
-        const auto wanted = std::min(static_cast<std::uint32_t>(importance + 0.5f), kMostCopies);
-        std::uint32_t copies = 1;
-        const std::size_t first_copy = end;
-        std::uint32_t& slot = next_free_[photon.run];
-        for (; copies < wanted; ++copies) {
-          while (slot < run_ends[photon.run] && used_[slot]) ++slot;
-          if (slot == run_ends[photon.run]) break;
-          used_[slot] = true;
-          photons[slot] = photon;
-          photons[slot].is_copy = true;
-          photons[slot].deposit_times = 0;
-          photons[slot].key = photon.key ^ ((std::uint64_t{bits[1]} << 32 | bits[2]) +
-                                            copies * 0x9e3779b97f4a7c15u);
-          alive[end] = static_cast<std::uint16_t>(slot);
-          rays[end++] = rays[i];
-        }
-        for (float& band : photon.power) band /= static_cast<float>(copies);
-        photon.deposit_times = static_cast<float>(copies);
-        for (std::size_t c = first_copy; c < end; ++c) photons[alive[c]].power = photon.power;
       }
     }
-    alive[kept] = alive[i];
-    rays[kept++] = rays[i];
+    at.alive[kept] = at.alive[i];
+    at.rays[kept++] = at.rays[i];
   }
-  std::copy(alive.begin() + static_cast<std::ptrdiff_t>(count),
-            alive.begin() + static_cast<std::ptrdiff_t>(end),
-            alive.begin() + static_cast<std::ptrdiff_t>(kept));
-  std::copy(rays.begin() + static_cast<std::ptrdiff_t>(count),
-            rays.begin() + static_cast<std::ptrdiff_t>(end),
-            rays.begin() + static_cast<std::ptrdiff_t>(kept));
+  std::ranges::copy(at.alive.subspan(count, end - count), at.alive.subspan(kept).begin());
+  std::ranges::copy(at.rays.subspan(count, end - count), at.rays.subspan(kept).begin());
   return kept + (end - count);
 }
 

@@ -14,7 +14,8 @@
 // photons alike. (Weight windows: T. Booth, J. Hendricks. Importance estimation in forward Monte
 // Carlo calculations. Nuclear Technology/Fusion 5(1), 1984.)
 //
-// Variance of the energy of a decay 40 dB down, in the violin room with as many bounces: a tenth.
+// In the violin room 20 000 photons with 24.7 reflections each know the decay curves to 0.26 dB;
+// without windows they had 40.5 reflections each and knew them to 0.43 dB.
 //
 // Copies of a photon follow the same ray to the next surface, where the photon deposits for all of
 // them, and go apart there. They take slots of photons of the same run that have ended, so a run
@@ -30,6 +31,7 @@
 #include "bake/trace/scene.h"
 #include "bake/trace/trace_kernel.h"
 #include "common/bands.h"
+#include "common/random.h"
 
 namespace clamor {
 
@@ -41,7 +43,7 @@ struct DecayModel {
   Bands early_m{}, knee_m{}, late_m{};
 
   bool is_known() const { return early_m[0] > 0; }
-  // Of a band, as an exponent of 2.
+  // The energy left in a band, as an exponent of 2.
   float log2_energy(std::size_t band, float path_m) const;
 };
 
@@ -49,21 +51,29 @@ struct DecayModel {
 // little.
 DecayModel decay_model(std::span<const Deposit> deposits, double speed_mps);
 
+// The photons of a call of the tracer. `alive` and `rays` hold the survivors of a bounce at their
+// front, and have room for all photons.
+struct WindowPhotons {
+  std::span<KernelPhoton> photons;
+  std::span<const std::uint32_t> run_ends;  // in `photons`
+  std::span<const Bands> emitted;           // power that a photon of each run began with
+  std::span<std::uint16_t> alive;
+  std::span<Ray> rays;
+};
+
 class WeightWindow {
  public:
   WeightWindow(const DecayModel& decay, float roulette_exponent)
       : decay_(decay), roulette_exponent_(roulette_exponent) {}
 
-  // Splits and ends photons. `alive` and `rays` hold `count` survivors of a bounce at their front,
-  // and have room for all photons. `runs` gives the photons of each run: ends in `photons`.
-  // `emitted` is the power of each band that a photon of the run began with. Returns the new count.
-  std::size_t apply(std::uint32_t bounce, std::span<KernelPhoton> photons,
-                    std::span<const std::uint32_t> run_ends, std::span<const Bands> emitted,
-                    std::span<std::uint16_t> alive, std::span<Ray> rays, std::size_t count);
+  // Splits and ends the `count` survivors of a bounce. Returns how many there are then.
+  std::size_t apply(std::uint32_t bounce, const WindowPhotons& at, std::size_t count);
 
  private:
   float importance(const KernelPhoton& photon, const Bands& emitted) const;
-  void find_free_slots(std::span<const std::uint16_t> alive, std::size_t slots);
+  void begin_bounce(const WindowPhotons& at, std::size_t count);
+  std::size_t split(const WindowPhotons& at, std::size_t index, std::uint32_t wanted,
+                    const RandomBits& bits, std::size_t end);
 
   const DecayModel decay_;
   const float roulette_exponent_;

@@ -83,7 +83,7 @@ class BakeFile {
   const std::vector<Material>& materials() const;
   const std::vector<Emitter>& emitters() const;
   const std::vector<MovablePart>& movable_parts() const;
-  // Those that sources refer to: emitters(), then the virtual ones of portals().
+  // The emitters that sources refer to: emitters(), then the virtual ones of portals().
   const std::vector<Emitter>& source_emitters() const;
   const BakedPortals& portals() const;
   // The entry of the top node of each tree: instanced trees first, the level's tree last. Empty if

@@ -11,7 +11,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 #include "common/maths.h"
@@ -33,8 +35,14 @@ struct FirstLeg {
 };
 
 // Distance that a code from 1 on stands for.
-inline double leg_distance_m(std::uint32_t code) {
-  return 0.05 * power(10.0, static_cast<double>(code) / 40);
+inline float leg_distance_m(std::uint32_t code) {
+  static const auto distances_m = [] {
+    std::array<float, kLegDistances> table{};
+    for (std::size_t c = 0; c < table.size(); ++c)
+      table[c] = static_cast<float>(0.05 * power(10.0, static_cast<double>(c) / 40));
+    return table;
+  }();
+  return distances_m[code % kLegDistances];
 }
 
 // Never kOnFirstSurface.
@@ -53,7 +61,7 @@ inline FirstLeg first_leg_of(std::uint32_t code) {
   direction_of(static_cast<int>(code >> kLegDirectionBits & kMask), static_cast<int>(code & kMask),
                direction_scale(kLegDirectionBits), leg.direction.x, leg.direction.y,
                leg.direction.z);
-  leg.distance_m = static_cast<float>(leg_distance_m(code >> (2 * kLegDirectionBits)));
+  leg.distance_m = leg_distance_m(code >> (2 * kLegDirectionBits));
   return leg;
 }
 

@@ -66,8 +66,8 @@ struct StoredProbe {
   std::uint32_t zone = 0;
 };
 
-// What omnidirectional sources of gain 1 leave on the surfaces. Late reflections are shared by the
-// probes of a zone.
+// Probes hold what omnidirectional sources of gain 1 leave on the surfaces. Late reflections are
+// shared by the probes of a zone.
 struct StoredProbes {
   std::vector<StoredProbe> places;
   std::vector<StoredTree> zones;

@@ -39,6 +39,14 @@ PageLoader::Fetch reporting(PageLoader::Fetch fetch,
   };
 }
 
+std::unique_ptr<PageLoader> make_loader(const BakeFile& file, PageLoader::Fetch fetch,
+                                        std::uint64_t bytes, const AuralizerOptions& options) {
+  return std::make_unique<PageLoader>(
+      reporting(std::move(fetch), options.report), PageBudget{bytes, !options.wait_for_pages},
+      options.own_threads ? 1 : 0, [&file](const PageEntry& entry) { file.will_need(entry); },
+      options.thread_hooks);
+}
+
 }  // namespace
 
 const SamplingStrategy& strategy_options_of(const AuralizerOptions& options) {
@@ -73,12 +81,9 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
   add_occlusion(input, radiation, options);
   SourceList* list = nullptr;
   if (file != nullptr) {
-    loader_ = std::make_unique<PageLoader>(
-        reporting(page_fetch(*file, radiation, max_weights_), options.report),
-        PageBudget{options.memory_bytes - std::min(sounds_bytes, options.memory_bytes / 2),
-                   !options.wait_for_pages},
-        options.own_threads ? 1 : 0, [file](const PageEntry& entry) { file->will_need(entry); },
-        options.thread_hooks);
+    loader_ = make_loader(*file, page_fetch(*file, radiation, max_weights_),
+                          options.memory_bytes - std::min(sounds_bytes, options.memory_bytes / 2),
+                          options);
     pool_ = std::make_unique<OctreePool>(radiation, max_weights_, file->trees(),
                                          file->signal_maps(), *loader_);
   } else {
@@ -154,10 +159,8 @@ void SamplingPipeline::add_probes(const AuralizerInput& input, const BakeFile& f
   // The input has the material of late reflections (read_tables()).
   probe_bounds_ =
       std::make_unique<const ProbeBounds>(input.materials, input.air, radiation.late_boost());
-  probe_loader_ = std::make_unique<PageLoader>(
-      reporting(probe_page_fetch(file, *probe_bounds_), options.report),
-      PageBudget{options.memory_bytes / 4, !options.wait_for_pages}, options.own_threads ? 1 : 0,
-      [&file](const PageEntry& entry) { file.will_need(entry); }, options.thread_hooks);
+  probe_loader_ =
+      make_loader(file, probe_page_fetch(file, *probe_bounds_), options.memory_bytes / 4, options);
   probes_ = std::make_unique<ProbePool>(file.probes(), *probe_bounds_, surfaces_.get(), weights_,
                                         *moving_list_, *probe_loader_);
 }

@@ -30,8 +30,8 @@ struct alignas(64) VisibilityEntry {
   VisibilityPrecision precision = VisibilityPrecision::kLineTest;
   bool has_origin = false, line_is_free = false, occluded = false;
   std::uint8_t step = OcclusionUpperBounds::kUnoccluded;
-  // What is not known any more since a movable part crossed the path: the visibility, and the last
-  // estimate. A line test renews the visibility alone.
+  // The visibility and the last estimate are stale once a movable part has crossed the path. A line
+  // test renews the visibility alone.
   bool is_stale : 1 = false, estimate_is_stale : 1 = false;
   bool is_direct : 1 = false;  // an emitter or a moving source
   Bands diffracted{};          // share of the power that passes beside the surfaces

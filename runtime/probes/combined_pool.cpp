@@ -7,6 +7,7 @@ namespace clamor {
 void CombinedPool::charge(WorkBudget* budget) {
   SourcePool::charge(budget);
   static_.charge(budget);
+  if (probes_ != nullptr) probes_->charge(budget);
 }
 
 bool CombinedPool::refresh() {
@@ -40,7 +41,7 @@ bool CombinedPool::find_above(const Vec3& place, double threshold, std::size_t m
         WorkBudget::kMovingPer16 * (moving_.max_sources() / 16));
   // A threshold of zero asks for all sources, however many there are.
   const std::size_t limit = threshold == 0 ? found.max_size() : max_count;
-  if (probes_ != nullptr) spend(probes_->find_above(place, threshold, limit, found));
+  if (probes_ != nullptr && !probes_->find_above(place, threshold, limit, found)) return false;
   return found.size() <= limit && !is_exhausted();
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "common/random.h"
 #include "runtime/propagation/source_number.h"
@@ -22,14 +21,17 @@ std::vector<Vec3> places_of(const StoredProbes& probes) {
   return places_m;
 }
 
-double sum_of(const Bands& bands) { return std::accumulate(bands.begin(), bands.end(), 0.0); }
-
 // Identifies the voice of a copy's source.
 std::uint64_t voice_number(std::uint64_t moving_source, std::uint64_t probe_source) {
   std::uint64_t mixed = moving_source * 0x9e3779b97f4a7c15u ^ probe_source;
   mixed = (mixed ^ mixed >> 32) * 0xd6e8feb86659fd93u;
   mixed ^= mixed >> 32;
   return mixed | kMovingSourceBit;
+}
+
+// The permanent number, beside a representative, of a source that has a share of the tree's power.
+double number_beside(double share, float stored_u) {
+  return std::min(1.0, share + (1 - share) * static_cast<double>(stored_u));
 }
 
 }  // namespace
@@ -60,6 +62,9 @@ ProbePool::ProbePool(const StoredProbes& probes, const ProbeBounds& bounds,
     zone_trees_.push_back(static_cast<std::uint32_t>(probes.places.size() + probe.zone));
   }
   for (const StoredTree& zone : probes.zones) add_tree(zone.top, std::nullopt);
+  for (const Tree& tree : trees_)
+    longest_s_ = std::max(longest_s_, static_cast<double>(tree.entry->max_delay_s));
+  longest_s_ += kLongestPath_m / bounds.radiation().speed_of_sound_mps();
 }
 
 bool ProbePool::refresh() {
@@ -75,15 +80,19 @@ void ProbePool::set_late_boost(float strength) {
 // --- The copies of a keyframe --------------------------------------------------------------------
 
 void ProbePool::begin(const Listener& listener, double time_s) {
-  time_s_ = time_s;
   node_bounds_.begin(listener.position_m, time_s);
   neighbours_.begin();
-  for (const std::uint32_t p : active_) trees_[p].copy_count = 0;
+  for (const std::uint32_t t : active_) trees_[t].copy_count = 0;
   active_.clear();
   copies_.clear();
   for (std::size_t slot = 0; slot < moving_.slots(); ++slot)
     if (moving_.reverberation(slot) > 0) add_copies(slot, time_s);
   sort_copies();
+  arrange_copies();
+  for (const std::uint32_t t : active_) {
+    read_top(trees_[t], listener.position_m);
+    draw_representatives(trees_[t]);
+  }
 }
 
 void ProbePool::add_copies(std::size_t slot, double time_s) {
@@ -94,12 +103,12 @@ void ProbePool::add_copies(std::size_t slot, double time_s) {
   radiator.position_m = place_m;
   radiator.axis = Vec3(moving_.settings(slot).axis);
   radiator.directivity = moving_.directivity(slot);
-  radiator.is_omnidirectional = radiator.directivity == Bands{};
-  const double now_s = time_s - moving_.start_s(slot);
+  const Copy copy = copy_of(slot, time_s - moving_.start_s(slot));
+  if (!(copy.factor > 0)) return;
   std::array<ProbeWeight, kMaxCopies> zones{};
   std::size_t zone_count = 0;
   for (const ProbeWeight& weight : near) {
-    add_copy(slot, weight.probe, weight.weight, now_s);
+    add_copy(copy, weight.probe, weight.weight);
     const std::uint32_t tree = zone_trees_[weight.probe];
     std::size_t z = 0;
     while (z < zone_count && zones[z].probe != tree) ++z;
@@ -108,36 +117,37 @@ void ProbePool::add_copies(std::size_t slot, double time_s) {
     zones[z].weight += weight.weight;
   }
   for (const ProbeWeight& zone : std::span(zones).first(zone_count))
-    add_copy(slot, zone.probe, zone.weight, now_s);
+    add_copy(copy, zone.probe, zone.weight);
 }
 
-// A copy's factor bounds its band powers, with what its signal plays while the sound that is heard
-// now was under way, over the loudness that pages are culled with.
-void ProbePool::add_copy(std::size_t slot, std::uint32_t tree, float weight, double now_s) {
-  if (!(trees_[tree].power > 0)) return;
+// A copy of weight 1, of no tree yet. Its factor bounds its band powers, with what its signal plays
+// while the sound that is heard now was under way, over the loudness that pages are culled with.
+ProbePool::Copy ProbePool::copy_of(std::size_t slot, double now_s) const {
   const MovingSources::Settings& settings = moving_.settings(slot);
-  const double speed_mps = bounds_.radiation().speed_of_sound_mps();
-  const double longest_s =
-      static_cast<double>(trees_[tree].entry->max_delay_s) + kLongestPath_m / speed_mps;
-  const Bands loudest = weights_.max_between(moving_.signal(slot), now_s - longest_s, now_s);
+  const Bands loudest = weights_.max_between(moving_.signal(slot), now_s - longest_s_, now_s);
   const Bands& at_any_time = weights_.max(moving_.signal(slot));
   Copy copy;
-  copy.tree = tree;
   copy.slot = static_cast<std::uint32_t>(slot);
   double factor = 0, most = 0;
   for (std::size_t b = 0; b < kBandCount; ++b) {
     const double gain = static_cast<double>(settings.reverberation * settings.gain[b]);
-    copy.power[b] = static_cast<float>(static_cast<double>(weight) * gain * gain);
-    const double per_loudness =
-        static_cast<double>(copy.power[b]) / static_cast<double>(bounds_.weights()[b]);
+    copy.power[b] = static_cast<float>(gain * gain);
+    const double per_loudness = gain * gain / static_cast<double>(bounds_.weights()[b]);
     factor = std::max(factor, per_loudness * static_cast<double>(loudest[b]));
     most = std::max(most, per_loudness * static_cast<double>(at_any_time[b]));
   }
-  if (!(factor > 0)) return;
   copy.factor = static_cast<float>(factor * kFactorSlack);
-  copy.at_any_time = static_cast<float>(most / factor * kFactorSlack);
+  copy.at_any_time = factor > 0 ? static_cast<float>(most / factor * kFactorSlack) : 1;
+  return copy;
+}
+
+void ProbePool::add_copy(Copy copy, std::uint32_t tree, float weight) {
+  if (!(trees_[tree].power > 0 && weight > 0)) return;
+  copy.tree = tree;
+  copy.factor *= weight;
+  for (float& power : copy.power) power *= weight;
   const RandomBits bits =
-      philox(kSeedOfCopies, {copy.slot, moving_.generation(slot), copy.tree, 0});
+      philox(kSeedOfCopies, {copy.slot, moving_.generation(copy.slot), tree, 0});
   copy.u = static_cast<float>(unit_above_zero(bits[0]));
   copy.draw = unit(bits[1]);
   copies_.push_back(copy);
@@ -156,21 +166,36 @@ void ProbePool::sort_copies() {
   }
 }
 
-// --- Queries
-// --------------------------------------------------------------------------------------
+// Lays the copies' places out for find_reaching_copies().
+void ProbePool::arrange_copies() {
+  rows_.clear();
+  for (const Copy& copy : copies_) {
+    const std::optional<Vec3>& probe_m = trees_[copy.tree].probe_m;
+    rows_.add(probe_m ? radiators_[copy.slot].position_m - *probe_m : Vec3(0), copy.factor);
+  }
+  rows_.pad();
+}
+
+// --- Queries -------------------------------------------------------------------------------------
+
+// Upper bound of the priorities in a node and below, over all copies.
+double ProbePool::bound(const Tree& tree, const PageEntry& entry, const Vec3& place) const {
+  return static_cast<double>(copies_[tree.first_copy].factor) * kMaxIrradianceRatio *
+         node_bounds_.bound(entry, entry.highest_key, place);
+}
 
 // Takes in the top page: each of its sources represents itself, or what the highest missing key
 // hides below it, so that together they represent the whole tree.
-void ProbePool::read_top(Tree& tree, double bound) {
-  const ResidentPage* const top = loader_.use(*tree.entry, bound);
-  if (top == tree.top && (top == nullptr) == tree.share_ends.empty()) return;
+void ProbePool::read_top(Tree& tree, const Vec3& place) {
+  const ResidentPage* const top = loader_.use(*tree.entry, bound(tree, *tree.entry, place));
+  if (top == tree.top) return;
   tree.top = top;
   tree.share_ends.clear();
   if (top == nullptr) return;
   double highest_below = 0, sum = 0;
   for (const PageEntry& child : top->links.children)
     highest_below = std::max(highest_below, static_cast<double>(child.highest_key));
-  for (const Source& source : top->probe_sources)
+  for (const Source& source : std::span(top->sources.data(), top->sources.size()))
     tree.share_ends.push_back(sum += std::max(sum_of(source.power), highest_below));
 }
 
@@ -184,46 +209,38 @@ void ProbePool::draw_representatives(const Tree& tree) {
   }
 }
 
-std::uint64_t ProbePool::find_above(const Vec3& place, double threshold, std::size_t max_count,
-                                    std::vector<FoundSource>& found) {
+bool ProbePool::find_above(const Vec3& place, double threshold, std::size_t max_count,
+                           std::vector<FoundSource>& found) {
   placed_count_ = 0;
-  work_ = 0;
   requests_.begin_query();
-  for (const std::uint32_t p : active_)
-    if (!find_in_tree(trees_[p], place, threshold, max_count, found)) break;
-  return work_;
+  for (const std::uint32_t t : active_)
+    if (!find_in_tree(trees_[t], place, threshold, max_count, found)) return false;
+  return true;
 }
 
 bool ProbePool::find_in_tree(Tree& tree, const Vec3& place, double threshold, std::size_t max_count,
                              std::vector<FoundSource>& found) {
-  const double highest = static_cast<double>(copies_[tree.first_copy].factor);
-  const auto bound_of = [&](const PageEntry& entry) {
-    return highest * kMaxIrradianceRatio * node_bounds_.bound(entry, entry.highest_key, place);
-  };
   tree.missing_key = 0;
-  const PageEntry& top = *tree.entry;
-  read_top(tree, bound_of(top));
-  draw_representatives(tree);
-  waiting_.assign(1, {top, tree.first_source});
+  waiting_.assign(1, {tree.entry, tree.first_source});
   while (!waiting_.empty()) {
-    const Waiting node = waiting_.back();
+    const auto [entry, first] = waiting_.back();
     waiting_.pop_back();
-    const double bound = bound_of(node.entry);
-    const bool is_top = node.first == tree.first_source && node.entry.depth == 0;
-    if (!is_top && !(bound > 0 && bound >= threshold)) continue;
-    work_ += WorkBudget::kNode;
-    const ResidentPage* const page = is_top ? tree.top : loader_.use(node.entry, bound);
+    const double reached = bound(tree, *entry, place);
+    const bool is_top = entry == tree.entry;
+    if (!is_top && !(reached > 0 && reached >= threshold)) continue;
+    spend(WorkBudget::kNode);
+    const ResidentPage* const page = is_top ? tree.top : loader_.use(*entry, reached);
     if (page == nullptr) {
-      requests_.add_missing(node.entry, bound, bound);
-      tree.missing_key = std::max(tree.missing_key, static_cast<double>(node.entry.highest_key));
+      requests_.add_missing(*entry, reached, reached);
+      tree.missing_key = std::max(tree.missing_key, static_cast<double>(entry->highest_key));
       continue;
     }
-    find_in_page(tree, *page, node.first, is_top, place, threshold, found);
-    if (found.size() > max_count) return false;
-    std::uint64_t first = node.first + node.entry.source_count;
+    find_in_page(tree, *page, first, place, threshold, found);
+    if (found.size() > max_count || is_exhausted()) return false;
+    std::uint64_t next = first + entry->source_count;
     for (const PageEntry& child : page->links.children) {
-      waiting_.push_back({child, first});
-      first += child.sources_below;
+      waiting_.push_back({&child, next});
+      next += child.sources_below;
     }
   }
   if (tree.top != nullptr) find_representatives(tree, place, threshold, found);
@@ -231,35 +248,71 @@ bool ProbePool::find_in_tree(Tree& tree, const Vec3& place, double threshold, st
 }
 
 void ProbePool::find_in_page(const Tree& tree, const ResidentPage& page, std::uint64_t first,
-                             bool is_top, const Vec3& place, double threshold,
-                             std::vector<FoundSource>& found) {
+                             const Vec3& place, double threshold, std::vector<FoundSource>& found) {
   const std::span<const Copy> copies = std::span(copies_).subspan(tree.first_copy, tree.copy_count);
   page.sources.cull(place, 0, threshold / static_cast<double>(copies[0].factor), culled_);
-  work_ += page.sources.size() / 8;
+  spend(page.sources.size() / 8);
   for (std::size_t s = 0; s < culled_.count; ++s) {
     const std::size_t index = culled_.index[s];
+    const Source& stored = page.sources[index];
     const std::uint64_t number = first + index;
-    const Source& stored = page.probe_sources[index];
-    double upper_bound = static_cast<double>(culled_.upper_bound[s]);
-    if (occlusion_ != nullptr) upper_bound *= static_cast<double>(occlusion_->upper_bound(number));
+    // The page's bounds hold for the stored u, with the late boost at full strength.
+    double share = static_cast<double>(std::max(stored.u, kMinU)) /
+                   number_beside(sum_of(stored.power) / tree.power, stored.u);
+    if (occlusion_ != nullptr) share *= static_cast<double>(occlusion_->upper_bound(number));
     const BoostedBound boosted(bounds_.radiation().late_boost().at(stored.delay_s), boost_strength_,
-                               upper_bound);
-    for (const Copy& copy : copies) {
-      const double bound = boosted.upper_bound * static_cast<double>(copy.factor);
-      if (bound < threshold) break;
-      if (is_top && index == copy.representative) continue;
-      add(tree, copy, stored, number, false, boosted.boost, bound, found);
+                               share);
+    const double upper_bound = boosted.upper_bound * static_cast<double>(culled_.upper_bound[s]);
+    const auto ends = std::partition_point(copies.begin(), copies.end(), [&](const Copy& copy) {
+      return upper_bound * static_cast<double>(copy.factor) >= threshold;
+    });
+    const auto count = static_cast<std::size_t>(ends - copies.begin());
+    if (tree.probe_m && first_leg_code_of(stored.emitter) == kOnFirstSurface)
+      find_reaching_copies(
+          first_reflection(tree, page, index, place, threshold / boosted.upper_bound), rows_,
+          tree.first_copy, count, reaching_);
+    else
+      take_copies(tree.first_copy, count, culled_.upper_bound[s]);
+    spend(count / 8);
+    for (std::size_t c = 0; c < reaching_.count; ++c) {
+      const Copy& copy = copies_[reaching_.index[c]];
+      if (&page == tree.top && index == copy.representative) continue;
+      add(tree, copy, stored, number, false, boosted.boost,
+          boosted.upper_bound * static_cast<double>(reaching_.upper_bound[c]), found);
     }
   }
+}
+
+FirstReflection ProbePool::first_reflection(const Tree& tree, const ResidentPage& page,
+                                            std::size_t index, const Vec3& place,
+                                            double threshold) const {
+  FirstReflection reflection;
+  reflection.bound = page.first_reflections[index];
+  reflection.bound.position_m = Vec3f(Vec3(reflection.bound.position_m) - *tree.probe_m);
+  reflection.listener_m = Vec3f(place - *tree.probe_m);
+  reflection.irradiance_of_probe =
+      static_cast<float>(irradiance_of_probe(page.sources[index], *tree.probe_m));
+  reflection.threshold = static_cast<float>(threshold);
+  return reflection;
+}
+
+// Takes all these copies of a source, whose upper bound, times their factors, is theirs.
+void ProbePool::take_copies(std::size_t first, std::size_t count, float upper_bound) {
+  reaching_.make_room(count);
+  for (std::size_t c = 0; c < count; ++c) {
+    reaching_.index[c] = static_cast<std::uint32_t>(first + c);
+    reaching_.upper_bound[c] = upper_bound * copies_[first + c].factor;
+  }
+  reaching_.count = count;
 }
 
 void ProbePool::find_representatives(const Tree& tree, const Vec3& place, double threshold,
                                      std::vector<FoundSource>& found) {
   if (tree.share_ends.empty()) return;
+  spend(WorkBudget::kFound / 2 * tree.copy_count);
   for (const Copy& copy : std::span(copies_).subspan(tree.first_copy, tree.copy_count)) {
-    ++work_;
     const std::size_t index = copy.representative;
-    const Source& stored = tree.top->probe_sources[index];
+    const Source& stored = tree.top->sources[index];
     const std::uint64_t number = tree.first_source + index;
     const SourceBound at_1m = tree.top->sources.bound(index);
     const Vec3 away_m = place - Vec3(stored.position_m);
@@ -287,12 +340,9 @@ void ProbePool::add(const Tree& tree, const Copy& copy, const Source& stored, st
   if (placed_count_ == placed_.size()) placed_.emplace_back();
   Placed& placed = placed_[placed_count_++];
   const MovingRadiator& radiator = radiators_[copy.slot];
-  placed.source =
-      tree.probe_m
-          ? early_reflection(stored, *tree.probe_m, radiator,
-                             bounds_.radiation().speed_of_sound_mps())
-          : late_reflection(stored, radiator,
-                            static_cast<std::uint16_t>(bounds_.radiation().material_count() - 1));
+  placed.source = tree.probe_m ? early_reflection(stored, *tree.probe_m, radiator,
+                                                  bounds_.radiation().speed_of_sound_mps())
+                               : late_reflection(stored, radiator, bounds_.late_material());
   placed.tree = copy.tree;
   placed.stored_power = sum_of(stored.power);
   placed.share = placed.stored_power / tree.power;
@@ -300,10 +350,9 @@ void ProbePool::add(const Tree& tree, const Copy& copy, const Source& stored, st
   Source& source = placed.source;
   source.emitter = moving_.emitter(copy.slot);
   for (std::size_t b = 0; b < kBandCount; ++b) source.power[b] *= copy.power[b];
-  const double u = static_cast<double>(stored.u);
   source.u = static_cast<float>(is_representative
                                     ? static_cast<double>(copy.u) * std::min(placed.share, 1.0)
-                                    : std::min(1.0, placed.share + (1 - placed.share) * u));
+                                    : number_beside(placed.share, stored.u));
   const std::uint64_t of_source = moving_.number(copy.slot);
   FoundSource& one = found.emplace_back();
   one.source = &source;
@@ -315,13 +364,13 @@ void ProbePool::add(const Tree& tree, const Copy& copy, const Source& stored, st
   one.upper_bound = bound * static_cast<double>(copy.at_any_time);
   one.voice = voice_number(of_source, number);
   one.start_s = moving_.start_s(copy.slot);
-  work_ += WorkBudget::kFound;
+  spend(WorkBudget::kFound);
 }
 
 double ProbePool::upper_bound(const Vec3& place) {
   double highest = 0;
-  for (const std::uint32_t p : active_) {
-    const Tree& tree = trees_[p];
+  for (const std::uint32_t t : active_) {
+    const Tree& tree = trees_[t];
     const PageEntry& top = *tree.entry;
     for (const Copy& copy : std::span(copies_).subspan(tree.first_copy, tree.copy_count)) {
       const double key =
@@ -333,7 +382,7 @@ double ProbePool::upper_bound(const Vec3& place) {
   return highest;
 }
 
-// Of the sources whose keys are below the highest missing one, only those in memory may be chosen.
+// Where pages are missing, only those sources with lower keys that are in memory may be chosen.
 // A source with the power P_i is among them if its number is below P_i over that key.
 double ProbePool::missing_key(const FoundSource& found) const {
   const Placed& placed = placed_[found.frame - 1];

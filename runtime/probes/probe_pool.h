@@ -27,11 +27,13 @@
 
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/occlusion_upper_bounds.h"
+#include "runtime/probes/copy_kernel.h"
 #include "runtime/probes/probe_neighbours.h"
 #include "runtime/probes/probe_sources.h"
 #include "runtime/query/node_bounds.h"
 #include "runtime/query/page_requests.h"
 #include "runtime/query/source_pool.h"
+#include "runtime/query/work_budget.h"
 #include "runtime/sampling/moving_source_list.h"
 #include "runtime/streaming/page_loader.h"
 
@@ -49,6 +51,7 @@ class ProbePool {
             MovingSourceList& moving, PageLoader& loader);
 
   // As in SourcePool.
+  void charge(WorkBudget* budget) { budget_ = budget; }
   bool refresh();
   void set_occlusion_bounds(const OcclusionUpperBounds* bounds) { occlusion_ = bounds; }
   void set_late_boost(float strength);
@@ -56,18 +59,13 @@ class ProbePool {
   // list are open.
   void set_portals(std::vector<float> openness_by_set) { openness_ = std::move(openness_by_set); }
   void begin(const Listener& listener, double time_s);
-  // Returns the work that it took (work_budget.h).
-  std::uint64_t find_above(const Vec3& place, double threshold, std::size_t max_count,
-                           std::vector<FoundSource>& found);
+  bool find_above(const Vec3& place, double threshold, std::size_t max_count,
+                  std::vector<FoundSource>& found);
   double upper_bound(const Vec3& place);
   double missing_key(const FoundSource& found) const;
   void request_pages(double threshold);
   bool lacks_pages() const { return requests_.any_missing(); }
   bool complete() { return requests_.wait(); }
-
-  // Of the last keyframe.
-  std::size_t copies() const { return copies_.size(); }
-  std::size_t unseen_sources() const { return neighbours_.unseen(); }
 
  private:
   // A moving source heard through a tree.
@@ -87,11 +85,11 @@ class ProbePool {
     double power = 0;                              // of the tree
     std::uint32_t first_copy = 0, copy_count = 0;  // in copies_, by descending factor
     double missing_key = 0;                        // of the last query
-    // Of the top page: ends of the sources' shares of the power that they represent.
-    const ResidentPage* top = nullptr;
+    const ResidentPage* top = nullptr;             // the page; null: it is missing
+    // Its sources divide the tree's power among them; these are the ends of their shares.
     std::vector<double> share_ends;
   };
-  // What a copy's source was made from.
+  // A source of a copy, and what missing_key() needs to know of the stored one.
   struct Placed {
     Source source;
     std::uint32_t tree = 0;
@@ -99,19 +97,29 @@ class ProbePool {
     bool is_representative = false;
   };
   struct Waiting {
-    PageEntry entry;
-    std::uint64_t first = 0;
+    const PageEntry* entry = nullptr;
+    std::uint64_t first = 0;  // number of its first source
   };
 
   void add_copies(std::size_t slot, double time_s);
-  void add_copy(std::size_t slot, std::uint32_t tree, float weight, double now_s);
+  Copy copy_of(std::size_t slot, double now_s) const;
+  void add_copy(Copy copy, std::uint32_t tree, float weight);
   void sort_copies();
-  void read_top(Tree& tree, double bound);
+  void arrange_copies();
+  void read_top(Tree& tree, const Vec3& place);
   void draw_representatives(const Tree& tree);
+  void spend(std::uint64_t units) {
+    if (budget_ != nullptr) budget_->spend(units);
+  }
+  bool is_exhausted() const { return budget_ != nullptr && budget_->is_exhausted(); }
+  double bound(const Tree& tree, const PageEntry& entry, const Vec3& place) const;
   bool find_in_tree(Tree& tree, const Vec3& place, double threshold, std::size_t max_count,
                     std::vector<FoundSource>& found);
-  void find_in_page(const Tree& tree, const ResidentPage& page, std::uint64_t first, bool is_top,
+  void find_in_page(const Tree& tree, const ResidentPage& page, std::uint64_t first,
                     const Vec3& place, double threshold, std::vector<FoundSource>& found);
+  FirstReflection first_reflection(const Tree& tree, const ResidentPage& page, std::size_t index,
+                                   const Vec3& place, double threshold) const;
+  void take_copies(std::size_t first, std::size_t count, float upper_bound);
   void find_representatives(const Tree& tree, const Vec3& place, double threshold,
                             std::vector<FoundSource>& found);
   void add(const Tree& tree, const Copy& copy, const Source& stored, std::uint64_t number,
@@ -130,15 +138,17 @@ class ProbePool {
   std::vector<Tree> trees_;                // of the places, then of the zones
   std::vector<std::uint32_t> active_;      // trees with copies
   std::vector<Copy> copies_;
+  CopyRows rows_;                          // of copies_
   std::vector<MovingRadiator> radiators_;  // by slot
   std::deque<Placed> placed_;              // the first placed_count_ are in use
   std::size_t placed_count_ = 0;
   std::vector<Waiting> waiting_;
   CulledPage culled_;
+  ReachingCopies reaching_;
+  double longest_s_ = 0;  // that sound is under way
   float boost_strength_ = 1;
   std::vector<float> openness_;  // by set of portals
-  double time_s_ = 0;
-  std::uint64_t work_ = 0;
+  WorkBudget* budget_ = nullptr;
 };
 
 }  // namespace clamor

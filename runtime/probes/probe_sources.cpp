@@ -2,17 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <new>
 #include <utility>
 
 #include "common/directivity.h"
 #include "runtime/propagation/loudness.h"
+#include "runtime/streaming/page_fetch.h"
 
 namespace clamor {
 
 namespace {
-
-constexpr double kLeastDistance_m = 0.05;  // of a source to a surface that it illuminates
 
 // Irradiance at a surface of a source of unit power at a distance, up to a constant.
 double irradiance(double cos_at_surface, double distance_m) {
@@ -20,24 +18,27 @@ double irradiance(double cos_at_surface, double distance_m) {
   return std::abs(cos_at_surface) / (r_m * r_m);
 }
 
+double irradiance_from(const Vec3& probe_to_surface_m, const Vec3& normal) {
+  const double r_m = std::max(length(probe_to_surface_m), kLeastDistance_m);
+  return irradiance(dot(probe_to_surface_m, normal) / r_m, r_m);
+}
+
 // Redirects a source on the first surface to sound from `arriving`, and returns its power ratio.
 double redirect(Source& source, const Vec3& from_probe_m, const Vec3& arriving, double distance_m) {
   const Vec3 normal(source.normal);
-  const double probe_distance_m = std::max(length(from_probe_m), kLeastDistance_m);
-  const double cos_probe = dot(from_probe_m, normal) / probe_distance_m;
   const double cos_now = dot(arriving, normal);
   // Sound that the surface transmits leaves on the far side, in its old direction. A source that
   // has passed the plane of the surface does not light this side of it.
-  if (cos_probe * cos_now <= 0) return 0;
+  if (dot(from_probe_m, normal) * cos_now <= 0) return 0;
   source.mirror = Vec3f(cos_now < 0 ? arriving - 2 * cos_now * normal : arriving);
-  const double at_probe = irradiance(cos_probe, probe_distance_m);
+  const double at_probe = irradiance_from(from_probe_m, normal);
   return at_probe > 0 ? std::min(irradiance(cos_now, distance_m) / at_probe, kMaxIrradianceRatio)
                       : 0;
 }
 
 // Scales the power by a ratio and by the directivity towards the first surface.
 void radiate(Source& source, const Vec3& direction, const MovingRadiator& radiator, double ratio) {
-  const double cos_axis = radiator.is_omnidirectional ? 0 : dot(direction, radiator.axis);
+  const double cos_axis = dot(direction, radiator.axis);
   for (std::size_t b = 0; b < kBandCount; ++b) {
     double share = ratio;
     if (radiator.directivity[b] > 0)
@@ -70,6 +71,10 @@ Source early_reflection(const Source& stored, const Vec3& probe_m, const MovingR
   return source;
 }
 
+double irradiance_of_probe(const Source& stored, const Vec3& probe_m) {
+  return irradiance_from(Vec3(stored.position_m) - probe_m, Vec3(stored.normal));
+}
+
 Material late_reflection_material() {
   Material material;
   material.name = "late reflections";
@@ -81,7 +86,7 @@ Source late_reflection(const Source& stored, const MovingRadiator& radiator,
                        std::uint16_t material) {
   Source source = stored;
   source.material = material;
-  if (!radiator.is_omnidirectional)
+  if (radiator.directivity != Bands{})
     radiate(source, Vec3(first_leg_of(first_leg_code_of(stored.emitter)).direction), radiator, 1);
   return source;
 }
@@ -98,7 +103,7 @@ std::vector<Source> ProbeBounds::bounding_sources(std::span<const Source> stored
   for (Source& source : bounding) {
     if (of_zone) {
       source.emitter = 0;
-      source.material = static_cast<std::uint16_t>(radiation_.material_count() - 1);
+      source.material = late_material();
       continue;
     }
     const bool on_first_surface =
@@ -112,20 +117,29 @@ std::vector<Source> ProbeBounds::bounding_sources(std::span<const Source> stored
   return bounding;
 }
 
+std::vector<SourceBound> ProbeBounds::first_reflections(std::span<const Source> stored,
+                                                        bool of_zone) const {
+  if (of_zone) return {};
+  std::vector<SourceBound> bounds(stored.size());
+  for (std::size_t s = 0; s < stored.size(); ++s) {
+    if (first_leg_code_of(stored[s].emitter) != kOnFirstSurface) continue;
+    // The compensation is the highest at grazing incidence.
+    Source source = stored[s];
+    source.mirror = Vec3f(0);
+    bounds[s] = source_bound(radiation_, source, radiation_.upper_bound(source, weights()));
+  }
+  return bounds;
+}
+
 PageLoader::Fetch probe_page_fetch(const BakeFile& file, const ProbeBounds& bounds) {
-  return [&](const PageEntry& entry) -> PageLoader::Content {
-    try {
-      auto page = file.read_page(entry);
-      if (!page.ok()) return page.error();
-      SourcePage bounding(bounds.radiation(), bounds.weights_by_signal(),
-                          bounds.bounding_sources(page->sources, entry.of_zone));
-      return std::make_unique<const ResidentPage>(entry, std::move(bounding),
-                                                  std::move(page->links), file.trees(),
-                                                  std::move(page->sources));
-    } catch (const std::bad_alloc&) {
-      return Error(file.path() + ": a page of it finds no memory; close other programs.");
-    }
-  };
+  return page_fetch(file, [&](const PageEntry& entry, OctreePage page) {
+    const std::vector<Source> bounding = bounds.bounding_sources(page.sources, entry.of_zone);
+    auto reflections = bounds.first_reflections(page.sources, entry.of_zone);
+    SourcePage sources(bounds.radiation(), bounds.weights_by_signal(), std::move(page.sources),
+                       bounding);
+    return std::make_unique<const ResidentPage>(entry, std::move(sources), std::move(page.links),
+                                                file.trees(), std::move(reflections));
+  });
 }
 
 }  // namespace clamor

@@ -8,8 +8,7 @@
 //   delay        longer by (|h - x| - |h - p|) / c
 //   directivity  of the moving source, in the direction h - x
 //   power        of sources on the first surface, by the irradiance there of a source at x over
-//   that
-//                of one at p:  (cos x / |h - x|^2) / (cos p / |h - p|^2), at most
+//                that of one at p:  (cos x / |h - x|^2) / (cos p / |h - p|^2), at most
 //                kMaxIrradianceRatio
 //
 // and the mirror direction of sources on the first surface is that of sound from x. First
@@ -18,8 +17,8 @@
 //
 // The late reflections of a zone (bake/probes/probe_zones.h) come from all its probes together, and
 // stand for those of a source anywhere in it: only the directivity applies. They radiate by the
-// cosine law, as surfaces do in a diffuse field whatever their reflection law is: a tenth of the
-// sources then give the same accuracy at a listener, who is in few of the lobes.
+// cosine law, as surfaces do in a diffuse field whatever their reflection law is: a listener is in
+// few of the lobes, so fewer sources give the same accuracy.
 //
 // Moving the first vertex of a path and reweighing it is the reconnection shift of gradient-domain
 // and resampled path tracing (M. Kettunen et al. Gradient-Domain Path Tracing. ACM TOG 34(4),
@@ -35,6 +34,7 @@
 #include "formats/bake_file/first_leg.h"
 #include "formats/bake_file/source.h"
 #include "runtime/propagation/radiation_model.h"
+#include "runtime/propagation/source_bound.h"
 #include "runtime/streaming/page_loader.h"
 
 namespace clamor {
@@ -42,21 +42,25 @@ namespace clamor {
 // Near a wall that its probe is far from, a source gives that wall at most so many times the power
 // that the probe gives it; upper bounds of priorities use it.
 inline constexpr double kMaxIrradianceRatio = 8;
+inline constexpr double kLeastDistance_m = 0.05;  // of a source to a surface that it illuminates
 
 // A moving source as probes see it.
 struct MovingRadiator {
   Vec3 position_m{};
   Vec3 axis{0, 0, -1};
   Bands directivity{};  // exponents; all 0: omnidirectional
-  bool is_omnidirectional = true;
 };
 
 // Moves a secondary source of the probe at `probe_m`. `stored` has its first leg as its emitter.
 Source early_reflection(const Source& stored, const Vec3& probe_m, const MovingRadiator& radiator,
                         double speed_of_sound_mps);
 
-// Applies the directivity to a secondary source of a zone, which gets the material that
-// late_reflection_material() is the last of.
+// The irradiance that the probe at `probe_m` causes at a source on the first surface, up to a
+// constant.
+double irradiance_of_probe(const Source& stored, const Vec3& probe_m);
+
+// Applies the directivity to a secondary source of a zone, which gets this material: that of
+// late_reflection_material().
 Source late_reflection(const Source& stored, const MovingRadiator& radiator,
                        std::uint16_t material);
 
@@ -71,11 +75,19 @@ class ProbeBounds {
   const RadiationModel& radiation() const { return radiation_; }
   const Bands& weights() const { return weights_[0]; }
   std::span<const Bands> weights_by_signal() const { return weights_; }
+  // The last material, late_reflection_material().
+  std::uint16_t late_material() const {
+    return static_cast<std::uint16_t>(radiation_.material_count() - 1);
+  }
 
   // Sources of which the page holds bounds: the stored ones, except that a source on the first
   // surface, whose power and mirror direction change, is bounded in all directions.
   // Those of a zone have the last material.
   std::vector<Source> bounding_sources(std::span<const Source> stored, bool of_zone) const;
+
+  // Of each source on the first surface, the bounds for sound from the probe's distance, whatever
+  // its direction; of the others, empty ones. None at all for a zone.
+  std::vector<SourceBound> first_reflections(std::span<const Source> stored, bool of_zone) const;
 
  private:
   std::vector<Emitter> emitters_;  // one, omnidirectional

@@ -57,7 +57,7 @@ void put(const CullBlock& block, std::size_t count, CullBounds& bounds, std::siz
 }  // namespace
 
 SourcePage::SourcePage(const RadiationModel& radiation, std::span<const Bands> weights,
-                       std::vector<Source> sources)
+                       std::vector<Source> sources, std::span<const Source> bounding)
     : sources_(std::move(sources)),
       blocks_((size() + kCullBlock - 1) / kCullBlock),
       bounds_((blocks_.size() + kCullBlock - 1) / kCullBlock) {
@@ -70,7 +70,7 @@ SourcePage::SourcePage(const RadiationModel& radiation, std::span<const Bands> w
   middle_m_ = (low + high) / 2.0;
   extent_m_ = length(high - low) / 2;
   for (std::size_t i = 0; i < size(); ++i) {
-    const Source& source = sources_[i];
+    const Source& source = bounding.empty() ? sources_[i] : bounding[i];
     CullBlock& block = blocks_[i / kCullBlock];
     const auto at_1m = radiation.upper_bound(source, weights[radiation.signal(source)]);
     put(source_bound(radiation, source, at_1m), block, i % kCullBlock);

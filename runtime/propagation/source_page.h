@@ -57,9 +57,9 @@ struct CulledPage {
 class SourcePage {
  public:
   // The priority is the sum over bands of intensity times weights[signal], times the late boost,
-  // over u.
+  // over u. `bounding`: others at the same places, of which the page holds the bounds instead.
   SourcePage(const RadiationModel& radiation, std::span<const Bands> weights,
-             std::vector<Source> sources);
+             std::vector<Source> sources, std::span<const Source> bounding = {});
 
   std::size_t size() const { return sources_.size(); }
   const Source& operator[](std::size_t index) const { return sources_[index]; }

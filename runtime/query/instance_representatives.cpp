@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "runtime/query/query_constants.h"
 
@@ -92,7 +91,7 @@ void InstanceRepresentatives::finish(InstanceRepresentative& representative) con
   representative.normal = placement.rotation * Vec3(source.normal);
   // The level's tenth of a metre is more than that here, if anything.
   representative.radius_m = std::max(placement.scale * source.patch_radius_m, kEmitterRadius_m);
-  const double stored = std::accumulate(source.power.begin(), source.power.end(), 0.0);
+  const double stored = sum_of(source.power);
   representative.power = placement.power * stored;
   representative.max_intensity = radiation_.max_intensity(source);
   for (float& band : representative.max_intensity)

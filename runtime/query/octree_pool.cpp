@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <cassert>
-#include <new>
-#include <numeric>
 #include <utility>
 
 #include "runtime/query/query_constants.h"
+#include "runtime/streaming/page_fetch.h"
 
 namespace clamor {
 
@@ -14,17 +13,11 @@ using namespace query;
 
 PageLoader::Fetch page_fetch(const BakeFile& file, const RadiationModel& radiation,
                              const SignalWeights& weights) {
-  return [&](const PageEntry& entry) -> PageLoader::Content {
-    try {
-      auto page = file.read_page(entry);
-      if (!page.ok()) return page.error();
-      return std::make_unique<const ResidentPage>(
-          entry, SourcePage(radiation, weights.by_signal, std::move(page->sources)),
-          std::move(page->links), file.trees());
-    } catch (const std::bad_alloc&) {
-      return Error(file.path() + ": a page of it finds no memory; close other programs.");
-    }
-  };
+  return page_fetch(file, [&](const PageEntry& entry, OctreePage page) {
+    return std::make_unique<const ResidentPage>(
+        entry, SourcePage(radiation, weights.by_signal, std::move(page.sources)),
+        std::move(page.links), file.trees());
+  });
 }
 
 // --- A keyframe ---------------------------------------------------------------------------------

@@ -3,7 +3,6 @@
 #include <array>
 #include <cassert>
 #include <limits>
-#include <numeric>
 
 #include "runtime/query/octree_pool.h"
 #include "runtime/query/query_constants.h"
@@ -205,7 +204,7 @@ const Source* OctreePool::PlacedSources::add(const Source& stored, const Placeme
   Source& source = sources_[count_++];
   source = placement.place(stored);
   if (key > 0) {
-    const double power = std::accumulate(stored.power.begin(), stored.power.end(), 0.0);
+    const double power = sum_of(stored.power);
     source.u = static_cast<float>(std::min(1.0, power / key));
   }
   return &source;

@@ -7,7 +7,8 @@
 //   moving.commit(time_s);
 //
 // Changes take effect together, from the first keyframe after their commit(). A moving source is
-// heard directly, with occlusion; it has no reflections, because these are baked.
+// heard directly, with occlusion, and with the reflections of the probes around it
+// (runtime/probes).
 //
 // A source's kind is its signal, of the bake or brought along, and its directivity. Kinds are named
 // when the auralizer is made. A source may change to another kind, and crossfades then. Distances

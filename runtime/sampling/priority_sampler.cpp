@@ -1,6 +1,5 @@
 // priority_sampler.cpp: the k sources of highest priority.
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -113,8 +112,7 @@ class PrioritySampler final : public Sampler {
       const Source& source = *found.source;
       double scale = std::max(found.min_scale, tau / (chosen.weight * found.boost));
       if (const double key = inputs_.pool.missing_key(found, tau); key > 0)
-        scale =
-            std::max(scale, key / std::accumulate(source.power.begin(), source.power.end(), 0.0));
+        scale = std::max(scale, key / sum_of(source.power));
       Bands visibility = chosen.is_occlusion_applied
                              ? inputs_.occlusion->visibility(chosen.visibility)
                              : same_in_all_bands(1);

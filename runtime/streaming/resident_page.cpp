@@ -33,11 +33,11 @@ std::vector<ResidentInstance> instances_of(const PageEntry& entry, const PageLin
 }  // namespace
 
 ResidentPage::ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks further,
-                           std::span<const PageEntry> trees, std::vector<Source> originals)
+                           std::span<const PageEntry> trees, std::vector<SourceBound> reflections)
     : sources(std::move(of_node)),
       links(std::move(further)),
       instances(instances_of(entry, links, trees)),
-      probe_sources(std::move(originals)) {
+      first_reflections(std::move(reflections)) {
   double highest = sources.size() > 0 ? octree_key(sources[0]) : -1;
   for (std::size_t c = 0; c < links.children.size(); ++c)
     if (links.children[c].highest_key > highest) {
@@ -51,7 +51,7 @@ ResidentPage::ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks
 std::size_t ResidentPage::bytes() const {
   return sources.bytes() + sizeof(ResidentPage) + links.children.size() * sizeof(PageEntry) +
          links.instances.size() * sizeof(Instance) + instances.size() * sizeof(ResidentInstance) +
-         probe_sources.size() * sizeof(Source);
+         first_reflections.size() * sizeof(SourceBound);
 }
 
 }  // namespace clamor

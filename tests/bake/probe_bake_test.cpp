@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <numeric>
 
 #include <gtest/gtest.h>
 
@@ -85,7 +84,7 @@ TEST(ProbeBake, IsTheSameOnOneThreadAndOnTwoAndFromShards) {
   EXPECT_TRUE(bytes_of(*merged) == expected);
 }
 
-TEST(ProbeBake, FindsProbesInTheJournalWhenAnotherIsAdded) {
+TEST(ProbeBake, FindsItsProbesInTheJournal) {
   const testing::TemporaryFile journal("room.journal");
   BakeOptions options = with_probes();
   options.journal = journal.path();

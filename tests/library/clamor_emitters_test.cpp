@@ -8,24 +8,15 @@
 #include "common/sample_rate.h"
 #include "runtime/clamor.h"
 #include "tests/library/library_room.h"
+#include "tests/library/listened_room.h"
 
 namespace clamor {
 namespace {
 
-using testing::add_listener;
-using testing::Context;
-using testing::make_context;
-using testing::offline;
-using testing::open_level;
+using testing::largest_difference;
+using testing::peak;
 
-// A room with an offline listener who hears all sources.
-struct Room {
-  Room() {
-    clamor_listener_options options = offline();
-    options.voices = 100'000;
-    listener = add_listener(context, level, options);
-  }
-
+struct EmitterRoom : testing::ListenedRoom {
   clamor_result change(uint32_t emitter, double gain, clamor_group group = 0) const {
     clamor_emitter_options options{};
     options.bytes = sizeof(options);
@@ -34,27 +25,11 @@ struct Room {
     options.group = group;
     return clamor_change_emitter(context.get(), level, emitter, &options);
   }
-  void commit() const { ASSERT_EQ(clamor_commit(context.get(), 0), CLAMOR_OK); }
-
-  // The next quarter of a second of the first channel.
-  std::vector<float> heard() const {
-    std::vector<float> left, block(2 * 480);
-    while (left.size() < kSampleRate_hz / 4) {
-      EXPECT_EQ(clamor_update(context.get(), 0, nullptr), CLAMOR_OK);
-      EXPECT_EQ(clamor_render(context.get(), listener, block.data(), 480), CLAMOR_OK);
-      for (std::size_t f = 0; f < block.size(); f += 2) left.push_back(block[f]);
-    }
-    return left;
-  }
-
-  Context context = make_context();
-  clamor_level level = open_level(context);
-  clamor_listener listener = 0;
 };
 
 // The first quarter of a second of a room whose emitters have these gains from the beginning on.
 std::vector<float> with_gains(double first, double second, double third) {
-  const Room room;
+  const EmitterRoom room;
   EXPECT_EQ(room.change(0, first), CLAMOR_OK);
   EXPECT_EQ(room.change(1, second), CLAMOR_OK);
   EXPECT_EQ(room.change(2, third), CLAMOR_OK);
@@ -70,23 +45,11 @@ clamor_group_options group_options(double gain) {
   return options;
 }
 
-double peak(const std::vector<float>& samples) {
-  double highest = 0;
-  for (const float sample : samples) highest = std::max(highest, std::abs(1.0 * sample));
-  return highest;
-}
-
-double largest_difference(const std::vector<float>& a, const std::vector<float>& b) {
-  double largest = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    largest = std::max(largest, std::abs(1.0 * a[i] - b[i]));
-  return largest;
-}
-
 // Closed form: amplitudes add.
 TEST(ClamorEmitters, AddUpWithTheirGains) {
-  const auto untouched = Room().heard(), all = with_gains(1, 1, 1), mixed = with_gains(1, 0.5, 0.1),
-             first = with_gains(1, 0, 0), second = with_gains(0, 1, 0), third = with_gains(0, 0, 1);
+  const auto untouched = EmitterRoom().heard(), all = with_gains(1, 1, 1),
+             mixed = with_gains(1, 0.5, 0.1), first = with_gains(1, 0, 0),
+             second = with_gains(0, 1, 0), third = with_gains(0, 0, 1);
   EXPECT_EQ(untouched, all);
   std::vector<float> sum = first;
   for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += 0.5f * second[i] + 0.1f * third[i];
@@ -95,7 +58,7 @@ TEST(ClamorEmitters, AddUpWithTheirGains) {
 }
 
 TEST(ClamorEmitters, FollowTheirGroupAndAreNeverLouderThanTheBake) {
-  const Room room;
+  const EmitterRoom room;
   const clamor_group_options unchanged = group_options(1);
   clamor_group group = 0;
   ASSERT_EQ(clamor_add_group(room.context.get(), &unchanged, &group), CLAMOR_OK);
@@ -124,7 +87,7 @@ TEST(ClamorEmitters, FollowTheirGroupAndAreNeverLouderThanTheBake) {
 }
 
 TEST(ClamorEmitters, AreFoundByName) {
-  const Room room;
+  const EmitterRoom room;
   clamor_emitter_info info{};
   info.bytes = sizeof(info);
   ASSERT_EQ(clamor_get_emitter_info(room.context.get(), room.level, 2, &info), CLAMOR_OK);
@@ -143,7 +106,7 @@ TEST(ClamorEmitters, AreFoundByName) {
 }
 
 TEST(ClamorEmitters, RejectWhatIsWrong) {
-  const Room room;
+  const EmitterRoom room;
   EXPECT_EQ(room.change(3, 1), CLAMOR_ERROR_ARGUMENT);
   EXPECT_EQ(room.change(0, 1.01), CLAMOR_ERROR_ARGUMENT);
   EXPECT_EQ(room.change(0, -1), CLAMOR_ERROR_ARGUMENT);

@@ -11,27 +11,25 @@
 #include "common/sample_rate.h"
 #include "runtime/clamor.h"
 #include "tests/library/library_room.h"
+#include "tests/library/listened_room.h"
 
 namespace clamor {
 namespace {
 
 using testing::add_listener;
 using testing::Context;
+using testing::largest_difference;
 using testing::make_context;
 using testing::offline;
 using testing::open_level;
+using testing::peak;
 
 // Peaks. Gains glide, so that what is silenced takes a second to be below the last bit.
 constexpr double kSilent = 1e-5, kAudible = 1e-3;
 constexpr clamor_pose kAtListener{{2, 4, 1.6}, {0, 0, 0, 1}}, kAway{{100, 0, 0}, {0, 0, 0, 1}};
 
-// A room with an offline listener who hears all sources.
-struct Room {
-  explicit Room(const std::string& path = testing::room()) : level(open_level(context, path)) {
-    clamor_listener_options options = offline();
-    options.voices = 100'000;
-    listener = add_listener(context, level, options);
-  }
+struct PartRoom : testing::ListenedRoom {
+  using ListenedRoom::ListenedRoom;
 
   static clamor_part_options box(double transmission = 0) {
     clamor_part_options options{};
@@ -50,48 +48,18 @@ struct Room {
   void move(clamor_part part, const clamor_pose& pose) const {
     EXPECT_EQ(clamor_move_part(context.get(), part, &pose), CLAMOR_OK);
   }
-  void commit() const { ASSERT_EQ(clamor_commit(context.get(), 0), CLAMOR_OK); }
-
-  // The next quarter of a second of the first channel.
-  std::vector<float> heard() const { return heard(listener); }
-  std::vector<float> heard(clamor_listener by) const {
-    std::vector<float> left, block(2 * 480);
-    while (left.size() < kSampleRate_hz / 4) {
-      EXPECT_EQ(clamor_update(context.get(), 0, nullptr), CLAMOR_OK);
-      EXPECT_EQ(clamor_render(context.get(), by, block.data(), 480), CLAMOR_OK);
-      for (std::size_t f = 0; f < block.size(); f += 2) left.push_back(block[f]);
-    }
-    return left;
-  }
-
-  Context context = make_context();
-  clamor_level level = 0;
-  clamor_listener listener = 0;
 };
-
-double peak(const std::vector<float>& samples) {
-  double highest = 0;
-  for (const float sample : samples) highest = std::max(highest, std::abs(1.0 * sample));
-  return highest;
-}
-
-double largest_difference(const std::vector<float>& a, const std::vector<float>& b, double factor) {
-  double largest = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    largest = std::max(largest, std::abs(1.0 * a[i] - factor * b[i]));
-  return largest;
-}
 
 // Half a second of the room as it is.
 std::vector<std::vector<float>> undisturbed() {
-  const Room room;
+  const PartRoom room;
   return {room.heard(), room.heard(), room.heard()};
 }
 
 TEST(ClamorParts, SilenceWhatTheyEncloseAndLeaveNothingBehind) {
   const auto expected = undisturbed();
-  const Room room;
-  const clamor_part cage = room.add(Room::box());
+  const PartRoom room;
+  const clamor_part cage = room.add(PartRoom::box());
   EXPECT_GT(peak(room.heard()), kAudible);  // nothing is committed
   room.commit();
   room.heard();
@@ -101,26 +69,26 @@ TEST(ClamorParts, SilenceWhatTheyEncloseAndLeaveNothingBehind) {
   room.heard();
   EXPECT_GT(peak(room.heard()), kAudible);
 
-  const Room before;
-  EXPECT_EQ(clamor_remove_part(before.context.get(), before.add(Room::box())), CLAMOR_OK);
+  const PartRoom before;
+  EXPECT_EQ(clamor_remove_part(before.context.get(), before.add(PartRoom::box())), CLAMOR_OK);
   before.commit();
   for (const auto& samples : expected) EXPECT_EQ(before.heard(), samples);
 }
 
 TEST(ClamorParts, TransmitAShareOfThePower) {
   const auto expected = undisturbed();
-  const Room room;
-  room.add(Room::box(0.25));
+  const PartRoom room;
+  room.add(PartRoom::box(0.25));
   room.commit();
   for (const auto& samples : expected)
     EXPECT_LT(largest_difference(room.heard(), samples, 0.5), 1e-4 * peak(samples));
 }
 
 TEST(ClamorParts, MayBeMeshesThatMoveAndAreDisabled) {
-  const Room room;
+  const PartRoom room;
   const float v[] = {-1, -1, -1, 1, -1, -1, 0, 1, -1, 0, 0, 1};
   const std::uint32_t faces[] = {0, 1, 2, 0, 1, 3, 1, 2, 3, 2, 0, 3};  // a tetrahedron
-  clamor_part_options options = Room::box();
+  clamor_part_options options = PartRoom::box();
   std::fill_n(options.half_extents_m, 3, 0.0);
   options.vertices_m = v;
   options.indices = faces;
@@ -145,7 +113,7 @@ TEST(ClamorParts, MayBeMeshesThatMoveAndAreDisabled) {
 }
 
 TEST(ClamorParts, OfALevelAreFoundByNumberAndName) {
-  const Room room(testing::room_with_cage());
+  const PartRoom room(testing::room_with_cage());
   clamor_context* const context = room.context.get();
   clamor_level_info level{};
   level.bytes = sizeof(level);
@@ -178,17 +146,17 @@ TEST(ClamorParts, OfALevelAreFoundByNumberAndName) {
 }
 
 TEST(ClamorParts, OccludeForEachListenerWhereItIs) {
-  const Room room;
+  const PartRoom room;
   clamor_listener_options options = offline();
   options.voices = 100'000;
   options.pose = {{4, 2, 1.6}, {}};
   const clamor_listener other = add_listener(room.context, room.level, options);
-  clamor_part_options elsewhere = Room::box();
+  clamor_part_options elsewhere = PartRoom::box();
   elsewhere.level = open_level(room.context);
   room.add(elsewhere);  // in a level where nobody is
   room.commit();
   EXPECT_GT(peak(room.heard()), kAudible);
-  room.add(Room::box());
+  room.add(PartRoom::box());
   room.commit();
   room.heard();
   EXPECT_LT(peak(room.heard()), kSilent);
@@ -196,9 +164,9 @@ TEST(ClamorParts, OccludeForEachListenerWhereItIs) {
 }
 
 TEST(ClamorParts, OccludeInAFreeField) {
-  const Room room(testing::room_without_walls());
+  const PartRoom room(testing::room_without_walls());
   EXPECT_GT(peak(room.heard()), kAudible);
-  const clamor_part part = room.add(Room::box());
+  const clamor_part part = room.add(PartRoom::box());
   room.commit();
   room.heard();
   EXPECT_LT(peak(room.heard()), kSilent);
@@ -209,9 +177,9 @@ TEST(ClamorParts, OccludeInAFreeField) {
 }
 
 TEST(ClamorParts, RefuseHostilePosesAndShapes) {
-  const Room room;
+  const PartRoom room;
   clamor_context* const context = room.context.get();
-  const clamor_part part = room.add(Room::box());
+  const clamor_part part = room.add(PartRoom::box());
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   for (const double x : {kNan, kInfinity, 1e30, -1.1e6}) {
@@ -229,16 +197,16 @@ TEST(ClamorParts, RefuseHostilePosesAndShapes) {
     EXPECT_EQ(added, 7u);
   };
   for (const double extent : {kNan, 0.0, -1.0, 1e30, 1e-9}) {
-    clamor_part_options options = Room::box();
+    clamor_part_options options = PartRoom::box();
     options.half_extents_m[1] = extent;
     refuses(options);
   }
   for (const double share : {kNan, -0.1, 1.1}) {
-    clamor_part_options options = Room::box();
+    clamor_part_options options = PartRoom::box();
     options.transmission[7] = share;
     refuses(options);
   }
-  clamor_part_options nothing = Room::box();
+  clamor_part_options nothing = PartRoom::box();
   std::fill_n(nothing.half_extents_m, 3, 0.0);
   refuses(nothing);
   room.commit();
@@ -248,7 +216,7 @@ TEST(ClamorParts, RefuseHostilePosesAndShapes) {
 
 TEST(ClamorParts, AreLimitedInNumber) {
   const Context context = make_context();
-  const clamor_part_options options = Room::box();
+  const clamor_part_options options = PartRoom::box();
   clamor_part part = 0;
   for (int i = 0; i < 4096; ++i)
     ASSERT_EQ(clamor_add_part(context.get(), &options, &part, nullptr), CLAMOR_OK);

@@ -8,43 +8,19 @@
 #include "common/sample_rate.h"
 #include "runtime/clamor.h"
 #include "tests/library/library_room.h"
+#include "tests/library/listened_room.h"
 
 namespace clamor {
 namespace {
 
 using testing::add_listener;
-using testing::Context;
-using testing::make_context;
-using testing::offline;
-using testing::open_level;
+using testing::largest_difference;
+using testing::peak;
 
-// A room with an offline listener who hears all sources.
-struct PortalRoom {
-  PortalRoom() {
-    clamor_listener_options options = offline();
-    options.voices = 100'000;
-    listener = add_listener(context, level, options);
-  }
-
+struct PortalRoom : testing::ListenedRoom {
   clamor_result set(double openness) const {
     return clamor_set_portal(context.get(), level, 0, openness);
   }
-  void commit() const { ASSERT_EQ(clamor_commit(context.get(), 0), CLAMOR_OK); }
-
-  // The next quarter of a second of the first channel.
-  std::vector<float> heard() const {
-    std::vector<float> left, block(2 * 480);
-    while (left.size() < kSampleRate_hz / 4) {
-      EXPECT_EQ(clamor_update(context.get(), 0, nullptr), CLAMOR_OK);
-      EXPECT_EQ(clamor_render(context.get(), listener, block.data(), 480), CLAMOR_OK);
-      for (std::size_t f = 0; f < block.size(); f += 2) left.push_back(block[f]);
-    }
-    return left;
-  }
-
-  Context context = make_context();
-  clamor_level level = open_level(context);
-  clamor_listener listener = 0;
 };
 
 std::vector<float> with_openness(double openness) {
@@ -54,26 +30,15 @@ std::vector<float> with_openness(double openness) {
   return room.heard();
 }
 
-double largest_difference(const std::vector<float>& a, const std::vector<float>& b) {
-  double largest = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    largest = std::max(largest, std::abs(1.0 * a[i] - b[i]));
-  return largest;
-}
-
-double peak_of(const std::vector<float>& samples) {
-  return largest_difference(samples, std::vector<float>(samples.size()));
-}
-
 // Closed form: every reflection passed the portal or did not, and amplitudes add.
 TEST(ClamorPortals, ScaleTheAmplitudeOfWhatPassedThem) {
   const auto untouched = PortalRoom().heard(), open = with_openness(1), half = with_openness(0.25),
              closed = with_openness(0);
   EXPECT_EQ(untouched, open);
-  EXPECT_GT(largest_difference(open, closed), 0.02 * peak_of(open));
+  EXPECT_GT(largest_difference(open, closed), 0.02 * peak(open));
   std::vector<float> mean = open;
   for (std::size_t i = 0; i < mean.size(); ++i) mean[i] = 0.5f * (open[i] + closed[i]);
-  EXPECT_LT(largest_difference(half, mean), 1e-5 * peak_of(open));
+  EXPECT_LT(largest_difference(half, mean), 1e-5 * peak(open));
 }
 
 TEST(ClamorPortals, ChangeWithTheNextCommitForEveryListener) {
@@ -89,7 +54,7 @@ TEST(ClamorPortals, ChangeWithTheNextCommitForEveryListener) {
   ASSERT_EQ(room.set(1), CLAMOR_OK);
   room.commit();
   (void)room.heard();
-  EXPECT_GT(largest_difference(closed, room.heard()), 0.02 * peak_of(closed));
+  EXPECT_GT(largest_difference(closed, room.heard()), 0.02 * peak(closed));
 }
 
 TEST(ClamorPortals, AreListedAndFoundByName) {

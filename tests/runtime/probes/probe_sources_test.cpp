@@ -71,7 +71,6 @@ TEST(ProbeSources, LengthenLaterPathsByTheirFirstLegAndWeighTheDirectivity) {
   radiator.position_m = {-1, 1, 0};
   radiator.axis = {-1, 0, 0};
   radiator.directivity = same_in_all_bands(2);
-  radiator.is_omnidirectional = false;
   const Source moved = early_reflection(stored, probe_m, radiator, kSpeed_mps);
   // A metre farther from the surface ahead; lengths are stored to 3 %, which cancels.
   EXPECT_NEAR(moved.delay_s, 0.05 + 1 / kSpeed_mps, 1e-5);
