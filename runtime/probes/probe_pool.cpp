@@ -65,6 +65,7 @@ ProbePool::ProbePool(const StoredProbes& probes, const ProbeBounds& bounds,
   for (const Tree& tree : trees_)
     longest_s_ = std::max(longest_s_, static_cast<double>(tree.entry->max_delay_s));
   longest_s_ += kLongestPath_m / bounds.radiation().speed_of_sound_mps();
+  moving_.set_longest_reflection(longest_s_);
 }
 
 bool ProbePool::refresh() {
@@ -80,6 +81,8 @@ void ProbePool::set_late_boost(float strength) {
 // --- The copies of a keyframe --------------------------------------------------------------------
 
 void ProbePool::begin(const Listener& listener, double time_s) {
+  time_s_ = time_s;
+  place_m_ = listener.position_m;
   node_bounds_.begin(listener.position_m, time_s);
   neighbours_.begin();
   for (const std::uint32_t t : active_) trees_[t].copy_count = 0;
@@ -331,6 +334,16 @@ void ProbePool::find_representatives(const Tree& tree, const Vec3& place, double
   }
 }
 
+// Whether what is heard now of a reflection left its moving source before that was removed.
+bool ProbePool::has_left(const Source& source, std::size_t slot) const {
+  const double end_s = moving_.end_s(slot);
+  if (end_s >= time_s_) return true;
+  const double path_m = length(place_m_ - Vec3(source.position_m));
+  return time_s_ - static_cast<double>(source.delay_s) -
+             path_m / bounds_.radiation().speed_of_sound_mps() <=
+         end_s;
+}
+
 void ProbePool::add(const Tree& tree, const Copy& copy, const Source& stored, std::uint64_t number,
                     bool is_representative, float boost, double bound,
                     std::vector<FoundSource>& found) {
@@ -338,11 +351,13 @@ void ProbePool::add(const Tree& tree, const Copy& copy, const Source& stored, st
   const float openness = portal_set < openness_.size() ? openness_[portal_set] : 1.0f;
   if (!(openness > 0)) return;
   if (placed_count_ == placed_.size()) placed_.emplace_back();
-  Placed& placed = placed_[placed_count_++];
+  Placed& placed = placed_[placed_count_];
   const MovingRadiator& radiator = radiators_[copy.slot];
   placed.source = tree.probe_m ? early_reflection(stored, *tree.probe_m, radiator,
                                                   bounds_.radiation().speed_of_sound_mps())
                                : late_reflection(stored, radiator, bounds_.late_material());
+  if (!has_left(placed.source, copy.slot)) return;
+  ++placed_count_;
   placed.tree = copy.tree;
   placed.stored_power = sum_of(stored.power);
   placed.share = placed.stored_power / tree.power;

@@ -120,6 +120,7 @@ class ProbePool {
   FirstReflection first_reflection(const Tree& tree, const ResidentPage& page, std::size_t index,
                                    const Vec3& place, double threshold) const;
   void take_copies(std::size_t first, std::size_t count, float upper_bound);
+  bool has_left(const Source& source, std::size_t slot) const;
   void find_representatives(const Tree& tree, const Vec3& place, double threshold,
                             std::vector<FoundSource>& found);
   void add(const Tree& tree, const Copy& copy, const Source& stored, std::uint64_t number,
@@ -146,6 +147,8 @@ class ProbePool {
   CulledPage culled_;
   ReachingCopies reaching_;
   double longest_s_ = 0;  // that sound is under way
+  double time_s_ = 0;     // of the keyframe,
+  Vec3 place_m_{};        // and its listener's place
   float boost_strength_ = 1;
   std::vector<float> openness_;  // by set of portals
   WorkBudget* budget_ = nullptr;

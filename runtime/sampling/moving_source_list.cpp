@@ -50,6 +50,7 @@ std::uint64_t cell_of(const Vec3f& position_m, const Vec3& place) {
 MovingSourceList::Columns::Columns(std::size_t slots)
     : sources(slots),
       starts_s(slots),
+      ends_s(slots, -kNeverEnds),
       versions(slots),
       generations(slots),
       x_m(slots),
@@ -78,7 +79,8 @@ bool MovingSourceList::refresh() {
   newest_.snapshot = &moving_.latest();
   // Signals in slots are not known to be steady.
   const bool may_change = weights_.slots != nullptr && newest_.snapshot->count > 0;
-  if (newest_.snapshot->commits == newest_.commits) return in_motion_ || may_change;
+  const bool dies_away = time_s_ && *time_s_ <= last_end_s_ + longest_s_;
+  if (newest_.snapshot->commits == newest_.commits) return in_motion_ || may_change || dies_away;
   newest_.commits = newest_.snapshot->commits;
   newest_.is_unused = true;
   return true;
@@ -90,8 +92,12 @@ void MovingSourceList::set(std::size_t slot, double time_s) {
   columns_.versions[slot] = settings.version;
   if (!settings.present) {
     columns_.max_priority[slot] = -1;
+    if (columns_.ends_s[slot] == kNeverEnds) columns_.ends_s[slot] = last_end_s_ = time_s;
+    // This source was removed before any sample had it; another may have been here.
+    if (columns_.generations[slot] != settings.generation) columns_.ends_s[slot] = -kNeverEnds;
     return;
   }
+  columns_.ends_s[slot] = kNeverEnds;
   Source& source = columns_.sources[slot];
   source.normal = source.mirror = settings.axis;
   const bool is_added = columns_.generations[slot] != settings.generation;

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -55,12 +56,15 @@ class MovingSourceList {
 
   std::size_t max_sources() const { return moving_.max_sources(); }
 
-  // For the reflections of moving sources, by slot, after begin(). A slot without a source has no
+  // For the reflections of moving sources, by slot, after begin(). A source that was removed is
+  // heard for `longest_s` more, with what it sounded until `end_s`. A slot without a source has no
   // reverberation.
+  void set_longest_reflection(double longest_s) { longest_s_ = longest_s; }
   std::size_t slots() const { return newest_.snapshot->count; }
   float reverberation(std::size_t slot) const {
-    return columns_.max_priority[slot] < 0 ? 0 : settings(slot).reverberation;
+    return *time_s_ > columns_.ends_s[slot] + longest_s_ ? 0 : settings(slot).reverberation;
   }
+  double end_s(std::size_t slot) const { return columns_.ends_s[slot]; }
   const MovingSources::Settings& settings(std::size_t slot) const {
     return newest_.snapshot->settings[slot];
   }
@@ -77,12 +81,15 @@ class MovingSourceList {
   double start_s(std::size_t slot) const { return columns_.starts_s[slot]; }
 
  private:
+  static constexpr double kNeverEnds = std::numeric_limits<double>::infinity();
+
   // State of each source, by slot.
   struct Columns {
     explicit Columns(std::size_t slots);
 
     std::vector<Source> sources;   // where sound left them
     std::vector<double> starts_s;  // of the sounds: a source's own delay is a float
+    std::vector<double> ends_s;    // infinite: the source is present; -infinite: it never was
     std::vector<std::uint32_t> versions, generations;
     std::vector<float> x_m, y_m, z_m;        // now
     std::vector<float> max_priority;         // at 1 m on the axis; -1: the slot is free
@@ -111,7 +118,9 @@ class MovingSourceList {
   Newest newest_;
   std::optional<double> time_s_;  // of the last sample
   bool in_motion_ = false;
-  std::uint32_t sample_ = 0;  // counts samples
+  double longest_s_ = 0;             // of reflections
+  double last_end_s_ = -kNeverEnds;  // of all sources that were removed
+  std::uint32_t sample_ = 0;         // counts samples
   Columns columns_;
   PositionHistory history_;
   GroupLimits limits_;

@@ -8,6 +8,8 @@ namespace clamor {
 
 namespace {
 
+// So many slots are kept for the reverberation of removed sources, if there are as many.
+constexpr std::size_t kDyingAway = 256;
 constexpr double kMaxCoordinate_m = 1e6, kMaxSpeed_mps = 1e4, kMaxStart_s = 1e7;
 
 bool is_within(const Vec3& v, double limit) {
@@ -58,7 +60,7 @@ MovingSources::MovingSources(std::size_t max_sources, std::size_t kinds)
   for (auto& stale : stale_) stale.reserve(max_sources);
   stale_in_.resize(max_sources);
   handles_.resize(max_sources);
-  free_.reserve(max_sources);
+  free_.resize(max_sources);
 }
 
 bool MovingSources::is_present(MovingHandle handle) const {
@@ -98,19 +100,22 @@ void MovingSources::set(std::size_t slot, const MovingSource& source) {
   set_motion(slot, source.position_m, source.velocity_mps);
 }
 
+std::uint32_t MovingSources::take_slot() {
+  if (free_count_ < kDyingAway && own_.count < max_sources_)
+    return static_cast<std::uint32_t>(own_.count++);
+  const std::uint32_t slot = free_[first_free_];
+  first_free_ = (first_free_ + 1) % max_sources_;
+  --free_count_;
+  return slot;
+}
+
 Result<MovingHandle> MovingSources::add(const MovingSource& source) {
   if (const auto ok = check(source, kinds_); !ok.ok()) return ok.error();
   if (present_ == max_sources_)
     return Error("there are " + std::to_string(max_sources_) +
                  " moving sources already, as many as were asked for when the player was made. "
                  "Remove some, or ask for more.");
-  std::uint32_t slot = static_cast<std::uint32_t>(own_.count);
-  if (free_.empty()) {
-    ++own_.count;
-  } else {
-    slot = free_.back();
-    free_.pop_back();
-  }
+  const std::uint32_t slot = take_slot();
   ++present_;
   ++own_.settings[slot].generation;
   set(slot, source);
@@ -139,10 +144,12 @@ Result<void> MovingSources::change(MovingHandle handle, const MovingSource& sour
 
 Result<void> MovingSources::remove(MovingHandle handle) {
   if (!is_present(handle)) return gone();
-  own_.settings[handle.slot].present = false;
-  mark_changed(handle.slot);
-  ++handles_[handle.slot];
-  free_.push_back(handle.slot);
+  const std::uint32_t slot = handle.slot;
+  own_.settings[slot].present = false;
+  own_.x_mps[slot] = own_.y_mps[slot] = own_.z_mps[slot] = 0;
+  mark_changed(slot);
+  ++handles_[slot];
+  free_[(first_free_ + free_count_++) % max_sources_] = slot;
   --present_;
   return {};
 }

@@ -92,7 +92,8 @@ class MovingSources {
   // Errors, after which nothing has changed: no such source; a number out of range.
   Result<void> move(MovingHandle handle, const Vec3& position_m, const Vec3& velocity_mps = {});
   Result<void> change(MovingHandle handle, const MovingSource& source);  // all properties
-  Result<void> remove(MovingHandle handle);                              // fades out
+  // Its direct sound fades out, and what it has sounded reverberates, until its slot is used again.
+  Result<void> remove(MovingHandle handle);
 
   // Publishes all changes. Without a time, positions are as of the next keyframe.
   void commit(double time_s = kNextKeyframe);
@@ -134,11 +135,14 @@ class MovingSources {
   void set_motion(std::size_t slot, const Vec3& position_m, const Vec3& velocity_mps);
   void set(std::size_t slot, const MovingSource& source);
   void mark_changed(std::size_t slot);
+  std::uint32_t take_slot();
 
   const std::size_t max_sources_, kinds_;
-  Snapshot own_;                                     // the caller's, to copy from
-  std::vector<std::uint32_t> handles_;               // generations, by slot; even: no source
-  std::vector<std::uint32_t> free_;                  // slots
+  Snapshot own_;                        // the caller's, to copy from
+  std::vector<std::uint32_t> handles_;  // generations, by slot; even: no source
+  // Slots, a ring: the one that has been free for the longest is used first.
+  std::vector<std::uint32_t> free_;
+  std::size_t first_free_ = 0, free_count_ = 0;
   std::array<std::vector<std::uint32_t>, 3> stale_;  // slots whose settings a copy lacks, by copy
   std::vector<std::uint8_t> stale_in_;               // the same as bits, by slot
   std::size_t present_ = 0;

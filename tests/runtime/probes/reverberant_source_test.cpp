@@ -1,6 +1,8 @@
 // reverberant_source_test.cpp: moving sources as a listener hears them through probes.
 #include <cmath>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -136,6 +138,60 @@ TEST(ReverberantSource, IsHeardWithItsRoomFromTheFirstKeyframesOn) {
   EXPECT_LT(power_db(part(0, 0.19)), -100);
   // Within 50 ms of its beginning most of the room's energy has arrived.
   EXPECT_GT(power_db(part(0.25, 0.3)), power_db(part(0.7, 1)) - 4);
+}
+
+// In a diffuse field, what is left t after the end of a steady sound is exp(-13.8 t / T60) of it.
+TEST(ReverberantSource, DiesAwayWhenItIsRemoved) {
+  constexpr double kEnd_s = 1;
+  // 144 m3 with 180 m2 of absorption 0.15 (Eyring).
+  const double t60_s = 24 * std::log(10.0) / 343 * 144 / (-180 * std::log(1 - 0.15));
+  auto auralizer = Auralizer::create(with_probes().open(), offline(2));
+  ASSERT_TRUE(auralizer.ok());
+  MovingSource source;
+  source.position_m = kSourcePlace_m;
+  auto handle = (*auralizer)->moving()->add(source);
+  ASSERT_TRUE(handle.ok());
+  bool is_present = true;
+  const auto sound = heard(**auralizer, 6, [&](double time_s) {
+    if (time_s >= kEnd_s && std::exchange(is_present, false)) {
+      EXPECT_TRUE((*auralizer)->moving()->remove(*handle).ok());
+      EXPECT_EQ((*auralizer)->moving()->size(), 0u);
+    }
+    (*auralizer)->moving()->commit(time_s);
+  });
+  const auto level_db = [&](double from_s, double to_s) {
+    return power_db(
+        std::span(sound).subspan(static_cast<std::size_t>(from_s * kSampleRate_hz),
+                                 static_cast<std::size_t>((to_s - from_s) * kSampleRate_hz)));
+  };
+  const auto direct = of_moving_source(0, 1);
+  const double steady = std::pow(10, level_db(0.6, 1) / 10) -
+                        std::pow(10, power_db(std::span(direct).subspan(kSampleRate_hz / 2)) / 10);
+  for (const double after_s : {0.15, 0.3, 0.45}) {
+    const double fallen_db = 10 * std::log10(steady) - 60 * (after_s + 0.05) / t60_s;
+    EXPECT_NEAR(level_db(kEnd_s + after_s, kEnd_s + after_s + 0.1), fallen_db, 3) << after_s;
+  }
+  EXPECT_LT(level_db(5.8, 6), -150);
+}
+
+// Slots are used again so late that a gun's shots reverberate, and at once where all are in use.
+TEST(ReverberantSource, GivesItsSlotToAnotherAtAnyTime) {
+  auto auralizer = Auralizer::create(with_probes().open(), offline(1));
+  ASSERT_TRUE(auralizer.ok());
+  MovingSources& moving = *(*auralizer)->moving();
+  std::optional<MovingHandle> shot;
+  const auto sound = heard(**auralizer, 1, [&](double time_s) {
+    if (shot) {
+      EXPECT_TRUE(moving.remove(*shot).ok());
+    }
+    MovingSource source;
+    source.position_m = kSourcePlace_m + Vec3(time_s, 0, 0);
+    const auto added = moving.add(source);
+    ASSERT_TRUE(added.ok());
+    shot = *added;
+    moving.commit(time_s);
+  });
+  for (const float sample : sound) ASSERT_TRUE(std::isfinite(sample));
 }
 
 TEST(ReverberantSource, IsSilentRatherThanACrashWhereThereIsNoRoom) {
