@@ -17,6 +17,10 @@ namespace {
 
 // A zone keeps half as many sources as its probes have, for at most so many probes.
 constexpr std::uint32_t kMostZoneShares = 16;
+// Photons whose early reflections a probe takes, in whole runs. With a quarter, the error of EDT
+// between probes is 6.0 % rms instead of 4.8 % in the violin room, and that of C80 0.59 dB instead
+// of 0.46; half as many sources of as many photons lose less, 5.3 % and 0.48 dB.
+constexpr std::uint64_t kEarlyPhotons = 4 * kRunPhotons;
 // Reflections that the photons of all probes of a zone leave together, at least.
 constexpr double kZoneReflections = 800'000;
 // A deposit whose path is longer than the first leg by more than this is not on the first surface.
@@ -65,7 +69,7 @@ ProbePlan plan_probes(const Scene& scene, const Level& level, const ProbeZones& 
                       const TraceSettings& trace) {
   ProbePlan plan;
   const std::uint64_t early_photons =
-      kRunPhotons * std::max<std::uint64_t>(1, sources_per_probe / kProbeSources);
+      kEarlyPhotons * std::max<std::uint64_t>(1, sources_per_probe / kProbeSources);
   plan.trace = trace;
   const Pilot pilot = trace_pilot(scene, level, trace);
   const double zone_photons = kZoneReflections / std::max(1.0, pilot.deposits_per_photon());

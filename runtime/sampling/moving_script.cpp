@@ -1,5 +1,6 @@
 #include "runtime/sampling/moving_script.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -100,6 +101,9 @@ MovingOptions MovingScript::options(std::size_t signals_of_bake) const {
   MovingOptions options;
   options.max_sources = sources_.size();
   options.signals = signals_;
+  options.reverberates = std::any_of(sources_.begin(), sources_.end(), [](const auto& scripted) {
+    return scripted.reverberation > 0;
+  });
   for (const ScriptedSource& scripted : sources_)
     options.kinds.push_back({scripted.name,
                              static_cast<std::uint32_t>(signals_of_bake + scripted.signal),

@@ -12,6 +12,14 @@
 
 namespace clamor {
 
+std::optional<std::string> reverberation_warning(const BakeFile& file,
+                                                 const MovingOptions& moving) {
+  if (moving.max_sources == 0 || !moving.reverberates || !file.probes().places.empty())
+    return std::nullopt;
+  return "the bake has no probes, so moving sources are heard without reflections; bake with "
+         "--probes auto, or give them \"reverberation_db\": -200 in the script";
+}
+
 std::optional<std::string> audibility_warning(const BakeFile& file, const Walk& walk,
                                               const AudibilityQuery& question) {
   Mesh mesh;

@@ -1,4 +1,5 @@
-// audibility_warnings.h: warns of a listener who hears nothing of a bake, and says why.
+// audibility_warnings.h: warns of a listener who hears nothing of a bake, or moving sources without
+// their room, and says why.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +8,7 @@
 
 #include "formats/bake_file/bake_file.h"
 #include "formats/level/walk_file.h"
+#include "runtime/sampling/moving_sources.h"
 
 namespace clamor {
 
@@ -21,5 +23,8 @@ struct AudibilityQuery {
 // the failure when it reads the geometry itself.
 std::optional<std::string> audibility_warning(const BakeFile& file, const Walk& walk,
                                               const AudibilityQuery& question);
+
+// Returns a sentence if moving sources are to reverberate in a bake that has no probes.
+std::optional<std::string> reverberation_warning(const BakeFile& file, const MovingOptions& moving);
 
 }  // namespace clamor

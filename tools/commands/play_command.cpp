@@ -322,6 +322,8 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
             *file, options.walk.value_or(Walk::standing(options.listener)),
             {.seconds = options.seconds, .with_occlusion = options.auralizer.visibility}))
       fmt::print(err, "warning: {}\n", *warning);
+  if (const auto warning = reverberation_warning(*file, options.auralizer.moving))
+    fmt::print(err, "warning: {}\n", *warning);
   if (const auto played = play(request, std::move(*file), mix, output.default_output_note(), err);
       !played.ok())
     return fail(played.error());

@@ -231,6 +231,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
             *file, request.walk,
             {.seconds = request.seconds, .with_occlusion = request.options.visibility}))
       fmt::print(err, "warning: {}\n", *warning);
+  if (const auto warning = reverberation_warning(*file, request.options.moving))
+    fmt::print(err, "warning: {}\n", *warning);
   if (const auto rendered =
           render_to_file(request, std::move(*file), output.default_output_note(), err);
       !rendered.ok())

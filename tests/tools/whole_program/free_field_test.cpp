@@ -106,6 +106,20 @@ TEST_F(FreeField, RendersTheSameBytesEachTime) {
   EXPECT_TRUE(first == testing::read(wav_));
 }
 
+TEST_F(FreeField, SaysThatMovingSourcesHaveNoProbesToReverberateThrough) {
+  const auto err_of = [&](const std::string& reverberation) {
+    const std::string script = folder_.write(
+        "script.json", R"({"sources": [{"signal": "noise", )" + reverberation +
+                           R"("path": {"points": [{"time_s": 0, "position_m": [1, 0, 2]}]}}]})");
+    const auto outcome = clamor({"render", bake_, "-o", wav_, "--listener", "0,0,1", "--seconds",
+                                 "0.1", "--moving", script});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_NE(err_of("").find("bake with --probes auto"), std::string::npos);
+  EXPECT_EQ(err_of(R"("reverberation_db": -200, )").find("probes"), std::string::npos);
+}
+
 TEST_F(FreeField, StrengthReTenMetresIsTheInverseSquareLaw) {
   const Air air;
   for (const double distance_m : {2.0, 10.0, 20.0}) {
