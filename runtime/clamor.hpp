@@ -44,6 +44,7 @@ inline clamor_options context_options() { return sized<clamor_options>(); }
 inline clamor_listener_options listener_options() { return sized<clamor_listener_options>(); }
 inline clamor_source_options source_options() { return sized<clamor_source_options>(); }
 inline clamor_group_options group_options() { return sized<clamor_group_options>(); }
+inline clamor_part_options part_options() { return sized<clamor_part_options>(); }
 
 // A handle that is given back at the end, once.
 template <clamor_result (*Release)(clamor_context*, std::uint64_t)>
@@ -66,6 +67,28 @@ class OwnedHandle {
  protected:
   clamor_context* context_;
   std::uint64_t handle_;
+};
+
+// A movable part of a level, which lives as long as the level. All changes take effect with the
+// next commit.
+class LevelPart {
+ public:
+  LevelPart(clamor_context* context, clamor_part handle) : context_(context), handle_(handle) {}
+
+  clamor_part handle() const noexcept { return handle_; }
+  // Turns and moves the part about its pivot.
+  void move(const clamor_pose& pose) { check(clamor_move_part(context_, handle_, &pose)); }
+  // A part that is not enabled hides nothing.
+  void enable(bool enabled) { check(clamor_enable_part(context_, handle_, enabled)); }
+  clamor_part_info info() const {
+    auto info = sized<clamor_part_info>();
+    check(clamor_get_part_info(context_, handle_, &info));
+    return info;
+  }
+
+ private:
+  clamor_context* context_;
+  clamor_part handle_;
 };
 
 // An open level; closed at the end.
@@ -91,18 +114,18 @@ class OpenLevel : public OwnedHandle<clamor_close_level> {
     check(found);
     return number;
   }
-  // The first movable part with this name, if there is one; it lives as long as the level.
-  std::optional<clamor_part> find_part(const std::string& name) const {
+  LevelPart part(std::uint32_t number) const {
+    clamor_part part = 0;
+    check(clamor_get_level_part(context_, handle_, number, &part));
+    return {context_, part};
+  }
+  // The first movable part with this name, if there is one.
+  std::optional<LevelPart> find_part(const std::string& name) const {
     clamor_part part = 0;
     const clamor_result found = clamor_find_part(context_, handle_, name.c_str(), &part);
     if (found == CLAMOR_ERROR_NOT_FOUND) return {};
     check(found);
-    return part;
-  }
-  clamor_part part(std::uint32_t number) const {
-    clamor_part part = 0;
-    check(clamor_get_level_part(context_, handle_, number, &part));
-    return part;
+    return LevelPart(context_, part);
   }
   // Turns an emitter down, with the next commit: an amplitude from 0 to 1, times that of the group.
   void change_emitter(std::uint32_t number, double gain, clamor_group group = 0) {
@@ -137,8 +160,9 @@ class Part : public OwnedHandle<clamor_remove_part> {
  public:
   using OwnedHandle::OwnedHandle;
 
-  void move(const clamor_pose& pose) { check(clamor_move_part(context_, handle_, &pose)); }
-  void enable(bool enabled) { check(clamor_enable_part(context_, handle_, enabled)); }
+  void move(const clamor_pose& pose) { LevelPart(context_, handle_).move(pose); }
+  void enable(bool enabled) { LevelPart(context_, handle_).enable(enabled); }
+  clamor_part_info info() const { return LevelPart(context_, handle_).info(); }
 };
 
 // A listener; removed at the end.
@@ -288,9 +312,6 @@ class Clamor {
     return made<Part>([&](std::uint64_t* part, clamor_error* error) {
       return clamor_add_part(context_, &options, part, error);
     });
-  }
-  void move_part(clamor_part part, const clamor_pose& pose) {
-    check(clamor_move_part(context_, part, &pose));
   }
   // Publishes all changes of sounds, sources, emitters, portals, groups and parts together.
   void commit(double time_s = 0) { check(clamor_commit(context_, time_s)); }

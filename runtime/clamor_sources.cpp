@@ -11,6 +11,7 @@
 #include "formats/bake_file/bake_file.h"
 #include "runtime/clamor.h"
 #include "runtime/clamor_context.h"
+#include "runtime/sampling/moving_sources.h"
 #include "runtime/world/live_feed.h"
 #include "runtime/world/world_sound.h"
 #include "runtime/world/world_sources.h"
@@ -72,7 +73,9 @@ clamor_result read_source(clamor_context& context, const clamor_source_options* 
       !read_motion(options.motion, source.motion))
     return CLAMOR_ERROR_ARGUMENT;
   if (options.gain == 0) options.gain = 1;
+  if (options.has_reverberation == 0) options.reverberation = 1;
   if (!(options.gain > 0 && options.gain <= clamor::kMaxWorldGain) ||
+      !(options.reverberation >= 0 && options.reverberation <= clamor::kMaxReverberation) ||
       !(options.played_s >= 0 && options.played_s <= kMaxPlayed_s))
     return CLAMOR_ERROR_ARGUMENT;
   bool has_bands = false;
@@ -90,6 +93,7 @@ clamor_result read_source(clamor_context& context, const clamor_source_options* 
   source.sound = options.sound;
   source.group = options.group;
   source.level = options.level;
+  source.reverberation = static_cast<float>(options.reverberation);
   source.played_s = options.played_s;
   source.ends_with_sound = options.ends_with_sound != 0;
   const WorldSources& sources = context.world.sources();

@@ -1,13 +1,17 @@
-/* sdl_game.c: a game loop with SDL 2: walk around a circling bell and a pacing voice.
+/* sdl_game.c: a game loop with SDL 2: walk around a circling bell and a pacing voice, and open a
+ * door.
  *
- *   sdl_game LEVEL.clamor X Y Z [--walk X Y Z] [--seconds S] [--mute KEYS] [--loudspeakers]
+ *   sdl_game LEVEL.clamor X Y Z [--walk X Y Z] [--seconds S] [--press KEYS] [--loudspeakers]
  *            [--record OUT.wav]
  *
  * The walker begins at X Y Z, in metres. W A S D and the up and down arrows walk, the other arrows
- * turn, 1 mutes the bell and 2 the voice. --walk walks straight to another place instead, within
- * --seconds [4], after which the game ends. --mute presses keys at first. --record renders in the
- * game loop instead of SDL's audio thread, so that the samples do not depend on the machine's
- * speed.
+ * turn, 1 mutes the bell and 2 the voice, 3 opens and closes the level's door, if it has one.
+ * --walk walks straight to another place instead, within --seconds [4], after which the game ends.
+ * --press presses keys at first. --record renders in the game loop instead of SDL's audio thread,
+ * so that the samples do not depend on the machine's speed.
+ *
+ * The voice is heard with its reflections where the bake has probes (clamor bake --probes auto).
+ * The bell is drier.
  */
 #define SDL_MAIN_HANDLED
 #include <SDL.h>
@@ -32,6 +36,12 @@ static uint32_t output = CLAMOR_OUTPUT_BINAURAL;
 static clamor_group groups[SOURCES];
 static clamor_source sources[SOURCES];
 static clamor_motion motions[SOURCES];
+static clamor_level level;
+static clamor_part door; /* 0: the level has none */
+static clamor_part_info closed_door;
+static uint32_t portal;
+static int has_portal, is_opened;
+static double openness;           /* of the door, 0 to 1 */
 static SDL_atomic_t heard_frames; /* since the first that was not silent */
 
 static void check(clamor_result result, const clamor_error* error) {
@@ -95,12 +105,34 @@ static void place_sources(double time_s) {
   motions[BELL].position_m[1] = motions[VOICE].position_m[1] = start_m[1];
 }
 
+/* The door is the level's first movable part, which is closed where the level has it. Its portal,
+ * if there is one, has the same name. */
+static void find_door(void) {
+  closed_door.bytes = sizeof closed_door;
+  if (clamor_get_level_part(context, level, 0, &door) != CLAMOR_OK) return;
+  check(clamor_get_part_info(context, door, &closed_door), NULL);
+  has_portal = clamor_find_portal(context, level, closed_door.name, &portal) == CLAMOR_OK;
+}
+
+/* Turns the door about its hinge, which is upright, by up to 90 degrees within a second. The turn
+ * is the quaternion (0, s, 0, c). */
+static void swing_door(double elapsed_s) {
+  const double* const q = closed_door.pose.orientation;
+  clamor_pose turned = closed_door.pose;
+  if (door == 0) return;
+  openness = fmin(fmax(openness + (is_opened ? elapsed_s : -elapsed_s), 0), 1);
+  const double s = sin(PI / 4 * openness), c = cos(PI / 4 * openness);
+  turned.orientation[0] = c * q[0] + s * q[2], turned.orientation[1] = c * q[1] + s * q[3];
+  turned.orientation[2] = c * q[2] - s * q[0], turned.orientation[3] = c * q[3] - s * q[1];
+  check(clamor_move_part(context, door, &turned), NULL);
+  if (has_portal) check(clamor_set_portal(context, level, portal, openness), NULL);
+}
+
 static void open_world(const char* path, uint32_t offline) {
   static clamor_options updates;
   static clamor_listener_options listening;
   static clamor_group_options group;
   static clamor_source_options source;
-  clamor_level level;
   clamor_error error;
   updates.bytes = sizeof updates, updates.caller_updates = offline;
   check(clamor_create(&updates, &context, &error), &error);
@@ -108,20 +140,23 @@ static void open_world(const char* path, uint32_t offline) {
   listening.bytes = sizeof listening, listening.offline = offline, listening.pose = pose;
   listening.rate_hz = RATE_HZ, listening.limits = 1, listening.output = output;
   check(clamor_create_listener(context, level, &listening, &ears, &error), &error);
+  find_door();
   place_sources(0);
   for (int i = 0; i < SOURCES; ++i) {
     group.bytes = sizeof group, group.is_muted = (uint32_t)is_muted[i];
     check(clamor_add_group(context, &group, &groups[i]), NULL);
     source.bytes = sizeof source, source.group = groups[i], source.motion = motions[i];
     source.sound = i == BELL ? add_bell() : add_voice();
+    source.has_reverberation = 1, source.reverberation = i == BELL ? 0.3 : 1;
     check(clamor_add_source(context, &source, &sources[i]), NULL);
   }
 }
 
-/* The keys 1 and 2 mute a group, or let it sound again. */
+/* The keys 1 and 2 mute a group, or let it sound again; 3 opens or closes the door. */
 static void press(int key) {
   static clamor_group_options group;
   const int i = key - '1';
+  if (key == '3') is_opened = !is_opened;
   if (i < 0 || i >= SOURCES) return;
   group.bytes = sizeof group, group.is_muted = (uint32_t)(is_muted[i] = !is_muted[i]);
   if (context != NULL) check(clamor_change_group(context, groups[i], &group), NULL);
@@ -141,10 +176,13 @@ static void walk_by_keys(double elapsed_s) {
 
 /* Tells the library where all are at a time. */
 static void move_all(double time_s) {
+  static double moved_s;
   const double share = time_s < seconds ? time_s / seconds : 1;
   for (int i = 0; i < 3 && walks; ++i)
     pose.position_m[i] = start_m[i] + share * (end_m[i] - start_m[i]);
   check(clamor_move_listener(context, ears, &pose), NULL);
+  swing_door(time_s - moved_s);
+  moved_s = time_s;
   place_sources(time_s);
   for (int i = 0; i < SOURCES; ++i)
     check(clamor_move_source(context, sources[i], &motions[i]), NULL);
@@ -224,7 +262,7 @@ static void draw(SDL_Renderer* view) {
 
 static int usage(void) {
   fputs(
-      "sdl_game LEVEL.clamor X Y Z [--walk X Y Z] [--seconds S] [--mute KEYS] [--loudspeakers] "
+      "sdl_game LEVEL.clamor X Y Z [--walk X Y Z] [--seconds S] [--press KEYS] [--loudspeakers] "
       "[--record OUT.wav]\n",
       stderr);
   return 2;
@@ -248,7 +286,7 @@ int main(int count, char** words) {
       for (int k = 0; k < 3; ++k) end_m[k] = atof(words[++i]);
     } else if (strcmp(words[i], "--seconds") == 0 && left >= 1) {
       seconds = atof(words[++i]);
-    } else if (strcmp(words[i], "--mute") == 0 && left >= 1) {
+    } else if (strcmp(words[i], "--press") == 0 && left >= 1) {
       for (const char* key = words[++i]; *key != 0; ++key) press(*key);
     } else if (strcmp(words[i], "--loudspeakers") == 0) {
       output = CLAMOR_OUTPUT_LOUDSPEAKERS;

@@ -31,8 +31,8 @@ Result<void> check(const MovingSource& source, std::size_t kinds) {
   for (const float gain : source.gain)
     if (!(gain >= 0 && gain <= 1e6f))
       return Error("a moving source's gains must lie between 0 and 1000000, amplitudes at 1 m.");
-  if (!(source.reverberation >= 0 && source.reverberation <= 1e6f))
-    return Error("a moving source's reverberation must lie between 0 and 1000000, an amplitude.");
+  if (!(source.reverberation >= 0 && source.reverberation <= kMaxReverberation))
+    return Error("a moving source's reverberation must lie between 0 and 100, an amplitude.");
   if (!std::isnan(source.start_s) && !(std::abs(source.start_s) <= kMaxStart_s))
     return Error(
         "a moving source's start must be a number of seconds between -10000000 and 10000000, or "

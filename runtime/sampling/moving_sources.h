@@ -43,6 +43,7 @@ namespace clamor {
 
 inline constexpr std::size_t kMaxMovingSources = 1'000'000;
 inline constexpr double kMaxExtrapolation_s = 0.5;
+inline constexpr double kMaxReverberation = 100;  // 40 dB
 
 struct MovingKind {
   std::string name;

@@ -140,6 +140,7 @@ bool SourceMirror::add(std::size_t i, const WorldSources::Committed& source, dou
   moved.axis = source.axis;
   moved.gain = source.gain;
   moved.group = source.group;
+  moved.reverberation = source.reverberation;
   if (is_new) slot.start_s = start_of(source, keyframe_s);
   moved.start_s = slot.start_s;
   auralizer_.set_kind(moved.kind, sound_slot(source), source.directivity);

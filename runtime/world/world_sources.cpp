@@ -275,6 +275,7 @@ void WorldSources::commit(Source& source, Committed& committed, SlotState& state
     committed.gain[b] =
         std::min(group_gain * source.now.gain[b], static_cast<float>(kMaxWorldGain));
   committed.directivity = source.now.directivity;
+  committed.reverberation = source.now.reverberation;
   // A paused source is silent, and its sound goes on later from where it was.
   const bool pauses = group != nullptr && group->now.paused;
   if (pauses) {

@@ -59,7 +59,8 @@ struct WorldSource {
   SourceMotion motion;
   Bands gain = same_in_all_bands(1);
   Bands directivity{};
-  double played_s = 0;  // of the sound, when the source begins
+  float reverberation = 1;  // amplitude of its reflections
+  double played_s = 0;      // of the sound, when the source begins
   bool ends_with_sound = false;
 };
 
@@ -133,6 +134,7 @@ class WorldSources {
     std::uint16_t group = 0;  // its number from 1 on; 0: none
     Vec3 position_m{}, velocity_mps{}, axis{};
     Bands gain{}, directivity{};
+    float reverberation = 1;
     WorldTime begin;  // of the sound
   };
   // Shares of power, 0 to 1, by emitter or by portal.

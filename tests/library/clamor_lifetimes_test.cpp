@@ -1,5 +1,5 @@
 // clamor_lifetimes_test.cpp: what is left when levels are closed, and when the library is unloaded;
-// and whether a program of the first release still runs.
+// and whether programs run that use the library as games do, one of the first release among them.
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -72,6 +72,11 @@ TEST(ClamorLifetimes, TheLibraryMayBeUnloadedAndLoadedAHundredTimes) {
 
 TEST(ClamorLifetimes, AProgramOfTheFirstReleaseStillRuns) {
   const std::string command = program("first_release_client") + " " + testing::room();
+  EXPECT_EQ(std::system(command.c_str()), 0) << command;
+}
+
+TEST(ClamorLifetimes, AProgramInCppOpensDoorsAndPortalsAndChangesReverberation) {
+  const std::string command = program("cpp_client") + " " + testing::rooms_with_door();
   EXPECT_EQ(std::system(command.c_str()), 0) << command;
 }
 

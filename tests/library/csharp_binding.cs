@@ -16,6 +16,7 @@ static class CSharpBinding
         if (words[0] == "allocations") Allocations(words[1]);
         if (words[0] == "sources") Sources(words[1]);
         if (words[0] == "pull") Pull(words[1]);
+        if (words[0] == "doors") Doors(words[1]);
         if (words[0] == "bake") Bake(words[1], words[2], words[3]);
         if (words[0] == "use") Use(words[1]);
         return 0;
@@ -270,6 +271,98 @@ static class CSharpBinding
             }
             Require(told.Count > 0 && told[0].Contains("the archive"), "nothing is told");
         }
+    }
+
+    // The power of the last quarter of the next half second of an offline listener.
+    static double Power(Context clamor, Listener ears)
+    {
+        var block = new float[960];
+        double sum = 0;
+        for (int i = 0; i < 50; ++i) {
+            double timeS;
+            while (ears.WantsKeyframe(out timeS)) {
+                clamor.Commit(timeS);
+                clamor.Update();
+            }
+            Require(ears.Render(block, 0, 480) == 0, "Render() failed");
+            if (i < 25) continue;
+            foreach (float sample in block) sum += sample * sample;
+        }
+        return sum;
+    }
+
+    // A source behind the door of a level: the door and its portal, a board of the application's, and
+    // the reverberation of the source.
+    static void Doors(string path)
+    {
+        var tone = new float[4800];
+        for (int i = 0; i < tone.Length; ++i) tone[i] = (float)Math.Sin(i * Math.PI / 24);
+        using (var clamor = new Context(true))
+        using (var level = clamor.OpenLevel(path))
+        using (var sound = new Sound(clamor, tone, 48000, true))
+        using (var ears = clamor.CreateListener(level, new ListenerOptions {
+            Output = Output.Receivers, Offline = true, Pose = new Pose(4, 1.6, 7) })) {
+            Func<double?, SourceOptions> withReverberation = reverberation => new SourceOptions { Sound = sound,
+                Motion = new Motion { X = 4, Y = 1.6, Z = 3 }, Reverberation = reverberation };
+            var source = new Source(clamor, withReverberation(null));
+            Part door = level.FindPart("Door");
+            Require(level.Info.Parts == 1 && level.FindPart("Gate") == null, "FindPart()");
+            Require(CodeOf(() => level.Part(1)) == -1, "a part that is not there");
+            PartInfo info = level.Part(0).Info;
+            Require(info.Name == "Door" && info.Triangles == 12 && info.IsEnabled, "info of a part");
+            Require(info.Pose.Z == 4.5 && info.Pose.QuaternionW == 1, "pose of a part");
+            int portal = level.FindPortal("Door");
+            PortalInfo opening = level.Portal(portal);
+            Require(opening.Name == "Door" && opening.CentreM[2] == 4.5, "info of a portal");
+            Require(opening.HalfUM[0] == 0.6 && opening.HalfVM[1] == 2, "rectangle of a portal");
+            level.SetPortal(portal, 0);
+            double closed = Power(clamor, ears);
+            door.Move(new Pose(3.4, 0, 4.5, 0, 1, 0, 1));
+            double openDoor = Power(clamor, ears);
+            level.SetPortal(portal, 1);
+            double open = Power(clamor, ears);
+            Require(openDoor > 100 * closed && open != openDoor, "the door");
+            door.Move(info.Pose);
+            door.Enable(false);
+            Require(!door.Info.IsEnabled, "a part that is disabled");
+            door.Dispose();
+            Require(CodeOf(() => door.Enable(true)) == -2 && level.Part(0).Info.Triangles == 12, "a part stays");
+
+            double whole = Power(clamor, ears);
+            source.Change(withReverberation(0));
+            double direct = Power(clamor, ears);
+            source.Change(withReverberation(10));
+            Require(Power(clamor, ears) > 10 * whole && Math.Abs(whole - direct) > 0.05 * direct, "reverberation");
+            foreach (double hostile in new[] { -1, double.NaN, double.PositiveInfinity, 1e7 })
+                Require(CodeOf(() => source.Change(withReverberation(hostile))) == -1, "reverberation out of range");
+            source.Change(withReverberation(0));
+            Boards(clamor, ears, Power(clamor, ears));
+        }
+    }
+
+    // A box and a mesh between a listener and what is heard with a power.
+    static void Boards(Context clamor, Listener ears, double power)
+    {
+        var box = new PartOptions { HalfX = 20, HalfY = 20, HalfZ = 0.02, Pose = new Pose(3.4, 0, 4.5) };
+        var mesh = new PartOptions { VerticesM = new float[] { -20, -20, 0, 20, -20, 0, 20, 20, 0, -20, 20, 0 },
+            Indices = new[] { 0, 1, 2, 0, 2, 3 }, Pose = new Pose(3.4, 0, 4.5) };
+        foreach (PartOptions options in new[] { box, mesh }) {
+            options.Transmission = 0;
+            var board = new Part(clamor, options);
+            GC.Collect();
+            Require(board.Info.Name == "" && Power(clamor, ears) < 0.01 * power, "a board");
+            board.Dispose();
+            Require(Math.Abs(Power(clamor, ears) / power - 1) < 0.01, "a board that is removed");
+            options.Transmission = 2;
+            Require(CodeOf(() => new Part(clamor, options)) == -1, "transmission out of range");
+        }
+        var ended = false;
+        try {
+            new Part(clamor, new PartOptions { VerticesM = new float[3] });
+        } catch (ArgumentException) {
+            ended = true;
+        }
+        Require(ended, "a mesh without indices");
     }
 
     // What is heard over headphones of sounds that begin one after the other, each a second later.

@@ -60,6 +60,10 @@ TEST_F(CSharpBinding, PlaysSoundsStreamsAndSourcesOfTheApplication) {
   run_with_libraries("mono " + program() + " sources " + testing::violin_room());
 }
 
+TEST_F(CSharpBinding, OpensDoorsAndPortalsAndChangesReverberation) {
+  run_with_libraries("mono " + program() + " doors " + testing::rooms_with_door());
+}
+
 TEST_F(CSharpBinding, PullsStreamsThatSoundLikeTheSameSamplesInMemory) {
   run_with_libraries("mono " + program() + " pull " + testing::silent_field());
 }

@@ -19,6 +19,10 @@ const std::string& room_without_walls();
 const std::string& silent_field();
 // The room with a movable part "cage", a box of 1 m that is far away at rest.
 const std::string& room_with_cage();
+// Two rooms with probes and without emitters: the box from the origin to (8, 4, 9) m, with a wall
+// at z = 4.5 m that has a doorway between x = 3.4 and 4.6 m, as high as the rooms. The movable part
+// "Door" closes it, with its hinge at x = 3.4 m; the portal "Door" fills it.
+const std::string& rooms_with_door();
 
 struct DestroysContext {
   void operator()(clamor_context* context) const { clamor_destroy(context); }

@@ -164,7 +164,7 @@ def sources(level_path):
         assert level.find_emitter(level.emitter(0).name) == 0 and level.emitter(0).gain > 0
         assert failure(level.find_emitter, "nobody").code == -12
         for portal in range(level.info.portals):
-            assert level.find_portal(level.portal_name(portal)) == portal
+            assert level.find_portal(level.portal(portal).name) == portal
             level.set_portal(portal, 0.5)
             level.set_portal(portal, 1)
         assert failure(level.find_portal, "nowhere").code == -12
@@ -192,6 +192,67 @@ def sources(level_path):
         assert stream.write(tone[:1000]) == 1000
         assert failure(clamor.Source, context, stream, gain=0, kind=ValueError)
         assert failure(clamor.Sound, context, "no such file").code == -3
+
+
+def doors(level_path):
+    """A source behind the door of a level: the door, its portal, boards, and reverberation."""
+    tone = np.sin(np.arange(4800) * np.pi / 24).astype(np.float32)
+    place = [4, 1.6, 3]
+    with clamor.Context(caller_updates=True) as context, context.open(level_path) as level:
+        listener = context.listen(level, [4, 1.6, 7], output="receivers", offline=True)
+        sound = clamor.Sound(context, tone, loops=True)
+        source = clamor.Source(context, sound, place)
+
+        def power():
+            """That of the last quarter of the next half second."""
+            blocks = []
+            for _ in range(50):
+                while (time_s := listener.next_keyframe_s()) is not None:
+                    context.commit(time_s)
+                    context.update()
+                blocks.append(listener.render(480).astype(float))
+            return (np.concatenate(blocks[25:]) ** 2).sum()
+
+        door, portal = level.find_part("Door"), level.find_portal("Door")
+        assert level.info.parts == 1 and failure(level.find_part, "Gate").code == -12
+        assert failure(level.part, 1).code == -1
+        at_rest = clamor.Pose((3.4, 0, 4.5))
+        assert level.part(0).info == clamor.PartInfo("Door", 12, at_rest, True)
+        assert level.portal(portal) == ("Door", (4, 2, 4.5), (0.6, 0, 0), (0, 2, 0))
+        level.set_portal(portal, 0)
+        closed = power()
+        door.move(clamor.Pose((3.4, 0, 4.5), clamor.orientation(np.pi / 2)))
+        open_door = power()
+        level.set_portal(portal, 1)
+        assert open_door > 100 * closed and power() != open_door
+        assert failure(level.set_portal, portal, 2).code == -1
+        assert failure(door.move, [float("nan"), 0, 0]).code == -1
+        door.move(at_rest)
+        door.enable(False)
+        assert not door.info.is_enabled
+
+        whole = power()
+        source.change(sound, place, reverberation=0)
+        direct = power()
+        source.change(sound, place, reverberation=10)
+        assert power() > 10 * whole and abs(whole - direct) > 0.05 * direct
+        for hostile in -1, float("nan"), float("inf"), 1e7:
+            assert failure(source.change, sound, place, reverberation=hostile).code == -1
+        source.change(sound, place, reverberation=0)
+
+        direct = power()
+        corners = [[-20, -20, 0], [20, -20, 0], [20, 20, 0], [-20, 20, 0]]
+        for shape in ({"half_extents_m": [20, 20, 0.02]},
+                      {"vertices_m": corners, "triangles": [[0, 1, 2], [0, 2, 3]]},
+                      {"vertices_m": np.array(corners)[[0, 1, 2, 0, 2, 3]]}):
+            with clamor.Part(context, pose=at_rest, level=level, **shape) as board:
+                assert board.info.name == "" and power() < 0.01 * direct
+            assert abs(power() / direct - 1) < 0.01
+            assert failure(clamor.Part, context, transmission=2, **shape).code == -1
+        assert failure(clamor.Part, context, kind=ValueError)
+        assert failure(clamor.Part, context, [1, 1], kind=ValueError)
+        assert failure(clamor.Part, context, vertices_m=corners, kind=ValueError)
+    assert failure(door.enable, True, kind=ValueError)
 
 
 def bake(gltf_path, baked_path, folder):

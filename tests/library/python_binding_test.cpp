@@ -9,6 +9,7 @@
 #include "tests/build_paths.h"
 #include "tests/library/binding_run.h"
 #include "tests/library/header_table.h"
+#include "tests/library/library_room.h"
 #include "tests/temporary_file.h"
 
 namespace clamor {
@@ -66,6 +67,10 @@ TEST_F(PythonBinding, RendersTheSamplesOfTheProgram) {
 
 TEST_F(PythonBinding, PlaysSoundsStreamsAndSourcesOfTheApplication) {
   check("sources " + testing::violin_room());
+}
+
+TEST_F(PythonBinding, OpensDoorsAndPortalsAndChangesReverberation) {
+  check("doors " + testing::rooms_with_door());
 }
 
 using PythonBakeBinding = PythonBinding;

@@ -76,7 +76,7 @@ TEST_F(SdlGame, PlaysTheSamplesOfTheProgramWhereItsSourcesAreMuted) {
                     R"({"time_s":0.3,"position_m":[2.5,3,1.25]}]})");
   const std::string way =
       room_without_walls() + " 3 4 1.5 --walk 2.5 3 1.25 --seconds 0.3 --loudspeakers ";
-  const Sound ours = recorded(program(), way + "--mute 12");
+  const Sound ours = recorded(program(), way + "--press 12");
   run(std::string(kProgram) + " render " + room_without_walls() + " -o " + theirs.path() +
       " --walk " + walk.path() + " --layout stereo --limit");
   const auto rendered = read_channels(theirs.path(), 2);
@@ -84,12 +84,12 @@ TEST_F(SdlGame, PlaysTheSamplesOfTheProgramWhereItsSourcesAreMuted) {
   EXPECT_EQ(ours.frames(), 14'400u);
   EXPECT_TRUE(is_sound(ours));
   EXPECT_EQ(ours.channels, rendered->channels);
-  EXPECT_NE(recorded(program(), way + "--mute 1").channels, rendered->channels);
+  EXPECT_NE(recorded(program(), way + "--press 1").channels, rendered->channels);
 }
 
 // The bell's direction is 90 degrees * t to the right of where the listener looks.
 TEST_F(SdlGame, IsLouderInTheEarOnTheSideOfTheBell) {
-  const Sound heard = recorded_in_free_field("--mute 2 --seconds 4");
+  const Sound heard = recorded_in_free_field("--press 2 --seconds 4");
   ASSERT_TRUE(is_sound(heard));
   for (double t = 0.1; t < 3.9; t += 0.1) {
     const double sine = std::sin(std::numbers::pi / 2 * t);
@@ -103,7 +103,7 @@ TEST_F(SdlGame, IsLouderInTheEarOnTheSideOfTheBell) {
 }
 
 TEST_F(SdlGame, LetsTheVoiceFadeWithDistance) {
-  const Sound heard = recorded_in_free_field("--walk 0 0 15 --mute 1 --loudspeakers");
+  const Sound heard = recorded_in_free_field("--walk 0 0 15 --press 1 --loudspeakers");
   ASSERT_TRUE(is_sound(heard));
   // For half a second from each second on, it says "ah". Its sound takes up to 50 ms.
   const auto level = [&](double second) {
@@ -116,6 +116,27 @@ TEST_F(SdlGame, LetsTheVoiceFadeWithDistance) {
     return 1 / (x_m * x_m + z_m * z_m);
   };
   EXPECT_NEAR(db(level(3) / level(0)), db(expected(3) / expected(0)), 0.5);
+}
+
+// Two rooms: the walker stands in one, the voice paces in the other.
+TEST_F(SdlGame, LetsTheVoiceBeHeardThroughTheDoorThatItOpens) {
+  const auto heard = [](const std::string& keys) {
+    return recorded(program(),
+                    rooms_with_door() + " 4 2 6 --seconds 2 --loudspeakers --press " + keys);
+  };
+  const Sound closed = heard("1"), open = heard("13");
+  ASSERT_TRUE(is_sound(open));
+  EXPECT_LT(power(closed, 0, 1.2, 2), 1e-3 * power(open, 0, 1.2, 2));
+  EXPECT_LT(power(open, 0, 0, 0.05), 0.1 * power(open, 0, 1.2, 2)) << "it opens within a second";
+}
+
+TEST_F(SdlGame, LetsTheVoiceReverberateWhereTheBakeHasProbes) {
+  const std::string place = " 4 2 8.9 --seconds 1 --loudspeakers --press 1";
+  const Sound room = recorded(program(), rooms_with_door() + place),
+              field = recorded(program(), silent_field() + place);
+  ASSERT_TRUE(is_sound(field));
+  // In the room most of the sound is reflected.
+  EXPECT_GT(db(power(room, 0, 0.3, 1) / power(field, 0, 0.3, 1)), 3);
 }
 
 TEST_F(SdlGame, IsTheSameInCppByPkgConfig) {

@@ -10,7 +10,7 @@ namespace clamor::testing {
 namespace {
 
 constexpr double kMaxGain = 1e6, kMaxPosition_m = 1e6, kMaxSpeed_mps = 1e4, kMaxAxis = 1e3,
-                 kMaxExponent = 1e4, kMaxPlayed_s = 1e6, kMaxTime_s = 5e6;
+                 kMaxExponent = 1e4, kMaxReverberation = 100, kMaxPlayed_s = 1e6, kMaxTime_s = 5e6;
 
 bool are_within(const double (&numbers)[3], double limit) {
   return std::all_of(std::begin(numbers), std::end(numbers),
@@ -48,6 +48,8 @@ bool allows(const KnownContext& context, const clamor_source_options& options) {
          (options.group == 0 || find(context.groups, options.group) != nullptr) &&
          (options.level == 0 || has_level(context, options.level)) && allows(options.motion) &&
          gain > 0 && gain <= kMaxGain && bands_are_valid &&
+         (options.has_reverberation == 0 ||
+          is_within(options.reverberation, 0, kMaxReverberation)) &&
          is_within(options.played_s, 0, kMaxPlayed_s);
 }
 
@@ -64,6 +66,8 @@ Structure<clamor_source_options> pick_source_options(Sequence& sequence,
   if (draws.one_in(8)) options.band_gains[draws.below(8)] = draws.odd_number();
   if (draws.one_in(8)) options.directivity[draws.below(8)] = draws.odd_number();
   if (draws.one_in(8)) options.played_s = draws.odd_number();
+  options.has_reverberation = draws.one_in(2);
+  options.reverberation = draws.one_in(8) ? draws.odd_number() : draws.byte() / 64.0;
   return sequence.pick_structure(options, 1, false);
 }
 

@@ -79,6 +79,12 @@ namespace Clamor
             return new Pose(x, y, -z, -quaternionX, -quaternionY, quaternionZ, quaternionW);
         }
 
+        internal static Pose FromNative(Native.clamor_pose pose)
+        {
+            return new Pose(pose.position_m_0, pose.position_m_1, pose.position_m_2,
+                pose.orientation_0, pose.orientation_1, pose.orientation_2, pose.orientation_3);
+        }
+
         internal Native.clamor_pose ToNative()
         {
             return new Native.clamor_pose {
@@ -111,7 +117,7 @@ namespace Clamor
 
     public struct LevelInfo
     {
-        public int Emitters, Sounds, Portals;
+        public int Emitters, Sounds, Portals, Parts;
         public ulong Sources;
     }
 
@@ -122,6 +128,14 @@ namespace Clamor
         public string Name;
         public int Sound;
         public double X, Y, Z, Gain;
+    }
+
+    // A portal of a level: its name, and its rectangle in metres, the points centre + a halfU + b halfV
+    // with a and b between -1 and 1. Each vector is x, y, z.
+    public struct PortalInfo
+    {
+        public string Name;
+        public double[] CentreM, HalfUM, HalfVM;
     }
 
     public struct ListenerStatistics
@@ -193,8 +207,9 @@ namespace Clamor
             return (int)made;
         }
 
-        // Publishes all changes of sounds, groups and sources together. `timeS` is the time of an
-        // offline listener that they are for; listeners in real time take them over now.
+        // Publishes all changes of sounds, sources, emitters, portals, groups and parts together.
+        // `timeS` is the time of an offline listener that they are for; listeners in real time take
+        // them over now.
         public void Commit(double timeS = 0)
         {
             ClamorException.Check(Native.clamor_commit(Handle, timeS));
@@ -375,6 +390,18 @@ namespace Clamor
                 Native.clamor_change_emitter(context.Handle, Handle, (uint)number, ref options));
         }
 
+        // The portal number `number`, below Info.Portals.
+        public PortalInfo Portal(int number)
+        {
+            var info = new Native.clamor_portal_info { bytes = Native.clamor_portal_info.Size };
+            ClamorException.Check(
+                Native.clamor_get_portal_info(context.Handle, Handle, (uint)number, ref info));
+            return new PortalInfo { Name = NativeText.Read(info.name),
+                CentreM = new[] { info.centre_m_0, info.centre_m_1, info.centre_m_2 },
+                HalfUM = new[] { info.half_u_m_0, info.half_u_m_1, info.half_u_m_2 },
+                HalfVM = new[] { info.half_v_m_0, info.half_v_m_1, info.half_v_m_2 } };
+        }
+
         // The number of the first portal with this name; -1: there is none.
         public int FindPortal(string name)
         {
@@ -391,6 +418,25 @@ namespace Clamor
         {
             ClamorException.Check(
                 Native.clamor_set_portal(context.Handle, Handle, (uint)number, openness));
+        }
+
+        // The movable part number `number`, below Info.Parts.
+        public Part Part(int number)
+        {
+            ulong part;
+            ClamorException.Check(
+                Native.clamor_get_level_part(context.Handle, Handle, (uint)number, out part));
+            return new Part(context, part);
+        }
+
+        // The first movable part with this name; null: there is none.
+        public Part FindPart(string name)
+        {
+            ulong part;
+            int code = Native.clamor_find_part(context.Handle, Handle, Context.Utf8(name), out part);
+            if (code == Native.CLAMOR_ERROR_NOT_FOUND) return null;
+            ClamorException.Check(code);
+            return new Part(context, part);
         }
 
         // Measures the response to an impulse of one emitter (-1: of all) at each place: x, y, z in
@@ -412,7 +458,7 @@ namespace Clamor
                 var info = new Native.clamor_level_info { bytes = Native.clamor_level_info.Size };
                 ClamorException.Check(Native.clamor_get_level_info(context.Handle, Handle, ref info));
                 return new LevelInfo { Emitters = (int)info.emitters, Sounds = (int)info.sounds,
-                    Portals = (int)info.portals, Sources = info.sources };
+                    Portals = (int)info.portals, Parts = (int)info.parts, Sources = info.sources };
             }
         }
     }

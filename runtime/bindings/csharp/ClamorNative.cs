@@ -187,7 +187,7 @@ namespace Clamor
         [StructLayout(LayoutKind.Sequential)]
         public struct clamor_source_options
         {
-            public const uint Size = 248;
+            public const uint Size = 264;
             public uint bytes, ends_with_sound;
             public ulong sound, group, level;
             public clamor_motion motion;
@@ -197,6 +197,8 @@ namespace Clamor
             public double directivity_0, directivity_1, directivity_2, directivity_3, directivity_4,
                 directivity_5, directivity_6, directivity_7;
             public double played_s;
+            public uint has_reverberation;
+            public double reverberation;
         }
 
         [StructLayout(LayoutKind.Sequential)]

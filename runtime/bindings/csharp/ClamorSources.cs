@@ -230,6 +230,9 @@ namespace Clamor
         public Motion Motion;
         public double Gain, Directivity, PlayedS;
         public double[] BandGains;  // eight amplitudes, 63 Hz to 8 kHz
+        // Amplitude of its reflections, which are those of the probes of the bake; null: 1. 0: direct
+        // sound only.
+        public double? Reverberation;
         public bool EndsWithSound;
 
         internal Native.clamor_source_options ToNative()
@@ -242,7 +245,9 @@ namespace Clamor
                 level = Level == null ? 0 : Level.Handle, motion = Motion.ToNative(), gain = Gain,
                 directivity_0 = Directivity, directivity_1 = Directivity, directivity_2 = Directivity,
                 directivity_3 = Directivity, directivity_4 = Directivity, directivity_5 = Directivity,
-                directivity_6 = Directivity, directivity_7 = Directivity, played_s = PlayedS };
+                directivity_6 = Directivity, directivity_7 = Directivity, played_s = PlayedS,
+                has_reverberation = Reverberation.HasValue ? 1u : 0u,
+                reverberation = Reverberation.GetValueOrDefault() };
             if (BandGains == null) return options;
             options.band_gains_0 = BandGains[0];
             options.band_gains_1 = BandGains[1];

@@ -34,8 +34,8 @@
  * CLAMOR_ERROR_ARGUMENT unless they are 0, and results that it does not know become 0.
  *
  * LIMITS, beyond which calls return CLAMOR_ERROR_ARGUMENT: listeners 1e9 m, sources and parts 1e6 m
- * from the origin, 10 km/s, 5e6 s for clamor_commit(), 1e6 s for `played_s`, 1e4 for directivity exponents, and
- * gains of 1e6 for sources and groups.
+ * from the origin, 10 km/s, 5e6 s for clamor_commit(), 1e6 s for `played_s`, 1e4 for directivity
+ * exponents, 1e6 for gains of sources and groups, and 100 for the reverberation of sources.
  *
  * UNITS. Metres and seconds. The frame is that of glTF: +X right, +Y up, and a listener whose
  * orientation is the identity looks along -Z. Samples are amplitudes, 1 at full scale.
@@ -375,7 +375,8 @@ CLAMOR_API clamor_result clamor_change_group(clamor_context* context, clamor_gro
 /* Its sources stay, in no group. Errors: HANDLE. Any thread. */
 CLAMOR_API clamor_result clamor_remove_group(clamor_context* context, clamor_group group);
 
-/* A source that the application moves. All listeners of the context hear it. */
+/* A source that the application moves. All listeners of the context hear it, with the reflections of
+ * the probes near it if the bake of their level has probes (`clamor bake --probes`). */
 typedef uint64_t clamor_source;
 
 typedef struct clamor_motion {
@@ -395,6 +396,8 @@ typedef struct clamor_source_options {
   double band_gains[8];  /* 63 Hz to 8 kHz; all 0: all 1 */
   double directivity[8]; /* exponents of ((1 + cos) / 2); 0: omnidirectional */
   double played_s;       /* how much of the sound has been played when it begins */
+  uint32_t has_reverberation; /* 0: the reverberation is 1 */
+  double reverberation;  /* amplitude of its reflections, 0 to 100; 0: direct sound only */
 } clamor_source_options;
 
 /* The sound begins with the next commit. Errors: HANDLE, ARGUMENT, FULL, MEMORY. Any thread;
@@ -493,11 +496,10 @@ CLAMOR_API clamor_result clamor_enable_part(clamor_context* context, clamor_part
 /* Errors: HANDLE, STATE for a part of a level, which can be disabled. Any thread; microseconds. */
 CLAMOR_API clamor_result clamor_remove_part(clamor_context* context, clamor_part part);
 
-/* Publishes all changes of sounds, sources, emitters, portals, groups and parts together.
- * Parts are heard in
- * the next keyframe. `time_s` is the time of an
- * offline listener that the changes are for (clamor_next_keyframe()); listeners in real time take
- * them over now. Errors: ARGUMENT, MEMORY. Any thread; 0.1 us for each source. */
+/* Publishes all changes of sounds, sources, emitters, portals, groups and parts together. Parts are
+ * heard in the next keyframe. `time_s` is the time of an offline listener that the changes are for
+ * (clamor_next_keyframe()); listeners in real time take them over now. Errors: ARGUMENT, MEMORY. Any
+ * thread; 0.1 us for each source. */
 CLAMOR_API clamor_result clamor_commit(clamor_context* context, double time_s);
 
 /* ---- Results for other mixers ------------------------------------------------------------------ */

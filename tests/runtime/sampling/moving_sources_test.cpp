@@ -169,6 +169,11 @@ TEST(MovingSources, ReportErrorsAndThenChangeNothing) {
   ASSERT_TRUE(moving.remove(*first).ok());
   EXPECT_FALSE(moving.remove(*first).ok());
   source.kind = 0;
+  for (const float hostile : {-0.1f, 100.1f, NAN, HUGE_VALF}) {
+    source.reverberation = hostile;
+    EXPECT_FALSE(moving.add(source).ok()) << hostile;
+  }
+  source.reverberation = 1;
   const auto again = moving.add(source);  // reuses the slot
   ASSERT_TRUE(again.ok());
   EXPECT_FALSE(moving.move(*first, {1, 2, 3}).ok()) << "a handle never names another source";

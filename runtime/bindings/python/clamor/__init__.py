@@ -11,13 +11,16 @@ from ._library import ClamorError
 from .baking import BakeLevel, BakeProgress, BakeReport, bake, presets
 from .impulse import impulse_responses, spatial_impulse_responses
 from .offline import open, render_walk
+from .parts import Part
 from .sound_file import write_wav
 from .sources import Group, Sound, Source, Stream
 from .walk import Pose, Walk, orientation
-from .world import Context, EmitterInfo, Level, LevelInfo, Listener, Statistics
+from .world import (Context, EmitterInfo, Level, LevelInfo, LevelPart, Listener, PartInfo,
+                    PortalInfo, Statistics)
 
 __all__ = ["BakeLevel", "BakeProgress", "BakeReport", "ClamorError", "Context", "EmitterInfo",
-           "Group", "Level", "LevelInfo", "Listener", "Pose", "Sound", "Source", "Statistics",
-           "Stream", "Walk", "bake", "impulse_responses", "open", "orientation", "presets",
-           "render_walk", "spatial_impulse_responses", "write_wav"]
+           "Group", "Level", "LevelInfo", "LevelPart", "Listener", "Part", "PartInfo", "PortalInfo",
+           "Pose", "Sound", "Source", "Statistics", "Stream", "Walk", "bake", "impulse_responses",
+           "open", "orientation", "presets", "render_walk", "spatial_impulse_responses",
+           "write_wav"]
 __version__ = "0.1.0"

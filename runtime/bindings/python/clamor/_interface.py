@@ -107,7 +107,8 @@ class clamor_source_options(Structure):
     _fields_ = [("bytes", c_uint32), ("ends_with_sound", c_uint32), ("sound", c_uint64),
                 ("group", c_uint64), ("level", c_uint64), ("motion", clamor_motion),
                 ("gain", c_double), ("band_gains", c_double * 8), ("directivity", c_double * 8),
-                ("played_s", c_double)]
+                ("played_s", c_double), ("has_reverberation", c_uint32),
+                ("reverberation", c_double)]
 
 
 class clamor_emitter_options(Structure):

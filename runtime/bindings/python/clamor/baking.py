@@ -12,6 +12,7 @@ import numpy as np
 from . import _bake_interface as native
 from ._bake_interface import check, library
 from ._library import utf8
+from ._mesh import mesh_arrays
 from .world import _Owner
 
 Path = Union[str, "os.PathLike[str]"]
@@ -134,24 +135,11 @@ class BakeLevel(_Owner):
         the vertices in their order. material: what add_material() returned.
         Raises ClamorError for numbers of no vertex or material, ValueError for other shapes.
         """
-        vertices = np.ascontiguousarray(vertices_m, np.float32)
-        if vertices.ndim != 2 or vertices.shape[1] != 3:
-            raise ValueError(f"vertices_m must have the shape (n, 3), not {vertices.shape}")
-        indices, count = None, len(vertices) // 3
-        if triangles is not None:
-            wide = np.asarray(triangles)
-            if wide.ndim != 2 or wide.shape[1] != 3 or not np.issubdtype(wide.dtype, np.integer):
-                raise ValueError(f"triangles must be whole numbers of the shape (m, 3), not "
-                                 f"{wide.dtype} {wide.shape}")
-            if wide.size and not 0 <= wide.min() <= wide.max() < len(vertices):
-                raise ValueError(f"triangles must name vertices from 0 to {len(vertices) - 1}")
-            indices, count = np.ascontiguousarray(wide, np.uint32), len(wide)
-        elif len(vertices) % 3:
-            raise ValueError("vertices_m must have three vertices for each triangle")
+        vertices, corners = mesh_arrays(vertices_m, triangles)
         error = native.clamor_bake_error()
         check(library().clamor_bake_add_triangles(
-            self._open, vertices.ctypes.data, len(vertices),
-            None if indices is None else indices.ctypes.data, count, material, byref(error)), error)
+            self._open, vertices.ctypes.data, len(vertices), corners.ctypes.data, len(corners),
+            material, byref(error)), error)
 
     def add_box(self, low_m: Sequence[float], high_m: Sequence[float], material: int) -> None:
         """Adds the twelve triangles of a box between two corners in metres: a shoebox room."""

@@ -134,6 +134,8 @@ class Source(_InContext):
         band_gains: (8,) amplitudes for 63 Hz to 8 kHz.
         directivity: exponent of ((1 + cos) / 2) about the axis, a number or (8,).
         played_s: how much of the sound has been played when it begins.
+        reverberation: amplitude of its reflections, which are those of the probes of the bake; 0:
+            direct sound only.
         ends_with_sound: the handle ends some seconds after the sound has.
     """
 
@@ -150,7 +152,7 @@ class Source(_InContext):
                  velocity_mps: Sequence[float] = (0, 0, 0), axis: Sequence[float] = (0, 0, -1),
                  group: Optional[Group] = None, level: Optional[Level] = None, gain: float = 1.0,
                  band_gains: Any = 1.0, directivity: Any = 0.0, played_s: float = 0.0,
-                 ends_with_sound: bool = False) -> Any:
+                 reverberation: float = 1.0, ends_with_sound: bool = False) -> Any:
         def bands(values: Any) -> Any:
             return (c_double * 8)(*np.broadcast_to(np.asarray(values, float), 8).tolist())
 
@@ -160,7 +162,8 @@ class Source(_InContext):
             ends_with_sound=ends_with_sound, sound=sound._handle,
             group=group._handle if group else 0, level=level._handle if level else 0,
             motion=_motion(position_m, velocity_mps, axis), gain=gain,
-            band_gains=bands(band_gains), directivity=bands(directivity), played_s=played_s)
+            band_gains=bands(band_gains), directivity=bands(directivity), played_s=played_s,
+            has_reverberation=1, reverberation=reverberation)
 
     def change(self, sound: Union[Sound, Stream], position_m: Sequence[float], **options: Any) -> None:
         """Sets all of its properties; another sound begins anew."""

@@ -42,6 +42,7 @@ class LevelInfo(NamedTuple):
     sounds: int
     sources: int
     portals: int
+    parts: int
 
 
 class EmitterInfo(NamedTuple):
@@ -51,6 +52,27 @@ class EmitterInfo(NamedTuple):
     sound: int
     position_m: Tuple[float, float, float]
     gain: float
+
+
+class PortalInfo(NamedTuple):
+    """A portal of a level: its name, and its rectangle, the points centre + a half_u + b half_v.
+
+    Vectors are metres; a and b lie between -1 and 1.
+    """
+
+    name: str
+    centre_m: Tuple[float, float, float]
+    half_u_m: Tuple[float, float, float]
+    half_v_m: Tuple[float, float, float]
+
+
+class PartInfo(NamedTuple):
+    """A movable part: its name in glTF or "", its triangles and the last pose that it was given."""
+
+    name: str
+    triangles: int
+    pose: Pose
+    is_enabled: bool
 
 
 class Statistics(NamedTuple):
@@ -128,7 +150,7 @@ class Context(_Owner):
         return Listener(self, level, pose, **options)
 
     def commit(self, time_s: float = 0) -> None:
-        """Publishes all changes of sounds, groups and sources together.
+        """Publishes all changes of sounds, sources, emitters, portals, groups and parts together.
 
         `time_s` is the time of an offline listener that they are for (next_keyframe_s()); listeners
         in real time take them over now.
@@ -182,10 +204,10 @@ class Level(_Owner):
 
     @property
     def info(self) -> LevelInfo:
-        """The numbers of emitters, sounds, sources and portals."""
+        """The numbers of emitters, sounds, sources, portals and movable parts."""
         info = native.clamor_level_info()
         check(library().clamor_get_level_info(self.context._open, self._handle, byref(info)))
-        return LevelInfo(info.emitters, info.sounds, info.sources, info.portals)
+        return LevelInfo(info.emitters, info.sounds, info.sources, info.portals, info.parts)
 
     def emitter(self, number: int) -> EmitterInfo:
         """The emitter number `number`, below info.emitters."""
@@ -212,12 +234,13 @@ class Level(_Owner):
         check(library().clamor_change_emitter(self.context._open, self._handle, number,
                                               byref(options)))
 
-    def portal_name(self, number: int) -> str:
-        """The name of the portal number `number`, below info.portals."""
+    def portal(self, number: int) -> PortalInfo:
+        """The portal number `number`, below info.portals."""
         info = native.clamor_portal_info()
         check(library().clamor_get_portal_info(self.context._open, self._handle, number,
                                                byref(info)))
-        return info.name.decode()
+        return PortalInfo(info.name.decode(), tuple(info.centre_m), tuple(info.half_u_m),
+                          tuple(info.half_v_m))
 
     def find_portal(self, name: str) -> int:
         """The number of the first portal with this name. Raises ClamorError if there is none."""
@@ -232,6 +255,48 @@ class Level(_Owner):
         `openness`, 0 to 1, is the share of power that is left of reflections that came through it.
         """
         check(library().clamor_set_portal(self.context._open, self._handle, number, openness))
+
+    def part(self, number: int) -> "LevelPart":
+        """The movable part number `number`, below info.parts."""
+        handle = c_uint64()
+        check(library().clamor_get_level_part(self.context._open, self._handle, number,
+                                              byref(handle)))
+        return LevelPart(self, handle.value)
+
+    def find_part(self, name: str) -> "LevelPart":
+        """The first movable part with this name. Raises ClamorError if there is none."""
+        handle = c_uint64()
+        check(library().clamor_find_part(self.context._open, self._handle, utf8(name),
+                                         byref(handle)))
+        return LevelPart(self, handle.value)
+
+
+class LevelPart:
+    """A door, a lift or a barrier of a level, which lives as long as the level.
+
+    It hides what is behind it, per band, wherever it is. Changes take effect with the next
+    Context.commit().
+    """
+
+    def __init__(self, level: Level, handle: int):
+        self.context, self._level, self._handle = level.context, level, handle
+
+    @property
+    def info(self) -> PartInfo:
+        """Its name, number of triangles and last pose, and whether it is enabled."""
+        info = native.clamor_part_info()
+        check(library().clamor_get_part_info(self.context._open, self._handle, byref(info)))
+        return PartInfo(info.name.decode(), info.triangles,
+                        Pose(tuple(info.pose.position_m), tuple(info.pose.orientation)),
+                        not info.is_disabled)
+
+    def move(self, pose: Any) -> None:
+        """Turns and moves it about its pivot: a Pose, or a position (3,) in metres, not turned."""
+        check(library().clamor_move_part(self.context._open, self._handle, byref(_pose(pose))))
+
+    def enable(self, is_enabled: bool) -> None:
+        """A part that is not enabled hides nothing."""
+        check(library().clamor_enable_part(self.context._open, self._handle, is_enabled))
 
 
 class Listener(_Owner):

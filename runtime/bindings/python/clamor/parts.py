@@ -1,0 +1,55 @@
+"""Movable parts of the application's own: doors, lifts and barriers that it adds to a level."""
+from __future__ import annotations
+
+from ctypes import byref, c_double, c_uint64
+from typing import Any, Optional, Sequence
+
+import numpy as np
+
+from . import _interface as native
+from ._interface import check, library
+from ._mesh import mesh_arrays
+from .sources import _InContext
+from .world import Context, Level, LevelPart, _pose
+
+
+class Part(_InContext, LevelPart):
+    """A box or a mesh that occludes, per band, wherever you move it. It reflects nothing.
+
+    Args:
+        context: whose listeners it hides sound from, from the next Context.commit() on.
+        half_extents_m: (3,) of a box about its pivot, each 0.001 to 10 000. A box has two surfaces
+            on each path through it.
+        vertices_m: (n, 3) of a mesh, relative to its pivot; instead of a box.
+        triangles: (m, 3) numbers of vertices; None: three vertices each make one.
+        pose: at first: a Pose, or a position (3,) in metres.
+        level: the Level whose listeners alone hear it; None: those of all levels.
+        transmission: share of the power that passes a surface, 0 to 1, a number or (8,) for 63 Hz
+            to 8 kHz.
+        is_enabled: a part that is not hides nothing.
+
+    close(), or losing the object, removes it with the next commit. Raises ClamorError for numbers
+    out of range and for a full context (4096 parts), ValueError for other shapes.
+    """
+
+    def __init__(self, context: Context, half_extents_m: Optional[Sequence[float]] = None, *,
+                 vertices_m: Any = None, triangles: Any = None, pose: Any = (0.0, 0.0, 0.0),
+                 level: Optional[Level] = None, transmission: Any = 0.0, is_enabled: bool = True):
+        if (half_extents_m is None) == (vertices_m is None):
+            raise ValueError("a part is a box or a mesh: give half_extents_m or vertices_m")
+        bands = np.broadcast_to(np.asarray(transmission, float), 8).tolist()
+        options = native.clamor_part_options(is_disabled=not is_enabled,
+                                             level=level._handle if level else 0, pose=_pose(pose),
+                                             transmission=(c_double * 8)(*bands))
+        if half_extents_m is not None:
+            if len(half_extents_m) != 3:
+                raise ValueError(f"half_extents_m must have three numbers, not {len(half_extents_m)}")
+            options.half_extents_m = (c_double * 3)(*half_extents_m)
+        else:
+            vertices, corners = mesh_arrays(vertices_m, triangles)  # the library copies them
+            options.vertices_m, options.vertices = vertices.ctypes.data, len(vertices)
+            options.indices, options.triangles = corners.ctypes.data, len(corners)
+        handle, error = c_uint64(), native.clamor_error()
+        check(library().clamor_add_part(context._open, byref(options), byref(handle), byref(error)),
+              error)
+        self._own(context, handle.value, "clamor_remove_part")
