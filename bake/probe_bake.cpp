@@ -14,7 +14,7 @@ Result<ProbeBake> bake_probes(const Scene& scene, const Level& level, const Bake
                               PortalSetTable& portals, const Shard& shard) {
   ProbeBake result;
   if (options.probes_m.empty()) return result;
-  const ProbeZones zones = group_probes(scene, options.probes_m);
+  const ProbeZones zones = group_probes(scene, level.portals, options.probes_m);
   const Level probes = level_of_probes(level, options.probes_m, zones);
   ProbePlan plan = plan_probes(scene, probes, zones, options.probe_sources, photons, trace);
   plan.trace.first_portals = {};  // probes are traced with open portals only

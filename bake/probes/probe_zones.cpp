@@ -34,7 +34,8 @@ double mean_distance_m(const Scene& scene, const Vec3& place_m) {
 
 }  // namespace
 
-ProbeZones group_probes(const Scene& scene, std::span<const Vec3> places_m) {
+ProbeZones group_probes(const Scene& scene, std::span<const Portal> portals,
+                        std::span<const Vec3> places_m) {
   ProbeZones zones;
   std::vector<double> free_path_m, late_from_m;
   for (const Vec3& place_m : places_m) free_path_m.push_back(mean_distance_m(scene, place_m));
@@ -43,6 +44,9 @@ ProbeZones group_probes(const Scene& scene, std::span<const Vec3> places_m) {
     const double ratio = free_path_m[p] / std::max(free_path_m[seed], 1e-3);
     return ratio <= kSimilarFreePaths && ratio >= 1 / kSimilarFreePaths &&
            length(places_m[p] - places_m[seed]) <= kRadiusPerFreePath * free_path_m[seed] &&
+           std::none_of(
+               portals.begin(), portals.end(),
+               [&](const Portal& portal) { return passes(portal, places_m[seed], places_m[p]); }) &&
            scene.see_each_other(places_m[seed], places_m[p]);
   };
   for (std::uint32_t seed = 0; seed < places_m.size(); ++seed) {

@@ -3,7 +3,8 @@
 // After some reflections a sound has forgotten where in the room it came from. So probes that see
 // each other and lie within two mean free paths share one tree of late reflections, with the
 // photons of all of them: the late decay, which few photons of a single probe would leave noisy, is
-// then as exact as that of an emitter with many, and is stored once.
+// then as exact as that of an emitter with many, and is stored once. No zone reaches across a
+// portal: a closed door would not keep the photons of the far side's probes from a source.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +13,7 @@
 
 #include "bake/trace/scene.h"
 #include "common/vec.h"
+#include "formats/level/portal.h"
 
 namespace clamor {
 
@@ -22,7 +24,8 @@ struct ProbeZones {
   double late_from_m = 0;
 };
 
-// The result depends on the scene and the places alone.
-ProbeZones group_probes(const Scene& scene, std::span<const Vec3> places_m);
+// The result depends on the scene, the portals and the places alone.
+ProbeZones group_probes(const Scene& scene, std::span<const Portal> portals,
+                        std::span<const Vec3> places_m);
 
 }  // namespace clamor

@@ -20,4 +20,17 @@ bool is_rectangle(const Portal& portal) {
   return is_finite(portal.centre_m) && std::abs(cosine) <= kMaxSkew;
 }
 
+bool passes(const Portal& portal, const Vec3& from_m, const Vec3& to_m) {
+  const Vec3 normal = cross(portal.half_u_m, portal.half_v_m);
+  const double from = dot(from_m - portal.centre_m, normal);
+  const double to = dot(to_m - portal.centre_m, normal);
+  if ((from < 0) == (to < 0)) return false;
+  const Vec3 at_m = from_m + from / (from - to) * (to_m - from_m) - portal.centre_m;
+  // The coordinates of the point in the plane, a and b, by Cramer's rule.
+  const double area2 = dot(normal, normal);
+  const double a = dot(cross(at_m, portal.half_v_m), normal) / area2;
+  const double b = dot(cross(portal.half_u_m, at_m), normal) / area2;
+  return std::abs(a) <= 1 && std::abs(b) <= 1;
+}
+
 }  // namespace clamor

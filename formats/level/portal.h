@@ -89,4 +89,7 @@ static_assert(sizeof(PortalSet) == 8);
 // much skewed.
 bool is_rectangle(const Portal& portal);
 
+// Whether the straight line between two places passes the rectangle.
+bool passes(const Portal& portal, const Vec3& from_m, const Vec3& to_m);
+
 }  // namespace clamor

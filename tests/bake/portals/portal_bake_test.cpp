@@ -1,14 +1,19 @@
 // portal_bake_test.cpp: which portals the sound of each secondary source has passed.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "bake/bake.h"
+#include "bake/probes/probe_zones.h"
+#include "bake/trace/scene.h"
 #include "formats/bake_file/first_leg.h"
 #include "tests/portal_rooms.h"
+#include "tests/rooms.h"
 #include "tests/temporary_file.h"
 
 namespace clamor {
@@ -147,6 +152,21 @@ TEST(PortalBake, MarksTheSourcesOfProbes) {
   }
   EXPECT_GT(far, 20u);
   EXPECT_GE(passed, far);
+}
+
+TEST(PortalBake, SharesNoLateReflectionsAcrossAPortal) {
+  const Level hall = testing::shoebox({12, 3, 5}, testing::uniform_material(0.2f), {3, 1.5, 2.5});
+  const Scene scene(hall.mesh);
+  const std::array places_m = {Vec3(4.5, 1.5, 2.5), Vec3(7.5, 1.5, 2.5), Vec3(5, 1.5, 3.5)};
+  EXPECT_THAT(group_probes(scene, {}, places_m).sizes, ::testing::ElementsAre(3));
+  Portal across{"across", {6, 1.5, 2.5}, {0, 1.5, 0}, {0, 0, 2.5}};
+  const ProbeZones zones = group_probes(scene, std::span(&across, 1), places_m);
+  EXPECT_THAT(zones.sizes, ::testing::ElementsAre(2, 1));
+  EXPECT_THAT(zones.order, ::testing::ElementsAre(0, 2, 1));
+  // Sound passes beside it.
+  across.centre_m.z = 6;
+  EXPECT_THAT(group_probes(scene, std::span(&across, 1), places_m).sizes,
+              ::testing::ElementsAre(3));
 }
 
 }  // namespace
