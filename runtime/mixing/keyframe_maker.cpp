@@ -19,6 +19,8 @@ namespace {
 constexpr double kLeap_m = 0.7;
 constexpr double kMaxSlideAfterLeap_frames = 0.1 * kKeyframeFrames;
 
+constexpr double kMaxPowerRatio = 1e6;  // from one keyframe to the next, of a source's power
+
 constexpr float kLastRank = kHighestRank - 1;  // of chosen voices
 
 float fade_gain(int fade) {
@@ -125,6 +127,12 @@ float KeyframeMaker::PowerScale::next() {
   std::shift_right(previous_targets.begin(), previous_targets.end(), 1);
   previous_targets[0] = target;
   return --keyframes_left == 0 ? target : scale;
+}
+
+void KeyframeMaker::PowerScale::change_power(double ratio) {
+  if (ratio == 1 || !(ratio <= kMaxPowerRatio)) return;
+  for (float& previous : previous_targets) previous *= static_cast<float>(ratio);
+  keyframes_left = kFadeKeyframes;
 }
 
 void KeyframeMaker::update_scale(std::uint32_t s) {

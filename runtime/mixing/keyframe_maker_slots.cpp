@@ -90,9 +90,11 @@ bool KeyframeMaker::follow(std::uint32_t s, const SampledSource& chosen) {
     slot.frozen = true;
     return false;
   }
+  const double power_before = sum_of(table_.radiation.power[s]);
   table_.put(s, source, chosen.start_s);
   table_.set_velocity(s, chosen.velocity_mps);
-  slots_[s].changed = true;
+  if (!source.is_emitter) slot.scale.change_power(power_before / sum_of(source.power));
+  slot.changed = true;
   return true;
 }
 

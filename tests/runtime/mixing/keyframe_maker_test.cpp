@@ -193,6 +193,41 @@ TEST(KeyframeMaker, DelaysAVoiceUntilASlotIsFree) {
   }
 }
 
+// The share of a fade that is done after so many keyframes.
+double share_of_fade(int keyframes) {
+  return std::pow(
+      std::sin(std::numbers::pi / 2 * std::min(keyframes, kFadeKeyframes) / kFadeKeyframes), 2);
+}
+
+// The power of a probe's source grows and falls as a moving source nears the probe and leaves it.
+// The sampler then scales it by less and by more, so that both must change at the same time.
+TEST(KeyframeMaker, FadesToTheNewPowerOfAMovingReflection) {
+  const std::vector<Emitter> emitters(1);
+  const std::vector<Material> materials(1);
+  const RadiationModel radiation(emitters, materials, Air{});
+  KeyframeMaker maker(radiation, 4, Receivers::kOne);
+  Keyframe keyframe;
+  keyframe.voices.reserve(4);
+  Source source;
+  source.position_m = {0, 10, 0};
+  source.normal = source.mirror = {0, -1, 0};
+  double first = 0;
+  for (int k = 0; k < 40; ++k) {
+    source.power = same_in_all_bands(k >= 10 && k < 30 ? 4.0f : 1.0f);
+    SampledSource chosen{.number = 1, .source = &source, .moves = true};
+    chosen.power_scale = k < 10 ? 8 : k < 20 ? 2 : k < 30 ? 1 : 8;
+    maker.make(std::span(&chosen, 1), Listener{Vec3(0, 1.5, 0), 0, 0}, keyframe);
+    ASSERT_EQ(keyframe.voices.size(), 1u);
+    double power = 0;
+    for (const float band : keyframe.voices[0].gain[0]) power += static_cast<double>(band) * band;
+    if (k == 0) first = power;
+    const double expected = k < 20   ? 1
+                            : k < 30 ? 1 - share_of_fade(k - 19) / 2
+                                     : (1 + share_of_fade(k - 29)) / 2;
+    EXPECT_NEAR(power / first, expected, 1e-5) << k;
+  }
+}
+
 // Number of voices allowed at keyframe k.
 using VoiceCourse = std::function<std::size_t(int k)>;
 
@@ -233,10 +268,8 @@ double power_off_dB(const VoiceCourse& course, int keyframes) {
     while (estimates.size() <= kFadeKeyframes) estimates.push_back(estimate);
     double expected = 0, power = 0;
     for (int f = 0; f < kFadeKeyframes; ++f) {
-      const auto share = [](int of) {
-        return std::pow(std::sin(std::numbers::pi / 2 * of / kFadeKeyframes), 2);
-      };
-      expected += (share(f + 1) - share(f)) * estimates[static_cast<std::size_t>(f)];
+      expected +=
+          (share_of_fade(f + 1) - share_of_fade(f)) * estimates[static_cast<std::size_t>(f)];
     }
     maker.make(sample, Listener{place, 0, 0}, keyframe);
     for (const Voice& voice : keyframe.voices)
