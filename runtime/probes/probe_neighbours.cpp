@@ -12,14 +12,20 @@ namespace clamor {
 
 namespace {
 
-constexpr double kSoftening_m = 0.25;  // e
-constexpr float kSightRate = 0.2f;     // of the way to the last test, per keyframe
-constexpr float kSightSettled = 0.01f;
+constexpr double kSoftening_m = 0.25;   // e
+constexpr float kRate = 0.15f;          // of the way to the wanted weights, per keyframe
+constexpr float kLeastWeight = 0.002f;  // of a probe that is not wanted any more
+constexpr std::uint8_t kBlindKeyframes = 20;
+constexpr double kLeap_m = 3;  // in a keyframe: nothing drives so fast
 constexpr std::int64_t kRaysPerKeyframe = 4000;
 // A line of sight holds within this share of the distance to the nearest probe, and these limits.
 constexpr double kValidPerDistance = 0.1;
 constexpr float kLeastValid_m = 0.05f, kMostValid_m = 0.5f;
 constexpr std::size_t kWideSearch = 64;  // probes, where none of the nearest is seen
+
+bool is_before(const ProbeWeight& a, const ProbeWeight& b) {
+  return a.weight != b.weight ? a.weight > b.weight : a.probe < b.probe;
+}
 
 double weight_at(double distance2_m2) {
   const double softened = distance2_m2 + kSoftening_m * kSoftening_m;
@@ -75,49 +81,92 @@ void ProbeNeighbours::begin() {
   unseen_ = 0;
 }
 
-// Replaces the candidates by the nearest probes; those that stay keep what is known of them.
-void ProbeNeighbours::find_candidates(State& state, const Vec3& place_m) {
-  const State before = state;
+// Finds the nearest probes, and which of them the source sees.
+void ProbeNeighbours::test(State& state, const Vec3& place_m) {
   std::array<std::uint32_t, kWideSearch> nearest{};
   state.count =
       static_cast<std::uint32_t>(tree_->nearest(place_m, std::span(nearest).first(kCandidates)));
-  for (std::size_t c = 0; c < state.count; ++c) {
-    state.probe[c] = nearest[c];
-    const auto end = before.probe.begin() + before.count;
-    const auto known = std::find(before.probe.begin(), end, nearest[c]);
-    state.seen[c] =
-        known == end ? 0 : before.seen[static_cast<std::size_t>(known - before.probe.begin())];
-  }
-}
-
-void ProbeNeighbours::test(State& state, const Vec3& place_m) {
-  find_candidates(state, place_m);
   const auto sees = [&](std::uint32_t probe) {
     --rays_left_;
     return surfaces_ == nullptr || surfaces_->is_free(Vec3f(place_m), Vec3f(probes_m_[probe]));
   };
   bool any = false;
   for (std::size_t c = 0; c < state.count; ++c) {
-    state.seen_now[c] = sees(state.probe[c]) ? 1 : 0;
-    any |= state.seen_now[c] > 0;
+    state.probe[c] = nearest[c];
+    state.is_seen[c] = sees(nearest[c]);
+    any |= state.is_seen[c];
   }
-  if (!any && probes_m_.size() > kCandidates) {
-    // Behind a thin wall the nearest probes may all be in the other room.
-    std::array<std::uint32_t, kWideSearch> nearest{};
-    const std::size_t count = tree_->nearest(place_m, nearest);
-    std::size_t found = 0;
-    for (std::size_t n = kCandidates; n < count && found < kCandidates; ++n) {
-      if (!sees(nearest[n])) continue;
-      state.probe[found] = nearest[n];
-      state.seen[found] = state.is_new ? 0 : state.seen[found];
-      state.seen_now[found++] = 1;
-    }
-    if (found > 0) state.count = static_cast<std::uint32_t>(found);
-  }
-  const double nearest_m = state.count > 0 ? length(place_m - probes_m_[state.probe[0]]) : 0;
+  const double nearest_m = state.count > 0 ? length(place_m - probes_m_[nearest[0]]) : 0;
   state.tested_m = Vec3f(place_m);
   state.valid_m =
       std::clamp(static_cast<float>(kValidPerDistance * nearest_m), kLeastValid_m, kMostValid_m);
+  if (any || probes_m_.size() <= kCandidates) return;
+  // Behind a thin wall the nearest probes may all be in the other room.
+  const std::size_t count = tree_->nearest(place_m, nearest);
+  std::size_t found = 0;
+  for (std::size_t n = kCandidates; n < count && found < kCandidates; ++n) {
+    if (!sees(nearest[n])) continue;
+    state.probe[found] = nearest[n];
+    state.is_seen[found++] = true;
+  }
+  if (found > 0) state.count = static_cast<std::uint32_t>(found);
+}
+
+// The weights at a place.
+ProbeNeighbours::Weights ProbeNeighbours::wanted(const State& state, const Vec3& place_m) const {
+  std::array<ProbeWeight, kCandidates> seen;
+  std::size_t count = 0;
+  for (std::size_t c = 0; c < state.count; ++c) {
+    if (!state.is_seen[c]) continue;
+    const Vec3 away_m = place_m - probes_m_[state.probe[c]];
+    seen[count++] = {state.probe[c], static_cast<float>(weight_at(dot(away_m, away_m)))};
+  }
+  std::partial_sort(seen.begin(), seen.begin() + std::min(count, kNearest + 1),
+                    seen.begin() + count, is_before);
+  const float fifth = count > kNearest ? seen[kNearest].weight : 0;
+  Weights weights;
+  for (std::size_t c = 0; c < std::min(count, kNearest) && seen[c].weight > fifth; ++c)
+    weights.of[weights.count++] = {seen[c].probe, seen[c].weight - fifth};
+  weights.scale_to_one();
+  return weights;
+}
+
+void ProbeNeighbours::Weights::scale_to_one() {
+  float sum = 0;
+  for (const ProbeWeight& one : all()) sum += one.weight;
+  if (!(sum > 0)) count = 0;
+  for (std::uint32_t c = 0; c < count; ++c) of[c].weight /= sum;
+}
+
+// Takes the weights a part of the way to those that are wanted. Returns whether they are there.
+bool ProbeNeighbours::follow(Weights& now, const Weights& wanted) {
+  std::array<ProbeWeight, kMaxCopies + kNearest> next;
+  std::array<float, kMaxCopies + kNearest> targets{};
+  std::copy_n(now.of.begin(), now.count, next.begin());
+  std::size_t count = now.count;
+  for (const ProbeWeight& one : wanted.all()) {
+    std::size_t c = 0;
+    while (c < count && next[c].probe != one.probe) ++c;
+    if (c == count) next[count++] = {one.probe, 0};
+    targets[c] = one.weight;
+  }
+  bool is_there = true;
+  std::size_t kept = 0;
+  for (std::size_t c = 0; c < count; ++c) {
+    const float change = targets[c] - next[c].weight;
+    is_there &= std::abs(change) < kLeastWeight;
+    const float weight = next[c].weight + kRate * change;
+    if (targets[c] > 0 || weight > kLeastWeight) next[kept++] = {next[c].probe, weight};
+  }
+  if (is_there) {
+    now = wanted;
+    return true;
+  }
+  now.count = static_cast<std::uint32_t>(std::min(kept, kMaxCopies));
+  std::partial_sort(next.begin(), next.begin() + now.count, next.begin() + kept, is_before);
+  std::copy_n(next.begin(), now.count, now.of.begin());
+  now.scale_to_one();
+  return false;
 }
 
 std::span<const ProbeWeight> ProbeNeighbours::weights(std::size_t source, std::uint32_t generation,
@@ -127,43 +176,24 @@ std::span<const ProbeWeight> ProbeNeighbours::weights(std::size_t source, std::u
     state = {};
     state.generation = generation;
   }
+  if (!(length(place_m - Vec3(state.last_m)) < kLeap_m)) state.now.count = 0;
+  state.last_m = Vec3f(place_m);
   const bool is_near = length(place_m - Vec3(state.tested_m)) <= static_cast<double>(state.valid_m);
   if (state.is_new || (!is_near && rays_left_ > 0)) test(state, place_m);
-  for (std::size_t c = 0; c < state.count; ++c) {
-    const float change = state.seen_now[c] - state.seen[c];
-    if (state.is_new || std::abs(change) < kSightSettled)
-      state.seen[c] = state.seen_now[c];
-    else
-      state.seen[c] += kSightRate * change;
-    is_settled_ &= state.seen[c] == state.seen_now[c];
-  }
   state.is_new = false;
-
-  // The largest weights, in order.
-  std::array<ProbeWeight, kCandidates> all;
-  for (std::size_t c = 0; c < state.count; ++c) {
-    const Vec3 away_m = place_m - probes_m_[state.probe[c]];
-    all[c] = {state.probe[c], state.seen[c] * static_cast<float>(weight_at(dot(away_m, away_m)))};
+  const Weights wanted = this->wanted(state, place_m);
+  if (wanted.count == 0) {
+    if (state.now.count > 0 && ++state.blind_keyframes > kBlindKeyframes) state.now.count = 0;
+    is_settled_ &= state.now.count == 0;
+  } else {
+    state.blind_keyframes = 0;
+    if (state.now.count == 0)
+      state.now = wanted;
+    else
+      is_settled_ &= follow(state.now, wanted);
   }
-  const std::size_t kept = std::min<std::size_t>(state.count, weights_.size());
-  std::partial_sort(all.begin(), all.begin() + kept, all.begin() + state.count,
-                    [](const ProbeWeight& a, const ProbeWeight& b) {
-                      return a.weight != b.weight ? a.weight > b.weight : a.probe < b.probe;
-                    });
-  std::copy_n(all.begin(), kept, weights_.begin());
-  const float fifth = kept > kMaxCopies ? weights_[kMaxCopies].weight : 0;
-  float sum = 0;
-  std::size_t count = 0;
-  for (; count < std::min(kept, kMaxCopies) && weights_[count].weight > fifth; ++count) {
-    weights_[count].weight -= fifth;
-    sum += weights_[count].weight;
-  }
-  if (!(sum > 0)) {
-    ++unseen_;
-    return {};
-  }
-  for (std::size_t c = 0; c < count; ++c) weights_[c].weight /= sum;
-  return std::span(weights_).first(count);
+  if (state.now.count == 0) ++unseen_;
+  return state.now.all();
 }
 
 }  // namespace clamor

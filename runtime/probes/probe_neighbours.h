@@ -1,14 +1,18 @@
 // probe_neighbours.h: the probes round each moving source, with weights that change smoothly.
 //
-// The weight of a probe at a distance d is v / (d^2 + e^2)^2, v the share of it that the source
-// sees. The four largest count, less the fifth, so a probe enters and leaves with weight zero; they
-// are scaled to a sum of one. Lines of sight are tested when a source has moved by a tenth of the
-// distance to its nearest probe, and v follows a test over some keyframes, so a source that drives
-// through a door crossfades from one room's probes to the other's.
+// The weight of a probe that the source sees, at a distance d, is 1 / (d^2 + e^2)^2. The four
+// largest count, less the fifth, so a probe enters and leaves with weight zero; they are scaled to
+// a sum of one. Lines of sight are tested when a source has moved by a tenth of the distance to its
+// nearest probe.
 //
-// A source that sees no probe, as inside a solid, has none.
+// In each keyframe a source's weights take 15 % of the way there, as rooms do not forget a source
+// at once either, so a source that drives or flies is heard through up to eight probes and the
+// level of its reflections does not step. It lags behind by some 100 ms. One that drives through a
+// door crossfades from one room's probes to the other's. One that leaps does not.
 //
-// Threads: the sampler's alone.   Memory: 130 bytes per source.
+// A source that sees no probe, as inside a solid, keeps its weights for 0.4 s, and then has none.
+//
+// Threads: the sampler's alone.   Memory: 170 bytes per source.
 #pragma once
 
 #include <array>
@@ -24,7 +28,7 @@ namespace clamor {
 
 class OcclusionGeometry;
 
-inline constexpr std::size_t kMaxCopies = 4;  // probes that one source is heard through
+inline constexpr std::size_t kMaxCopies = 8;  // probes that one source is heard through
 
 struct ProbeWeight {
   std::uint32_t probe = 0;
@@ -52,25 +56,34 @@ class ProbeNeighbours {
   std::size_t unseen() const { return unseen_; }
 
  private:
-  static constexpr std::size_t kCandidates = 8;
+  static constexpr std::size_t kCandidates = 8, kNearest = 4;
   struct Tree;
+  struct Weights {
+    std::array<ProbeWeight, kMaxCopies> of{};  // the first `count` are in use
+    std::uint32_t count = 0;
+
+    std::span<const ProbeWeight> all() const { return std::span(of).first(count); }
+    void scale_to_one();  // their sum; none if that is zero
+  };
   struct State {
     std::array<std::uint32_t, kCandidates> probe{};
-    std::array<float, kCandidates> seen{}, seen_now{};  // smoothed, and at the last test
+    std::array<bool, kCandidates> is_seen{};  // at the last test
     std::uint32_t count = 0, generation = 0;
-    Vec3f tested_m{};
+    Vec3f last_m{}, tested_m{};
     float valid_m = -1;  // from tested_m
     bool is_new = true;
+    std::uint8_t blind_keyframes = 0;  // without a probe that is seen
+    Weights now;
   };
 
-  void find_candidates(State& state, const Vec3& place_m);
   void test(State& state, const Vec3& place_m);
+  Weights wanted(const State& state, const Vec3& place_m) const;
+  static bool follow(Weights& now, const Weights& wanted);
 
   std::vector<Vec3> probes_m_;
   const OcclusionGeometry* surfaces_;
   std::unique_ptr<Tree> tree_;
   std::vector<State> states_;  // by source
-  std::array<ProbeWeight, kMaxCopies + 1> weights_{};
   std::int64_t rays_left_ = 0;
   bool is_settled_ = true;
   std::size_t unseen_ = 0;
