@@ -66,6 +66,8 @@ class ProbePool {
   void request_pages(double threshold);
   bool lacks_pages() const { return requests_.any_missing(); }
   bool complete() { return requests_.wait(); }
+  // Moving sources of the last keyframe that have no reflections because they see no probe.
+  std::size_t unseen_sources() const { return neighbours_.unseen(); }
 
  private:
   // A moving source heard through a tree.

@@ -14,6 +14,7 @@
 #include "formats/files/random_access_file.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
 #include "runtime/sampling/moving_sources.h"
 #include "runtime/voices/keyframe.h"
 #include "tests/rooms.h"
@@ -194,17 +195,60 @@ TEST(ReverberantSource, GivesItsSlotToAnotherAtAnyTime) {
   for (const float sample : sound) ASSERT_TRUE(std::isfinite(sample));
 }
 
-TEST(ReverberantSource, IsSilentRatherThanACrashWhereThereIsNoRoom) {
-  auto auralizer = Auralizer::create(with_probes().open(), offline(3));
+// In a wall, outside the room, as far away as can be: no reflections, and the statistics tell.
+TEST(ReverberantSource, HasNoReflectionsWhereThereIsNoRoom) {
+  auto auralizer = Auralizer::create(with_probes().open(), offline(6));
   ASSERT_TRUE(auralizer.ok());
-  for (const Vec3& place_m : {Vec3(3, -1, 1.5), Vec3(1e6, 0, 0), Vec3(0, 4, 1.5)}) {
-    MovingSource source;
+  MovingSource source;
+  source.position_m = kSourcePlace_m;
+  const auto handle = (*auralizer)->moving()->add(source);
+  ASSERT_TRUE(handle.ok());
+  const auto is_finite_now = [&](double seconds) {
+    for (const float sample : heard(**auralizer, seconds,
+                                    [&](double time_s) { (*auralizer)->moving()->commit(time_s); }))
+      if (!std::isfinite(sample)) return false;
+    return true;
+  };
+  EXPECT_TRUE(is_finite_now(0.2));
+  EXPECT_EQ((*auralizer)->statistics().unseen_sources, 0u);
+  for (const Vec3& place_m :
+       {Vec3(3, -1, 1.5), Vec3(-1, 4, 1.5), Vec3(1e6, 0, 0), Vec3(-1e6, 1e6, -1e6)}) {
     source.position_m = place_m;
     ASSERT_TRUE((*auralizer)->moving()->add(source).ok());
   }
-  for (const float sample :
-       heard(**auralizer, 0.3, [&](double time_s) { (*auralizer)->moving()->commit(time_s); }))
-    ASSERT_TRUE(std::isfinite(sample));
+  EXPECT_TRUE(is_finite_now(0.2));
+  EXPECT_EQ((*auralizer)->statistics().unseen_sources, 4u);
+  // One that goes there keeps its reflections for 0.4 s at most.
+  ASSERT_TRUE((*auralizer)->moving()->move(*handle, {-0.5, 2.7, 1.4}).ok());
+  EXPECT_TRUE(is_finite_now(0.6));
+  EXPECT_EQ((*auralizer)->statistics().unseen_sources, 5u);
+  ASSERT_TRUE((*auralizer)->moving()->move(*handle, kSourcePlace_m).ok());
+  EXPECT_TRUE(is_finite_now(0.2));
+  EXPECT_EQ((*auralizer)->statistics().unseen_sources, 4u);
+}
+
+// No photon of theirs has met a surface.
+TEST(ReverberantSource, IsHeardDirectlyWhereProbesHaveNoReflections) {
+  Level level = room(false);
+  level.mesh = {};
+  BakeOptions baking{.settings = {.photons = 100}};
+  baking.probes_m = {{1.5, 1.8, 1.5}, {3.6, 3.9, 1.5}};
+  const auto contents = bake(level, baking);
+  ASSERT_TRUE(contents.ok()) << contents.error().message;
+  const auto file = testing::as_file(*contents);
+  const auto played = [&](bool reverberates) {
+    AuralizerOptions options = offline(1);
+    options.moving.reverberates = reverberates;
+    auto auralizer = Auralizer::create(file, options);
+    EXPECT_TRUE(auralizer.ok()) << auralizer.error().message;
+    MovingSource source;
+    source.position_m = kSourcePlace_m;
+    EXPECT_TRUE((*auralizer)->moving()->add(source).ok());
+    return heard(**auralizer, 0.3, [&](double time_s) { (*auralizer)->moving()->commit(time_s); });
+  };
+  const auto with = played(true);
+  EXPECT_GT(power_db(with), -60);
+  EXPECT_EQ(with, played(false));
 }
 
 // Each of a crowd is heard through one or two reflections; together they have the right level, but

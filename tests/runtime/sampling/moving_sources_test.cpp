@@ -180,6 +180,36 @@ TEST(MovingSources, ReportErrorsAndThenChangeNothing) {
   EXPECT_TRUE(moving.move(*again, {1, 2, 3}).ok());
 }
 
+TEST(MovingSources, RefusePlacesAndSpeedsThatAreNone) {
+  MovingSources moving(1, 1);
+  MovingSource source;
+  source.position_m = {1, 2, 3};
+  const auto handle = moving.add(source);
+  ASSERT_TRUE(handle.ok());
+  for (const double odd : {static_cast<double>(NAN), static_cast<double>(INFINITY), 1e30, -1e300})
+    for (const Vec3& place_m : {Vec3(odd, 0, 0), Vec3(0, odd, 0), Vec3(0, 0, odd)}) {
+      const auto moved = moving.move(*handle, place_m);
+      ASSERT_FALSE(moved.ok()) << odd;
+      EXPECT_NE(moved.error().message, "");
+      EXPECT_FALSE(moving.move(*handle, {}, place_m).ok()) << odd;
+      MovingSource changed = source;
+      changed.position_m = place_m;
+      EXPECT_FALSE(moving.change(*handle, changed).ok()) << odd;
+      EXPECT_FALSE(moving.add(changed).ok()) << odd;
+      changed = source;
+      changed.axis = place_m;
+      // An axis only needs a direction.
+      if (!std::isfinite(odd)) {
+        EXPECT_FALSE(moving.change(*handle, changed).ok()) << odd;
+      }
+    }
+  moving.commit();
+  const MovingSources::Snapshot& now = moving.latest();
+  ASSERT_EQ(now.count, 1u);
+  EXPECT_EQ(Vec3f(now.x_m[0], now.y_m[0], now.z_m[0]), Vec3f(1, 2, 3));
+  EXPECT_EQ(Vec3f(now.x_mps[0], now.y_mps[0], now.z_mps[0]), Vec3f(0));
+}
+
 // A hundred thousand sources move in every keyframe, and the sample still equals that of a sort.
 TEST(MovingSources, AreSampledLikeASortWhenAHundredThousandMove) {
   constexpr std::size_t kMany = 100'000, kVoices = 500;
