@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 #include <memory>
+#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -107,6 +108,88 @@ TEST(AuralizerParts, AreHeardWithinAKeyframe) {
     };
     EXPECT_NEAR(after(out), after(expected), 0.5);
     EXPECT_GT(std::abs(open_db - after(out)), 1);
+  }
+}
+
+// The power of all voices at each keyframe, while `before_keyframe(time_s)` moves parts.
+template <class Before>
+std::vector<double> power_by_keyframe(Auralizer& auralizer, const Listener& listener,
+                                      double seconds, Before before_keyframe) {
+  std::vector<double> powers;
+  std::vector<float> block(2 * kKeyframeFrames);
+  while (static_cast<double>(powers.size()) * kKeyframe_s < seconds) {
+    while (auralizer.wants_keyframe()) {
+      before_keyframe(auralizer.next_keyframe_time_s());
+      auralizer.make_keyframe(listener);
+      double& power = powers.emplace_back(0);
+      for (const Voice& voice : auralizer.newest_keyframe()->voices)
+        for (const Bands& gain : voice.gain)
+          for (const float band : gain) power += static_cast<double>(band) * band;
+    }
+    auralizer.mix(block);
+  }
+  return powers;
+}
+
+// A player that has a door and a moving source before it.
+std::unique_ptr<Auralizer> source_before(const MovablePart& door, bool exact, float transmission) {
+  AuralizerOptions options;
+  options.wait_for_pages = exact;
+  options.keeps_keyframe = true;
+  options.mixes_voices = false;
+  options.moving.max_sources = 1;
+  options.moving.kinds = {{"source", 0, {}}};
+  AuralizerInput input = rooms({door}, {}, testing::sine());
+  input.sources.clear();
+  input.materials.push_back(input.materials[0]);
+  input.materials[1].transmission = same_in_all_bands(transmission);
+  auto made = Auralizer::create(std::move(input), options);
+  EXPECT_TRUE(made.ok()) << made.error().message;
+  MovingSource source;
+  source.position_m = {2, 2, 1.5};
+  source.start_s = -1;
+  EXPECT_TRUE((*made)->moving()->add(source).ok());
+  (*made)->moving()->commit();
+  return std::move(*made);
+}
+
+// Its voice begins to fade with the first keyframe after the commit.
+TEST(AuralizerParts, ChangeTheVoicesOfTheNextKeyframe) {
+  for (const bool exact : {true, false}) {
+    const auto is = source_before(door(90), exact, 0);
+    int keyframe = 0;
+    const auto powers = power_by_keyframe(*is, kListener, 1.5, [&](double) {
+      const bool closes = keyframe >= 25 && keyframe < 50;
+      ++keyframe;
+      ASSERT_TRUE(is->parts()->move(is->level_parts().front(), door_pose(closes ? 0 : 90)).ok());
+      is->parts()->commit();
+    });
+    for (std::size_t f = 0; f <= 5; ++f) {
+      const double left = std::pow(std::cos(std::numbers::pi / 10 * static_cast<double>(f)), 2);
+      EXPECT_NEAR(powers[24 + f] / powers[20], left, 1e-3) << f << exact;
+      EXPECT_NEAR(powers[49 + f] / powers[20], 1 - left, 1e-3) << f << exact;
+    }
+  }
+}
+
+// The direct sound alone, through a door that transmits a fifth; reflections only make it steadier.
+// From a door that transmits 3 %, the first crack is a step of 3 dB, as it is in the open air.
+TEST(AuralizerParts, OpenADoorInASecondWithoutAStepOfADecibel) {
+  const auto largest_step_db = [](bool exact, double opens_s) {
+    const auto is = source_before(door(0, 1), exact, 0.2f);
+    const auto powers = power_by_keyframe(*is, kListener, 2, [&](double t) {
+      const double open_deg = 90 * std::clamp((t - 0.5) / opens_s, 0.0, 1.0);
+      ASSERT_TRUE(is->parts()->move(is->level_parts().front(), door_pose(open_deg)).ok());
+      is->parts()->commit();
+    });
+    double largest = 0;
+    for (std::size_t k = 20; k < powers.size(); ++k)
+      largest = std::max(largest, std::abs(10 * std::log10(powers[k] / powers[k - 1])));
+    return largest;
+  };
+  for (const bool exact : {true, false}) {
+    EXPECT_LT(largest_step_db(exact, 1), 1) << exact;
+    EXPECT_GT(largest_step_db(exact, 0.01), 3) << exact;
   }
 }
 
