@@ -75,6 +75,10 @@ OcclusionGeometry::~OcclusionGeometry() = default;
 
 bool OcclusionGeometry::has_parts() const { return parts_ != nullptr && !parts_->empty(); }
 
+std::uint64_t OcclusionGeometry::parts_version() const {
+  return parts_ == nullptr ? 0 : parts_->version();
+}
+
 bool OcclusionGeometry::parts_transmit() const { return parts_ != nullptr && parts_->transmits(); }
 
 bool OcclusionGeometry::transmits() const { return transmits_ || parts_transmit(); }

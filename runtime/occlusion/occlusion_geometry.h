@@ -52,6 +52,8 @@ class OcclusionGeometry {
   void set_parts(const PartScene* parts) { parts_ = parts; }
 
   bool has_parts() const;
+  // Grows whenever a part appears, moves or vanishes.
+  std::uint64_t parts_version() const;
 
   // Whether nothing occludes.
   bool empty() const { return planes_.empty() && !has_parts(); }

@@ -72,7 +72,10 @@ std::span<const PartBounds> PartScene::update(const MovingParts::Snapshot& snaps
   parts_.resize(snapshot.parts.size());
   for (std::size_t slot = 0; slot < parts_.size(); ++slot)
     if (parts_[slot].version != snapshot.parts[slot].version) take_over(slot, snapshot.parts[slot]);
-  if (!changed_.empty()) instances_->update();
+  if (!changed_.empty()) {
+    instances_->update();
+    ++version_;
+  }
   return changed_;
 }
 

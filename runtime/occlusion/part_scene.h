@@ -35,6 +35,8 @@ class PartScene {
   // and after. Valid until the next call.
   std::span<const PartBounds> update(const MovingParts::Snapshot& snapshot);
 
+  // The number of updates that changed anything.
+  std::uint64_t version() const { return version_; }
   bool empty() const { return present_ == 0; }
   bool transmits() const { return transmitting_ > 0; }  // whether any part does
 
@@ -72,7 +74,7 @@ class PartScene {
   std::vector<Part> parts_;                     // by slot
   std::vector<PartBounds> changed_;
   std::size_t present_ = 0, transmitting_ = 0;
-  std::uint64_t commits_ = 0;
+  std::uint64_t commits_ = 0, version_ = 0;
 };
 
 }  // namespace clamor

@@ -18,6 +18,7 @@ constexpr float kLeastWeight = 0.002f;  // of a probe that is not wanted any mor
 constexpr std::uint8_t kBlindKeyframes = 20;
 constexpr double kLeap_m = 3;  // in a keyframe: nothing drives so fast
 constexpr std::int64_t kRaysPerKeyframe = 4000;
+constexpr std::uint64_t kPartsTestedEvery = 10;  // keyframes
 // A line of sight holds within this share of the distance to the nearest probe, and these limits.
 constexpr double kValidPerDistance = 0.1;
 constexpr float kLeastValid_m = 0.05f, kMostValid_m = 0.5f;
@@ -79,6 +80,8 @@ void ProbeNeighbours::begin() {
   rays_left_ = kRaysPerKeyframe;
   is_settled_ = true;
   unseen_ = 0;
+  ++keyframe_;
+  if (surfaces_ != nullptr) parts_version_ = surfaces_->parts_version();
 }
 
 // Finds the nearest probes, and which of them the source sees.
@@ -98,6 +101,8 @@ void ProbeNeighbours::test(State& state, const Vec3& place_m) {
   }
   const double nearest_m = state.count > 0 ? length(place_m - probes_m_[nearest[0]]) : 0;
   state.tested_m = Vec3f(place_m);
+  state.parts_version = parts_version_;
+  state.tested_in = keyframe_;
   state.valid_m =
       std::clamp(static_cast<float>(kValidPerDistance * nearest_m), kLeastValid_m, kMostValid_m);
   if (any || probes_m_.size() <= kCandidates) return;
@@ -169,6 +174,17 @@ bool ProbeNeighbours::follow(Weights& now, const Weights& wanted) {
   return false;
 }
 
+// Whether the lines of sight are to be tested in this keyframe. What has to wait is not settled.
+bool ProbeNeighbours::is_due(const State& state, const Vec3& place_m) {
+  if (state.is_new) return true;
+  const bool is_near = length(place_m - Vec3(state.tested_m)) <= static_cast<double>(state.valid_m);
+  const bool has_new_parts = state.parts_version != parts_version_;
+  if (is_near && !has_new_parts) return false;
+  if (rays_left_ > 0 && (!is_near || keyframe_ >= state.tested_in + kPartsTestedEvery)) return true;
+  is_settled_ = false;
+  return false;
+}
+
 std::span<const ProbeWeight> ProbeNeighbours::weights(std::size_t source, std::uint32_t generation,
                                                       const Vec3& place_m) {
   State& state = states_[source];
@@ -178,8 +194,7 @@ std::span<const ProbeWeight> ProbeNeighbours::weights(std::size_t source, std::u
   }
   if (!(length(place_m - Vec3(state.last_m)) < kLeap_m)) state.now.count = 0;
   state.last_m = Vec3f(place_m);
-  const bool is_near = length(place_m - Vec3(state.tested_m)) <= static_cast<double>(state.valid_m);
-  if (state.is_new || (!is_near && rays_left_ > 0)) test(state, place_m);
+  if (is_due(state, place_m)) test(state, place_m);
   state.is_new = false;
   const Weights wanted = this->wanted(state, place_m);
   if (wanted.count == 0) {

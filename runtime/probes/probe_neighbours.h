@@ -3,7 +3,7 @@
 // The weight of a probe that the source sees, at a distance d, is 1 / (d^2 + e^2)^2. The four
 // largest count, less the fifth, so a probe enters and leaves with weight zero; they are scaled to
 // a sum of one. Lines of sight are tested when a source has moved by a tenth of the distance to its
-// nearest probe.
+// nearest probe, and when a movable part has moved, but for that not more often than every 0.2 s.
 //
 // In each keyframe a source's weights take 15 % of the way there, as rooms do not forget a source
 // at once either, so a source that drives or flies is heard through up to eight probes and the
@@ -73,10 +73,13 @@ class ProbeNeighbours {
     float valid_m = -1;  // from tested_m
     bool is_new = true;
     std::uint8_t blind_keyframes = 0;  // without a probe that is seen
+    std::uint64_t parts_version = 0;   // of the surfaces at the last test,
+    std::uint64_t tested_in = 0;       // which was in this keyframe
     Weights now;
   };
 
   void test(State& state, const Vec3& place_m);
+  bool is_due(const State& state, const Vec3& place_m);
   Weights wanted(const State& state, const Vec3& place_m) const;
   static bool follow(Weights& now, const Weights& wanted);
 
@@ -85,6 +88,7 @@ class ProbeNeighbours {
   std::unique_ptr<Tree> tree_;
   std::vector<State> states_;  // by source
   std::int64_t rays_left_ = 0;
+  std::uint64_t keyframe_ = 0, parts_version_ = 0;
   bool is_settled_ = true;
   std::size_t unseen_ = 0;
 };

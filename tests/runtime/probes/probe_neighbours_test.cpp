@@ -7,7 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/occlusion/moving_parts.h"
 #include "runtime/occlusion/occlusion_geometry.h"
+#include "runtime/occlusion/part_scene.h"
+#include "runtime/occlusion/part_shape.h"
 #include "tests/rooms.h"
 
 namespace clamor {
@@ -227,6 +230,37 @@ TEST(ProbeNeighbours, BearProbesThatAreNoneOrInOnePlace) {
     }
     EXPECT_LE(neighbours.unseen(), 1u);
   }
+}
+
+// A part comes between a source that rests and one of its probes, and goes again.
+TEST(ProbeNeighbours, LoseTheProbeBehindAPartAndFindItAgain) {
+  Level level;
+  level.materials = {testing::uniform_material(0.2f)};
+  OcclusionGeometry surfaces(level.mesh, level.materials);
+  MovingParts parts;
+  PartScene scene;
+  surfaces.set_parts(&scene);
+  const auto wall = *PartShape::make(testing::box({0.1, 4, 4}), level.materials);
+  ProbeNeighbours neighbours({{-1, 2, 2}, {1.5, 2, 2}}, &surfaces, 1);
+  const auto weights_after = [&](int keyframes) {
+    parts.commit();
+    if (parts.has_news()) scene.update(parts.latest());
+    std::map<std::uint32_t, double> weights;
+    for (int k = 0; k < keyframes; ++k) {
+      neighbours.begin();
+      weights = as_map(neighbours.weights(0, 1, {-0.5, 2, 2}));
+    }
+    return weights;
+  };
+  const auto both = weights_after(1);
+  EXPECT_GT(both.at(1), 0.001);
+  const auto door = *parts.add(wall, {});
+  EXPECT_EQ(weights_after(100), (std::map<std::uint32_t, double>{{0, 1}}));
+  EXPECT_TRUE(neighbours.is_settled());
+  ASSERT_TRUE(parts.remove(door).ok());
+  EXPECT_LT(weights_after(1).at(1), both.at(1));
+  EXPECT_FALSE(neighbours.is_settled());  // or a sampler would not ask again
+  EXPECT_EQ(weights_after(100), both);
 }
 
 }  // namespace
