@@ -75,7 +75,7 @@ class PageDecoder {
   // Decodes the contents of a frame.
   Result<void> decode_unpacked(const NodeSummary& node, std::span<const std::byte> page,
                                std::span<const Emitter> emitters, std::size_t materials,
-                               PageColumns& columns);
+                               PageColumns& columns, std::uint32_t first_legs = 0);
 
  private:
   std::unique_ptr<PageWorkspace> workspace_;

@@ -44,10 +44,10 @@ Result<void> PageDecoder::decode(const NodeSummary& node, std::span<const std::b
 
 Result<void> PageDecoder::decode_unpacked(const NodeSummary& node, std::span<const std::byte> page,
                                           std::span<const Emitter> emitters, std::size_t materials,
-                                          PageColumns& columns) {
+                                          PageColumns& columns, std::uint32_t first_legs) {
   if (page.size() > room_for(node)) return Error("has the wrong size for its sources");
   std::copy(page.begin(), page.end(), workspace_->page.begin());
-  return clamor::decode(*workspace_, page.size(), node, emitters, materials, 0, columns);
+  return clamor::decode(*workspace_, page.size(), node, emitters, materials, first_legs, columns);
 }
 
 }  // namespace clamor

@@ -19,6 +19,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   for (const auto& map : root->signal_maps)
     for (const std::uint32_t signal : map)
       if (signal >= root->signals.size()) std::abort();
+  for (const StoredProbe& probe : root->probes.places)
+    if (probe.zone >= root->probes.zones.size() || !is_finite(probe.position_m)) std::abort();
   if (root->depths.size() != root->trees.size()) std::abort();
   return 0;
 }
