@@ -73,6 +73,11 @@ struct Rooms {
     return options;
   }
 
+  // Sources that were removed go on reverberating.
+  void let_them_die_away() {
+    for (int i = 0; i < 12; ++i) power();
+  }
+
   // The power of the last quarter of the next half second.
   double power() {
     std::vector<float> block(2 * 480);
@@ -168,7 +173,9 @@ int main(int count, char** words) {
   try {
     Rooms rooms(words[1]);
     open_the_door_of_a_level(rooms);
+    rooms.let_them_die_away();
     change_the_reverberation_of_a_source(rooms);
+    rooms.let_them_die_away();
     add_and_remove_a_board(rooms);
   } catch (const clamor::Failure& failure) {
     std::printf("%s\n", failure.what());

@@ -16,7 +16,10 @@ namespace clamor {
 // Error. Siblings within one page are checked by page_links.h.
 class PageParents {
  public:
-  void add_top(const PageEntry& top) { parents_.emplace(top.page.offset, top.page.offset); }
+  // The empty page of a tree without sources has the offset of whatever comes next.
+  void add_top(const PageEntry& top) {
+    if (top.page.bytes() > 0) parents_.emplace(top.page.offset, top.page.offset);
+  }
 
   // Thread-safe.
   Result<void> add(const PageEntry& parent, const PageLinks& links) {

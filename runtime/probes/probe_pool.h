@@ -1,6 +1,6 @@
 // probe_pool.h: the reflections of moving sources, as copies of the trees of the probes round them.
 //
-// Each moving source is heard through up to four probes (probe_neighbours.h) and their zones, and
+// Each moving source is heard through up to eight probes (probe_neighbours.h) and their zones, and
 // each of these copies holds the secondary sources of a tree, moved to the source's place
 // (probe_sources.h), with its signal, gain and directivity. They are ranked together with all other
 // sources. Of a level with 500 probes and 1000 moving sources these are ten million, of which a

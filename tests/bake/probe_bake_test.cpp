@@ -139,6 +139,29 @@ TEST(ProbeBake, IsReadFromTheFileAsItWasBaked) {
   }
 }
 
+// Outside, sound leaves the walls once and for all, so that the zone has no late reflections.
+TEST(ProbeBake, IsReadWholeWhereAZoneIsEmpty) {
+  BakeOptions options = with_probes();
+  options.probes_m.insert(options.probes_m.begin(), {3, 4, 20});
+  options.settings.photons = 20'000;
+  const testing::TemporaryFile path("room.clamor");
+  const auto contents = bake(room(), options);
+  ASSERT_TRUE(contents.ok()) << contents.error().message;
+  ASSERT_TRUE(contents->probes.zones[0].sources.empty());
+  ASSERT_GT(contents->probes.zones[1].nodes.size(), 1u);
+  ASSERT_TRUE(write_bake(path.path(), *contents, 1).ok());
+  const auto file = BakeFile::open(path.path());
+  ASSERT_TRUE(file.ok()) << file.error().message;
+  std::size_t pages = 0;
+  const auto read = file->for_each_probe_page(
+      [&](const PageEntry&, const OctreePage&, std::size_t, std::size_t) -> Result<void> {
+        ++pages;
+        return {};
+      });
+  EXPECT_TRUE(read.ok()) << read.error().message;
+  EXPECT_GT(pages, 6u);
+}
+
 TEST(FirstLeg, IsReadAsItWasStored) {
   for (const Vec3f& direction :
        {Vec3f(1, 0, 0), Vec3f(0, -1, 0), normalize(Vec3f(1, 2, -3)), normalize(Vec3f(-1, -5, 2))})
