@@ -334,6 +334,11 @@ void Auralizer::set_signal(std::size_t slot, SlotSignal signal) {
   state_->maker.set_onset(slots.signal_of(slot), slots.onset_of(slot));
 }
 
+void Auralizer::clear_signal(std::size_t slot) {
+  state_->slots.clear(slot);
+  state_->pipeline.forget_removed(state_->slots.signal_of(slot));
+}
+
 void Auralizer::set_kind(std::uint32_t kind, std::size_t slot, const Bands& directivity) {
   const std::size_t index = state_->first_kind + kind;
   Emitter& emitter = state_->input.emitters[index];

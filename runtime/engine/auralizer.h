@@ -101,6 +101,8 @@ class Auralizer {
   const ReplaceableSignals& signal_slots() const;
   // Sets a slot's signal, prepared for mode(). The slot must be free.
   void set_signal(std::size_t slot, SlotSignal signal);
+  // Ends what is left of sources that were removed and played the slot; no source may play it.
+  void clear_signal(std::size_t slot);
   // Sets what kind `kind` plays, after the kinds that the options name. No source may be of it.
   void set_kind(std::uint32_t kind, std::size_t slot, const Bands& directivity);
   const MixMode& mode() const;

@@ -66,6 +66,10 @@ class SamplingPipeline {
   void limit_group(std::uint16_t group, std::size_t max_voices) {
     moving_list_->limit_group(group, max_voices);
   }
+  // Sources that played this signal and were removed are heard no more.
+  void forget_removed(std::uint32_t signal) {
+    if (moving_list_ != nullptr) moving_list_->forget_removed(signal);
+  }
 
   // Call after each sample: builds the full acceleration structure for rays if that was put off.
   void improve_occlusion();

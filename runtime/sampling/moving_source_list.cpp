@@ -154,6 +154,15 @@ void MovingSourceList::move_all(double time_s) {
   in_motion_ = std::max({x, y, z}) > 0 || !history_.settled();
 }
 
+// Ends what is left of removed sources whose signals are replaced.
+void MovingSourceList::end_forgotten() {
+  for (const std::uint32_t signal : forgotten_)
+    for (std::size_t slot = 0; slot < newest_.snapshot->count; ++slot)
+      if (columns_.ends_s[slot] < kNeverEnds && this->signal(slot) == signal)
+        columns_.ends_s[slot] = -kNeverEnds;
+  forgotten_.clear();
+}
+
 void MovingSourceList::begin(double time_s) {
   if (newest_.snapshot == nullptr) newest_.snapshot = &moving_.latest();
   if (newest_.is_unused) {
@@ -161,6 +170,7 @@ void MovingSourceList::begin(double time_s) {
     for (std::size_t i = 0; i < newest_.snapshot->count; ++i)
       if (columns_.versions[i] != newest_.snapshot->settings[i].version) set(i, time_s);
   }
+  end_forgotten();
   if (newest_.is_unused || time_s_ != time_s) move_all(time_s);
   ++sample_;
   time_s_ = time_s;

@@ -64,6 +64,9 @@ class MovingSourceList {
   float reverberation(std::size_t slot) const {
     return *time_s_ > columns_.ends_s[slot] + longest_s_ ? 0 : settings(slot).reverberation;
   }
+  // A signal is replaced: from the next sample on, sources that played it and were removed are
+  // heard no more.
+  void forget_removed(std::uint32_t signal) { forgotten_.push_back(signal); }
   double end_s(std::size_t slot) const { return columns_.ends_s[slot]; }
   const MovingSources::Settings& settings(std::size_t slot) const {
     return newest_.snapshot->settings[slot];
@@ -106,6 +109,7 @@ class MovingSourceList {
   };
 
   void set(std::size_t slot, double time_s);
+  void end_forgotten();
   void move_all(double time_s);
   void find_emission(std::size_t slot, const Vec3& listener_m);
   void apply_limits(const Vec3& place, std::size_t first, std::vector<FoundSource>& found);
@@ -124,7 +128,8 @@ class MovingSourceList {
   Columns columns_;
   PositionHistory history_;
   GroupLimits limits_;
-  std::vector<std::uint32_t> added_;  // slots, since the last sample
+  std::vector<std::uint32_t> added_;      // slots, since the last sample
+  std::vector<std::uint32_t> forgotten_;  // signals, since the last sample
 };
 
 }  // namespace clamor

@@ -100,10 +100,18 @@ void MovingSources::set(std::size_t slot, const MovingSource& source) {
   set_motion(slot, source.position_m, source.velocity_mps);
 }
 
+std::uint32_t MovingSources::next_slot() const {
+  const bool is_unused = free_count_ < kDyingAway && own_.count < max_sources_;
+  return is_unused || free_count_ == 0 ? static_cast<std::uint32_t>(own_.count)
+                                       : free_[first_free_];
+}
+
 std::uint32_t MovingSources::take_slot() {
-  if (free_count_ < kDyingAway && own_.count < max_sources_)
-    return static_cast<std::uint32_t>(own_.count++);
-  const std::uint32_t slot = free_[first_free_];
+  const std::uint32_t slot = next_slot();
+  if (slot == own_.count) {
+    ++own_.count;
+    return slot;
+  }
   first_free_ = (first_free_ + 1) % max_sources_;
   --free_count_;
   return slot;

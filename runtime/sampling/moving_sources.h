@@ -87,6 +87,9 @@ class MovingSources {
  public:
   MovingSources(std::size_t max_sources, std::size_t kinds);
 
+  // The slot of the next source that is added, if it can be.
+  std::uint32_t next_slot() const;
+
   // Errors: there are `max_sources` already; no such kind; a number out of range.
   Result<MovingHandle> add(const MovingSource& source);
 

@@ -134,7 +134,9 @@ bool SourceMirror::add(std::size_t i, const WorldSources::Committed& source, dou
     return moving.move(slot.handle, source.position_m, source.velocity_mps).ok();
   }
   MovingSource moved;
-  moved.kind = static_cast<std::uint32_t>(i);
+  // Its kind is that of its slot, which a source that dies away keeps.
+  moved.kind = is_new ? moving.next_slot() : slot.handle.slot;
+  if (is_new && moving.size() == moving.max_sources()) return false;
   moved.position_m = source.position_m;
   moved.velocity_mps = source.velocity_mps;
   moved.axis = source.axis;
@@ -172,7 +174,7 @@ void SourceMirror::clear_sound(std::size_t i) {
   if (slot.handle == 0) return;
   removed_sounds_.push_back(std::move(slot.sound));
   slot = {.last_handle = slot.last_handle};
-  auralizer_.signal_slots().clear(i);
+  auralizer_.clear_signal(i);
 }
 
 // A live sound that no source plays stands still once the last one has faded out.

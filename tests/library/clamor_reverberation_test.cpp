@@ -161,6 +161,63 @@ TEST(ClamorReverberation, ChangesWithTheNextCommitAndWithoutAClick) {
   EXPECT_LT(step, 0.08 * peak(changing));
 }
 
+TEST(ClamorReverberation, DiesAwayWhenItsSourceIsRemoved) {
+  const ReverberantRoom room;
+  const clamor_source source = room.add(room.options());
+  room.heard();
+  const double steady = peak(room.heard());
+  EXPECT_EQ(clamor_remove_source(room.context.get(), source), CLAMOR_OK);
+  double before = steady;
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    const double now = peak(room.heard());
+    EXPECT_GT(now, 0);
+    EXPECT_LT(now, before);
+    before = now;
+  }
+  for (int quarter = 0; quarter < 20; ++quarter) room.heard();
+  EXPECT_EQ(peak(room.heard()), 0);
+}
+
+// The place of a sound goes to the next one, which no source plays.
+TEST(ClamorReverberation, EndsWithItsSound) {
+  const ReverberantRoom room;
+  room.add(room.options());
+  room.heard();
+  EXPECT_GT(peak(room.heard()), 0.01);
+  EXPECT_EQ(clamor_remove_sound(room.context.get(), room.sound), CLAMOR_OK);
+  const auto samples = testing::sine(700).samples;
+  clamor_sound_options looping{};
+  looping.bytes = sizeof(looping);
+  looping.loops = 1;
+  clamor_sound next = 0;
+  EXPECT_EQ(clamor_add_sound(room.context.get(), samples.data(), samples.size(), &looping, &next,
+                             nullptr),
+            CLAMOR_OK);
+  room.heard();
+  room.heard();  // filters of the bands die away as well
+  for (int quarter = 0; quarter < 4; ++quarter) EXPECT_LT(peak(room.heard()), 1e-9);
+}
+
+// Another source takes the place of one that dies away, with a sound of its own.
+TEST(ClamorReverberation, KeepsItsSoundWhenAnotherSourceIsAdded) {
+  const ReverberantRoom alone, beside;
+  for (const ReverberantRoom* const room : {&alone, &beside}) {
+    const clamor_source source = room->add(room->options());
+    room->heard();
+    EXPECT_EQ(clamor_remove_source(room->context.get(), source), CLAMOR_OK);
+    room->heard();
+  }
+  std::vector<float> silence(4800);
+  clamor_source_options silent = beside.options();
+  EXPECT_EQ(clamor_add_sound(beside.context.get(), silence.data(), silence.size(), nullptr,
+                             &silent.sound, nullptr),
+            CLAMOR_OK);
+  beside.add(silent);
+  const auto expected = alone.heard();
+  EXPECT_GT(peak(expected), 0.001);
+  EXPECT_LT(largest_difference(beside.heard(), expected), 1e-6);
+}
+
 TEST(ClamorReverberation, IsRefusedOutOfRange) {
   const ReverberantRoom room;
   const clamor_source source = room.add(room.options(1));

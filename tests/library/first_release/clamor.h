@@ -412,7 +412,8 @@ CLAMOR_API clamor_result clamor_change_source(clamor_context* context, clamor_so
 /* Errors: HANDLE, ARGUMENT. Any thread; microseconds. */
 CLAMOR_API clamor_result clamor_move_source(clamor_context* context, clamor_source source,
                                             const clamor_motion* motion);
-/* The source fades out within a tenth of a second. Errors: HANDLE. Any thread; microseconds. */
+/* The source fades out within a tenth of a second, and what it has sounded dies away as its room does,
+ * for as long as its sound is there. Errors: HANDLE. Any thread; microseconds. */
 CLAMOR_API clamor_result clamor_remove_source(clamor_context* context, clamor_source source);
 
 typedef struct clamor_emitter_options {
