@@ -117,6 +117,8 @@ class BakeFile {
   Result<void> for_each_page(const Visit& visit) const;
   // The same for the trees of probes: those of the places, then those of the zones.
   Result<void> for_each_probe_page(const Visit& visit) const;
+  // The same for trees that have these pages at their tops.
+  Result<void> for_each_page(const std::vector<PageEntry>& tops, const Visit& visit) const;
 
   std::size_t signal_count() const;
   SignalInfo signal(std::size_t index) const;
@@ -134,7 +136,6 @@ class BakeFile {
 
  private:
   struct State;
-  Result<void> for_each_page(const std::vector<PageEntry>& tops, const Visit& visit) const;
   explicit BakeFile(std::unique_ptr<State> state);
   static Result<BakeFile> open(RandomAccessFile file, const std::string& path);
   std::unique_ptr<State> state_;

@@ -101,7 +101,8 @@ class Auralizer {
   const ReplaceableSignals& signal_slots() const;
   // Sets a slot's signal, prepared for mode(). The slot must be free.
   void set_signal(std::size_t slot, SlotSignal signal);
-  // Ends what is left of sources that were removed and played the slot; no source may play it.
+  // Frees a slot, which no source may play, once its voices have faded out (replaceable_signals.h).
+  // Removed sources that played it are heard no more.
   void clear_signal(std::size_t slot);
   // Sets what kind `kind` plays, after the kinds that the options name. No source may be of it.
   void set_kind(std::uint32_t kind, std::size_t slot, const Bands& directivity);

@@ -22,8 +22,7 @@ struct AuralizerStatistics {
   std::uint64_t rays = 0;
   std::uint64_t late_sources = 0;       // left out because their visibility was not known in time
   std::uint64_t bounded_keyframes = 0;  // whose search was ended by the budget of work (sampler.h)
-  // Of the last keyframe: moving sources without reflections, because they see no probe.
-  std::uint32_t unseen_sources = 0;
+  std::uint32_t unseen_sources = 0;  // moving, without reflections now, because they see no probe
   // Load shedding: k is the number of chosen sources; the mixer sheds voices.
   std::uint32_t k = 0, min_k = 0, max_k = 0;  // current, smallest so far, requested
   std::uint64_t late_keyframes = 0;           // took longer than their period; not the first

@@ -174,15 +174,15 @@ bool ProbeNeighbours::follow(Weights& now, const Weights& wanted) {
   return false;
 }
 
-// Whether the lines of sight are to be tested in this keyframe. What has to wait is not settled.
-bool ProbeNeighbours::is_due(const State& state, const Vec3& place_m) {
-  if (state.is_new) return true;
+// Tests the lines of sight again where they may have changed. What has to wait is not settled.
+void ProbeNeighbours::renew(State& state, const Vec3& place_m) {
   const bool is_near = length(place_m - Vec3(state.tested_m)) <= static_cast<double>(state.valid_m);
-  const bool has_new_parts = state.parts_version != parts_version_;
-  if (is_near && !has_new_parts) return false;
-  if (rays_left_ > 0 && (!is_near || keyframe_ >= state.tested_in + kPartsTestedEvery)) return true;
-  is_settled_ = false;
-  return false;
+  if (!state.is_new && is_near && state.parts_version == parts_version_) return;
+  const bool has_turn = !is_near || keyframe_ >= state.tested_in + kPartsTestedEvery;
+  if (state.is_new || (has_turn && rays_left_ > 0))
+    test(state, place_m);
+  else
+    is_settled_ = false;
 }
 
 std::span<const ProbeWeight> ProbeNeighbours::weights(std::size_t source, std::uint32_t generation,
@@ -194,7 +194,7 @@ std::span<const ProbeWeight> ProbeNeighbours::weights(std::size_t source, std::u
   }
   if (!(length(place_m - Vec3(state.last_m)) < kLeap_m)) state.now.count = 0;
   state.last_m = Vec3f(place_m);
-  if (is_due(state, place_m)) test(state, place_m);
+  renew(state, place_m);
   state.is_new = false;
   const Weights wanted = this->wanted(state, place_m);
   if (wanted.count == 0) {

@@ -79,7 +79,7 @@ class ProbeNeighbours {
   };
 
   void test(State& state, const Vec3& place_m);
-  bool is_due(const State& state, const Vec3& place_m);
+  void renew(State& state, const Vec3& place_m);
   Weights wanted(const State& state, const Vec3& place_m) const;
   static bool follow(Weights& now, const Weights& wanted);
 

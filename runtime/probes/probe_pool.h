@@ -88,7 +88,7 @@ class ProbePool {
     std::uint32_t first_copy = 0, copy_count = 0;  // in copies_, by descending factor
     double missing_key = 0;                        // of the last query
     const ResidentPage* top = nullptr;             // the page; null: it is missing
-    // Its sources divide the tree's power among them; these are the ends of their shares.
+    // The page's sources divide the tree's power among them; these are the ends of their shares.
     std::vector<double> share_ends;
   };
   // A source of a copy, and what missing_key() needs to know of the stored one.

@@ -67,7 +67,8 @@ Source late_reflection(const Source& stored, const MovingRadiator& radiator,
 // A material that reflects by the cosine law, to be added behind the level's.
 Material late_reflection_material();
 
-// What the pages of probes are culled with: bounds for a signal of this loudness in each band.
+// ProbeBounds makes the bounds that pages of probes are culled with, for a signal of this loudness
+// in each band.
 class ProbeBounds {
  public:
   ProbeBounds(std::span<const Material> materials, const Air& air, const LateBoost& late_boost);
@@ -85,8 +86,8 @@ class ProbeBounds {
   // Those of a zone have the last material.
   std::vector<Source> bounding_sources(std::span<const Source> stored, bool of_zone) const;
 
-  // Of each source on the first surface, the bounds for sound from the probe's distance, whatever
-  // its direction; of the others, empty ones. None at all for a zone.
+  // Returns a bound for each source: on the first surface that for sound from the probe's distance,
+  // whatever its direction, and an empty one elsewhere. A zone has none at all.
   std::vector<SourceBound> first_reflections(std::span<const Source> stored, bool of_zone) const;
 
  private:

@@ -92,9 +92,12 @@ void MovingSourceList::set(std::size_t slot, double time_s) {
   columns_.versions[slot] = settings.version;
   if (!settings.present) {
     columns_.max_priority[slot] = -1;
-    if (columns_.ends_s[slot] == kNeverEnds) columns_.ends_s[slot] = last_end_s_ = time_s;
-    // This source was removed before any sample had it; another may have been here.
-    if (columns_.generations[slot] != settings.generation) columns_.ends_s[slot] = -kNeverEnds;
+    // A source that was removed before any sample had it leaves nothing. Another may have been
+    // here.
+    if (columns_.generations[slot] != settings.generation)
+      columns_.ends_s[slot] = -kNeverEnds;
+    else if (columns_.ends_s[slot] == kNeverEnds)
+      columns_.ends_s[slot] = last_end_s_ = time_s;
     return;
   }
   columns_.ends_s[slot] = kNeverEnds;

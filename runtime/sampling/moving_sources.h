@@ -96,7 +96,8 @@ class MovingSources {
   // Errors, after which nothing has changed: no such source; a number out of range.
   Result<void> move(MovingHandle handle, const Vec3& position_m, const Vec3& velocity_mps = {});
   Result<void> change(MovingHandle handle, const MovingSource& source);  // all properties
-  // Its direct sound fades out, and what it has sounded reverberates, until its slot is used again.
+  // The direct sound fades out, and what the source has sounded reverberates until its slot is used
+  // again.
   Result<void> remove(MovingHandle handle);
 
   // Publishes all changes. Without a time, positions are as of the next keyframe.

@@ -133,10 +133,11 @@ bool SourceMirror::add(std::size_t i, const WorldSources::Committed& source, dou
     slot.velocity_mps = source.velocity_mps;
     return moving.move(slot.handle, source.position_m, source.velocity_mps).ok();
   }
-  MovingSource moved;
-  // Its kind is that of its slot, which a source that dies away keeps.
-  moved.kind = is_new ? moving.next_slot() : slot.handle.slot;
   if (is_new && moving.size() == moving.max_sources()) return false;
+  MovingSource moved;
+  // Each slot of the auralizer has a kind, so that a source that was removed dies away with its
+  // own.
+  moved.kind = is_new ? moving.next_slot() : slot.handle.slot;
   moved.position_m = source.position_m;
   moved.velocity_mps = source.velocity_mps;
   moved.axis = source.axis;

@@ -125,15 +125,12 @@ class ProbeTruth {
 
   Result<std::vector<Source>> read_tree(const PageEntry& top) const {
     std::vector<Source> sources;
-    std::vector<PageEntry> waiting{top};
-    while (!waiting.empty()) {
-      const PageEntry entry = waiting.back();
-      waiting.pop_back();
-      const auto page = file_.read_page(entry);
-      if (!page.ok()) return page.error();
-      sources.insert(sources.end(), page->sources.begin(), page->sources.end());
-      waiting.insert(waiting.end(), page->links.children.begin(), page->links.children.end());
-    }
+    const auto add = [&](const PageEntry&, const OctreePage& page, std::size_t,
+                         std::size_t) -> Result<void> {
+      sources.insert(sources.end(), page.sources.begin(), page.sources.end());
+      return {};
+    };
+    if (const auto read = file_.for_each_page({top}, add); !read.ok()) return read.error();
     return sources;
   }
 

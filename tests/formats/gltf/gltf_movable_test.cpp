@@ -41,7 +41,7 @@ TEST_F(Movable, IsAPartThatIsNotInTheMesh) {
   EXPECT_LT(glm::length(door.mesh.vertices_m[door.mesh.triangles[0][1]] - Vec3f(2, 0, 0)), 1e-6);
   EXPECT_LT(glm::length(placed_corner(door, 1) - Vec3f(10, 2, 0)), 1e-6);
   EXPECT_LT(glm::length(placed_corner(door, 2) - Vec3f(13, 0, 0)), 1e-6);
-  // Its material counts as usual.
+  // The material of a part counts as that of any other node.
   ASSERT_EQ(result.materials.size(), 2u);
   EXPECT_EQ(result.materials[door.mesh.materials[0]].name, "glass");
   EXPECT_EQ(result.materials[result.mesh.materials[0]].name, "brick");

@@ -153,7 +153,7 @@ std::unique_ptr<Auralizer> source_before(const MovablePart& door, bool exact, fl
   return std::move(*made);
 }
 
-// Its voice begins to fade with the first keyframe after the commit.
+// The voice of a sound behind a door begins to fade with the first keyframe after the commit.
 TEST(AuralizerParts, ChangeTheVoicesOfTheNextKeyframe) {
   for (const bool exact : {true, false}) {
     const auto is = source_before(door(90), exact, 0);

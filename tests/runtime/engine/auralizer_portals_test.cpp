@@ -58,7 +58,7 @@ std::unique_ptr<Auralizer> auralizer_of(std::shared_ptr<const BakeFile> file,
   return std::move(*made);
 }
 
-// Of a tone, sources with other polarities would differ by as much as portals do.
+// Reflections of a tone with other polarities would differ by as much as portals do.
 Signal noise() {
   Signal signal{"noise", {}, true};
   for (std::uint32_t i = 0; i < kSampleRate_hz; ++i)

@@ -94,7 +94,7 @@ TEST(ProbeNeighbours, ChangeByAtMostASixthPerKeyframeHoweverFastTheSourceIs) {
   }
 }
 
-// What has a rate of 15 % per keyframe is 0.85 / 0.15 keyframes late, in the long run.
+// Weights that go 15 % of the way per keyframe are 0.85 / 0.15 keyframes late, in the long run.
 TEST(ProbeNeighbours, LagBehindAFlyingSourceByATenthOfASecond) {
   std::vector<Vec3> row;
   for (int x = 0; x < 200; ++x) row.push_back({0.5 * x, 1.5, 0});
