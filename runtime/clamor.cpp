@@ -356,6 +356,7 @@ clamor_result clamor_get_listener_statistics(clamor_context* context, clamor_lis
     filled.page_bytes = counted.pages.bytes;
     filled.sound_bytes = counted.sounds.bytes;
     filled.failures = counted.pages.failed + counted.sounds.failed;
+    filled.unseen_sources = counted.unseen_sources;
     return copy_to_caller(filled, statistics) ? CLAMOR_OK : CLAMOR_ERROR_ARGUMENT;
   });
 }

@@ -17,7 +17,7 @@ constexpr double kOutsideEscapes = 0.25;  // share of rays that escapes outside 
 // sees backs then lies in a solid.
 constexpr double kFewBehind = 0.15, kInSolidBehind = 0.6;
 
-constexpr double kOpening = 0.6;         // least change of the view
+constexpr double kOpening = 0.45;        // least change of the view
 constexpr int kOpeningStrides = 2;       // distance at which views are compared
 constexpr std::size_t kOpeningRays = 3;  // every third ray
 constexpr std::size_t kMaxInAir = 8000;

@@ -2,7 +2,7 @@
 //
 // Dart throwing (Poisson disk) in the order in which candidates are offered. A kept probe replaces
 // a candidate if it sees it, is nearer than the candidate's spacing, and has much the same view: a
-// change of view makes the distance count up to three times.
+// change of view makes the distance count up to four times.
 //
 // Threads: one.
 #pragma once

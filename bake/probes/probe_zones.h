@@ -1,10 +1,12 @@
 // probe_zones.h: groups of probes that share their late reflections.
 //
 // After some reflections a sound has forgotten where in the room it came from. So probes that see
-// each other and lie within two mean free paths share one tree of late reflections, with the
-// photons of all of them: the late decay, which few photons of a single probe would leave noisy, is
-// then as exact as that of an emitter with many, and is stored once. No zone reaches across a
-// portal: a closed door would not keep the photons of the far side's probes from a source.
+// each other and much the same surfaces, and lie within two mean free paths, share one tree of late
+// reflections, with the photons of all of them: the late decay, which few photons of a single probe
+// would leave noisy, is then as exact as that of an emitter with many, and is stored once. A probe
+// in a doorway, which sends half of its sound into either room, is a zone of its own. No zone
+// reaches across a portal: a closed door would not keep the photons of the far side's probes from a
+// source.
 #pragma once
 
 #include <cstdint>

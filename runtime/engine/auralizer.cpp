@@ -85,7 +85,7 @@ Result<void> find_scripted_portals(const AuralizerOptions& options, const Aurali
 struct SamplerCounters {
   std::atomic<std::uint64_t> keyframes{0}, rays{0}, late_sources{0}, late_keyframes{0};
   std::atomic<std::uint64_t> bounded_keyframes{0};
-  std::atomic<std::uint32_t> unseen_sources{0};
+  std::atomic<std::uint32_t> unseen_sources{0}, max_unseen_sources{0};
   std::atomic<std::uint32_t> voices{0}, k{0}, min_k{0};
   std::atomic<double> sampler_ms{0};
 };
@@ -137,9 +137,12 @@ struct Auralizer::State {
       counters.rays.store(occlusion->statistics().rays, std::memory_order_relaxed);
       counters.late_sources.store(occlusion->statistics().late, std::memory_order_relaxed);
     }
-    if (const ProbePool* const probes = pipeline.probes())
-      counters.unseen_sources.store(static_cast<std::uint32_t>(probes->unseen_sources()),
-                                    std::memory_order_relaxed);
+    if (const ProbePool* const probes = pipeline.probes()) {
+      const auto unseen = static_cast<std::uint32_t>(probes->unseen_sources());
+      counters.unseen_sources.store(unseen, std::memory_order_relaxed);
+      if (unseen > counters.max_unseen_sources.load(std::memory_order_relaxed))
+        counters.max_unseen_sources.store(unseen, std::memory_order_relaxed);
+    }
     counters.bounded_keyframes.store(pipeline.sampler().bounded_keyframes(),
                                      std::memory_order_relaxed);
     counters.keyframes.fetch_add(1, std::memory_order_relaxed);
@@ -398,6 +401,7 @@ AuralizerStatistics Auralizer::statistics() {
   statistics.shedding_blocks = mixed.shedding_blocks;
   statistics.bounded_keyframes = counters.bounded_keyframes.load(std::memory_order_relaxed);
   statistics.unseen_sources = counters.unseen_sources.load(std::memory_order_relaxed);
+  statistics.max_unseen_sources = counters.max_unseen_sources.load(std::memory_order_relaxed);
   statistics.late_sources = counters.late_sources.load(std::memory_order_relaxed);
   if (const PageLoader* const loader = state.pipeline.loader())
     statistics.pages = loader->statistics();

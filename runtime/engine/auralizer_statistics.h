@@ -22,7 +22,8 @@ struct AuralizerStatistics {
   std::uint64_t rays = 0;
   std::uint64_t late_sources = 0;       // left out because their visibility was not known in time
   std::uint64_t bounded_keyframes = 0;  // whose search was ended by the budget of work (sampler.h)
-  std::uint32_t unseen_sources = 0;  // moving, without reflections now, because they see no probe
+  // Moving sources without reflections, because they see no probe: now, and most at a time.
+  std::uint32_t unseen_sources = 0, max_unseen_sources = 0;
   // Load shedding: k is the number of chosen sources; the mixer sheds voices.
   std::uint32_t k = 0, min_k = 0, max_k = 0;  // current, smallest so far, requested
   std::uint64_t late_keyframes = 0;           // took longer than their period; not the first

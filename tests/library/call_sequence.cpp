@@ -53,7 +53,8 @@ std::vector<std::uint64_t> state_of(const KnownContext& known) {
     if (!known.caller_updates) continue;
     state.insert(state.end(), {wanted, static_cast<std::uint64_t>(time_s * 1e6), statistics.voices,
                                statistics.keyframes, statistics.held_blocks, statistics.pages,
-                               statistics.page_bytes, statistics.sound_bytes, statistics.failures});
+                               statistics.page_bytes, statistics.sound_bytes, statistics.failures,
+                               statistics.unseen_sources});
   }
   // A sound is asked about by writing nothing to it.
   for (const KnownSound& sound : known.sounds) {

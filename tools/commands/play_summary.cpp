@@ -61,9 +61,15 @@ void print_bounded_search(const AuralizerStatistics& played, std::ostream& err) 
   constexpr std::uint64_t kReportedKeyframes = 50;
   if (played.bounded_keyframes < kReportedKeyframes) return;
   fmt::print(err,
-             "nearly everything was occluded in {} of {} keyframes: the search for audible sources "
-             "ended early there, with the right mean loudness but fewer voices\n",
+             "in {} of {} keyframes nearly everything was occluded, or much moved: the search for "
+             "audible sources ended early there, with the right mean loudness but fewer voices\n",
              played.bounded_keyframes, played.keyframes);
+}
+
+void print_unseen_sources(std::uint32_t most, std::ostream& err) {
+  if (most == 0) return;
+  fmt::print(err, "{} without reflections, inside solids or where no probe is seen\n",
+             most == 1 ? "1 moving source was" : fmt::format("up to {} moving sources were", most));
 }
 
 void print_pages(const PageStatistics& pages, std::ostream& err) {
@@ -110,6 +116,7 @@ void print_play_summary(const PlayerStatistics& played, const PlayHistory& histo
   print_threads(threads, err);
   print_overload(auralizer, err);
   print_bounded_search(auralizer, err);
+  print_unseen_sources(auralizer.max_unseen_sources, err);
   print_pages(auralizer.pages, err);
   print_sounds(auralizer.sounds, err);
 }

@@ -5,10 +5,12 @@
 #include <numeric>
 #include <optional>
 #include <ostream>
+#include <tuple>
 
 #include <fmt/format.h>
 
 #include "bake/bake.h"
+#include "bake/report/space_explorer.h"
 #include "common/decay_curve.h"
 #include "common/random.h"
 #include "common/reflection.h"
@@ -30,7 +32,11 @@ namespace {
 constexpr std::size_t kFirstBand = 1, kLastBand = 6;  // 125 Hz to 4 kHz
 constexpr std::uint64_t kTruthSources = 400'000, kTruthPhotons = 1'000'000;
 constexpr std::size_t kPlacesPerSeed = 4;
-constexpr double kCurveEnd_db = 40, kCurveStep_db = 1;
+constexpr double kCurveEnd_db = 40;
+constexpr double kEarly_s = 0.08;  // as in C80
+// Distance from surfaces: of microphones as ISO 3382-1 wants it. Next to a wall, the few sources on
+// a small piece of it make up much of what is heard, in whatever bake.
+constexpr double kSourceClearance_m = 0.5, kEarClearance_m = 1;
 
 // A source and a listener, neither of them at a probe.
 struct Place {
@@ -40,12 +46,13 @@ struct Place {
 struct PlaceResponse {
   std::array<std::vector<EnergyStep>, kBandCount> steps;  // from the direct sound on
   RoomParameters parameters;
-  Bands direct{}, reflected{};
+  Bands direct{}, reflected{}, early{};  // early: of the reflected, the first 80 ms
 };
 
 // The differences of one response to another, per band; missing where the other has no such value.
 struct PlaceDifference {
-  std::array<std::optional<double>, kBandCount> curve_db, t30, edt, c80_db, drr_db;
+  std::array<std::optional<double>, kBandCount> curve_db, t30, edt, c80_db, drr_db, early_db,
+      late_db;
 };
 
 std::vector<Material> with_late_reflections(std::vector<Material> materials) {
@@ -157,17 +164,20 @@ class ProbeTruth {
     auto arrivals = received(reflections, place.listener_m);
     const auto direct = received(directs, place.listener_m);
     PlaceResponse result;
+    // All responses of a place count from the time that direct sound takes.
+    const double start_s =
+        length(place.listener_m - place.source_m) / speed_of_sound_mps(level_.air);
     for (const Arrival& arrival : arrivals)
-      for (std::size_t b = 0; b < kBandCount; ++b) result.reflected[b] += arrival.energy[b];
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        result.reflected[b] += arrival.energy[b];
+        if (arrival.time_s - start_s < kEarly_s) result.early[b] += arrival.energy[b];
+      }
     for (const Arrival& arrival : direct)
       for (std::size_t b = 0; b < kBandCount; ++b) result.direct[b] += arrival.energy[b];
     arrivals.insert(arrivals.end(), direct.begin(), direct.end());
     std::stable_sort(arrivals.begin(), arrivals.end(),
                      [](const Arrival& a, const Arrival& b) { return a.time_s < b.time_s; });
     result.parameters = room_parameters(arrivals, free_field_energy_at_10m(emitters_[0]));
-    // All responses of a place count from the time that direct sound takes.
-    const double start_s =
-        length(place.listener_m - place.source_m) / speed_of_sound_mps(level_.air);
     for (const Arrival& arrival : arrivals)
       for (std::size_t b = 0; b < kBandCount; ++b)
         if (arrival.energy[b] > 0)
@@ -215,6 +225,10 @@ std::optional<double> curve_difference(std::span<const EnergyStep> truth,
   return worst;
 }
 
+std::optional<double> level_difference_db(double truth, double other) {
+  return truth > 0 && other > 0 ? std::optional(10 * std::log10(other / truth)) : std::nullopt;
+}
+
 PlaceDifference difference(const PlaceResponse& truth, const PlaceResponse& other) {
   PlaceDifference result;
   const auto relative = [](const std::optional<double>& a, const std::optional<double>& b) {
@@ -226,15 +240,29 @@ PlaceDifference difference(const PlaceResponse& truth, const PlaceResponse& othe
     result.edt[b] = relative(truth.parameters.edt_s[b], other.parameters.edt_s[b]);
     if (truth.parameters.c80_db[b] && other.parameters.c80_db[b])
       result.c80_db[b] = *other.parameters.c80_db[b] - *truth.parameters.c80_db[b];
-    if (truth.reflected[b] > 0 && other.reflected[b] > 0)
-      result.drr_db[b] = 10 * std::log10(truth.reflected[b] / other.reflected[b]);
+    result.drr_db[b] = level_difference_db(other.reflected[b], truth.reflected[b]);
+    result.early_db[b] = level_difference_db(truth.early[b], other.early[b]);
+    result.late_db[b] = level_difference_db(truth.reflected[b] - truth.early[b],
+                                            other.reflected[b] - other.early[b]);
   }
   return result;
 }
 
-// Places between probes that see each other, off by up to half a metre.
+// Whether no surface is nearer than this, in some directions.
+bool is_clear(const OcclusionGeometry& surfaces, const Vec3& place_m, double clearance_m) {
+  constexpr std::uint32_t kDirections = 64;
+  for (std::uint32_t d = 0; d < kDirections; ++d)
+    if (!surfaces.is_free(Vec3f(place_m),
+                          Vec3f(place_m + clearance_m * spread_direction(d, kDirections))))
+      return false;
+  return true;
+}
+
+// Places between probes that see each other, off by up to half a metre. They do not depend on the
+// order of the probes.
 std::vector<Place> draw_places(const ProbeTruth& truth, std::size_t count) {
-  const std::vector<Vec3> probes_m = truth.places();
+  std::vector<Vec3> probes_m = truth.places();
+  std::ranges::sort(probes_m, {}, [](const Vec3& at) { return std::tuple(at.x, at.y, at.z); });
   std::uint32_t draws = 0;
   const auto random = [&] { return unit(philox(0x706c6163, {draws++, 0, 0, 0})[0]); };
   const auto any_probe = [&] {
@@ -242,18 +270,20 @@ std::vector<Place> draw_places(const ProbeTruth& truth, std::size_t count) {
         static_cast<std::size_t>(random() * static_cast<double>(probes_m.size())),
         probes_m.size() - 1)];
   };
-  const auto air_place = [&]() -> std::optional<Vec3> {
+  const auto air_place = [&](double clearance_m) -> std::optional<Vec3> {
     const Vec3 from_m = any_probe(), to_m = any_probe();
     if (!truth.surfaces().is_free(Vec3f(from_m), Vec3f(to_m))) return std::nullopt;
     const double share = std::min(1.0, 4 / std::max(length(to_m - from_m), 1e-3)) * random();
     const Vec3 place_m = from_m + share * (to_m - from_m) +
                          Vec3(random() - 0.5, 0.4 * (random() - 0.5), random() - 0.5);
-    if (!truth.surfaces().is_free(Vec3f(from_m), Vec3f(place_m))) return std::nullopt;
+    if (!truth.surfaces().is_free(Vec3f(from_m), Vec3f(place_m)) ||
+        !is_clear(truth.surfaces(), place_m, clearance_m))
+      return std::nullopt;
     return place_m;
   };
   std::vector<Place> places;
   while (places.size() < count && draws < 1'000'000) {
-    const auto source_m = air_place(), listener_m = air_place();
+    const auto source_m = air_place(kSourceClearance_m), listener_m = air_place(kEarClearance_m);
     if (!source_m || !listener_m || length(*source_m - *listener_m) < 1) continue;
     // The direct sound must arrive: without it the parameters have no origin.
     if (!truth.surfaces().is_free(Vec3f(*source_m), Vec3f(*listener_m))) continue;
@@ -281,6 +311,34 @@ void add_row(ReportTable& table, const std::string& what, const std::string& of,
     within += std::abs(value) <= bar ? 1 : 0;
   }
   table.rows.push_back({what, of, sum / n, std::sqrt(squares / n), most, bar, 100 * within / n});
+}
+
+// The mean over the bands that have a value.
+double mean(const Values& values) {
+  double sum = 0;
+  int count = 0;
+  for (const auto& value : values)
+    if (value) sum += *value, ++count;
+  return count > 0 ? sum / count : 0;
+}
+
+ReportTable table_of_places(std::span<const Place> places,
+                            std::span<const PlaceDifference> differences) {
+  ReportTable table{
+      "places",
+      "The differences at each place, mean of 125 Hz to 4 kHz; early and late "
+      "reflections are those before and after 80 ms",
+      {"source_x_m", "source_y_m", "source_z_m", "listener_x_m", "listener_y_m", "listener_z_m",
+       "t30_percent", "edt_percent", "c80_db", "drr_db", "early_db", "late_db"},
+      {}};
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    const auto& [source_m, listener_m] = places[p];
+    const PlaceDifference& one = differences[p];
+    table.rows.push_back({source_m.x, source_m.y, source_m.z, listener_m.x, listener_m.y,
+                          listener_m.z, 100 * mean(one.t30), 100 * mean(one.edt), mean(one.c80_db),
+                          mean(one.drr_db), mean(one.early_db), mean(one.late_db)});
+  }
+  return table;
 }
 
 }  // namespace
@@ -327,6 +385,7 @@ Result<ReportPage> probes_experiment(const ExperimentOptions& options, std::ostr
                   fmt::format("{}: {} probes, {} places", options.level,
                               file->probes().places.size(), places.size()));
   page.table(table);
+  page.table(table_of_places(places, by_probes));
   return page;
 }
 

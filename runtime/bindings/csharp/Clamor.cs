@@ -144,6 +144,7 @@ namespace Clamor
         public ulong Keyframes, HeldBlocks;
         public double KeyframeMs;
         public ulong Pages, PageBytes, SoundBytes, Failures;
+        public int UnseenSources;
     }
 
     // A bake in the application's own archive.

@@ -79,7 +79,8 @@ namespace Clamor
                     Voices = (int)found.voices, Keyframes = found.keyframes,
                     HeldBlocks = found.held_blocks, KeyframeMs = found.keyframe_ms,
                     Pages = found.pages, PageBytes = found.page_bytes,
-                    SoundBytes = found.sound_bytes, Failures = found.failures };
+                    SoundBytes = found.sound_bytes, Failures = found.failures,
+                    UnseenSources = (int)found.unseen_sources };
             }
         }
 

@@ -145,11 +145,12 @@ namespace Clamor
         [StructLayout(LayoutKind.Sequential)]
         public struct clamor_listener_statistics
         {
-            public const uint Size = 64;
+            public const uint Size = 72;
             public uint bytes, voices;
             public ulong keyframes, held_blocks;
             public double keyframe_ms;
             public ulong pages, page_bytes, sound_bytes, failures;
+            public uint unseen_sources;
         }
 
         [StructLayout(LayoutKind.Sequential)]

@@ -33,7 +33,7 @@ TEST_P(ProbesInRealLevels, AreSeenFromTheFloorNearTheMiddle) {
   const ProbePlacement placement = testing::placed(level);
 
   EXPECT_GE(placement.positions_m.size(), 60u);
-  EXPECT_LE(placement.positions_m.size(), 600u);
+  EXPECT_LE(placement.positions_m.size(), 450u);
   const ReachableAir air(scene, level, 10);
   std::size_t looked = 0;
   for (const FloorSpot& spot : find_floor(scene, air.lattice())) {

@@ -24,8 +24,11 @@ std::string what_becomes_of(const std::function<Bytes()>& work, const ChildLimit
 }
 
 TEST(ChildProcess, ReturnsResultsOfAnySizeOnAnyThread) {
+  // AddressSanitizer's allocator, unlike glibc's, does not release its locks in a forked child. One
+  // that another thread held during fork() stays locked there, and the child waits for it forever.
+  const std::size_t thread_count = testing::kSanitized ? 1 : 4;
   std::vector<std::thread> threads;
-  for (std::size_t t = 0; t < 4; ++t)
+  for (std::size_t t = 0; t < thread_count; ++t)
     threads.emplace_back([t] {
       for (const std::size_t count : {std::size_t{0}, std::size_t{1}, 5'000'000 + t}) {
         const auto found =

@@ -288,6 +288,7 @@ typedef struct clamor_listener_statistics {
   uint64_t pages, page_bytes; /* in memory */
   uint64_t sound_bytes;       /* in memory */
   uint64_t failures;          /* pages and sounds that could not be read */
+  uint32_t unseen_sources;    /* without reflections now, because they see no probe */
 } clamor_listener_statistics;
 
 /* Errors: HANDLE, ARGUMENT. Any thread. */

@@ -225,6 +225,7 @@ TEST(ReverberantSource, HasNoReflectionsWhereThereIsNoRoom) {
   ASSERT_TRUE((*auralizer)->moving()->move(*handle, kSourcePlace_m).ok());
   EXPECT_TRUE(is_finite_now(0.2));
   EXPECT_EQ((*auralizer)->statistics().unseen_sources, 4u);
+  EXPECT_EQ((*auralizer)->statistics().max_unseen_sources, 5u);
 }
 
 // No photon of theirs has met a surface.

@@ -81,7 +81,8 @@ class clamor_listener_options(Structure):
 class clamor_listener_statistics(Structure):
     _fields_ = [("bytes", c_uint32), ("voices", c_uint32), ("keyframes", c_uint64),
                 ("held_blocks", c_uint64), ("keyframe_ms", c_double), ("pages", c_uint64),
-                ("page_bytes", c_uint64), ("sound_bytes", c_uint64), ("failures", c_uint64)]
+                ("page_bytes", c_uint64), ("sound_bytes", c_uint64), ("failures", c_uint64),
+                ("unseen_sources", c_uint32)]
 
 
 class clamor_sound_options(Structure):

@@ -86,6 +86,7 @@ class Statistics(NamedTuple):
     page_bytes: int
     sound_bytes: int
     failures: int
+    unseen_sources: int
 
 
 class _Owner:
@@ -402,7 +403,7 @@ class Listener(_Owner):
 
     @property
     def statistics(self) -> Statistics:
-        """Voices, keyframes, memory and failures so far."""
+        """Voices, keyframes, memory, failures and sources without reflections so far."""
         found = native.clamor_listener_statistics()
         check(library().clamor_get_listener_statistics(self.context._open, self._handle,
                                                        byref(found)))
