@@ -35,7 +35,7 @@ struct ProbeOptions {
 
   Placement placement = Placement::kAutomatic;
   double spacing_m = 0;
-  std::size_t max_automatic = 450;  // of 45 kB: 20 MB
+  std::size_t max_automatic = 450;  // which take 20 MB
 };
 
 struct ProbePlacement {

@@ -353,6 +353,9 @@ Result<ReportPage> probes_experiment(const ExperimentOptions& options, std::ostr
   ProbeTruth truth(*file, *mesh);
   const std::size_t count = options.quick ? 2 : static_cast<std::size_t>(options.readings);
   const std::vector<Place> places = draw_places(truth, count);
+  if (places.empty())
+    return Error(options.level +
+                 ": its rooms are too small; no place for a listener is a metre from all surfaces");
   std::vector<PlaceDifference> by_probes, by_seed;
   for (const Place& place : places) {
     const auto exact = truth.baked(place, 1);
