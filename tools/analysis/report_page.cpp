@@ -39,6 +39,14 @@ std::string words(const ReportTable::Cell& cell) {
   return short_number(std::get<double>(cell));
 }
 
+// A field as in RFC 4180: in quotes where it has a comma, a quote or a line break.
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
 std::string to_csv(const ReportTable& table) {
   std::string csv;
   for (const std::string& column : table.columns) csv += (csv.empty() ? "" : ",") + column;
@@ -49,7 +57,7 @@ std::string to_csv(const ReportTable& table) {
       if (const auto* number = std::get_if<double>(&row[c]))
         csv += fmt::format("{:.7g}", *number);
       else
-        csv += std::get<std::string>(row[c]);
+        csv += csv_field(std::get<std::string>(row[c]));
     }
     csv += '\n';
   }
