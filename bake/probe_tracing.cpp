@@ -16,9 +16,9 @@ namespace clamor {
 namespace {
 
 // A zone keeps half as many sources as its probes have, counting at least and at most so many
-// probes. A doorway is a zone of its own, with one or two probes: with no least number the error of
-// T30 in the violin room is 4.6 % rms over three seeds, with 8 it is 4.1 %, with 16 3.0 %, and the
-// stadium exceeds 20 MB.
+// probes. A doorway is a zone of its own, with one or two probes: with at least 2 the error of T30
+// in the violin room is 4.6 % rms over three seeds, with 8 it is 4.1 %, and with 16 2.9 %, but then
+// the stadium exceeds 20 MB.
 constexpr std::uint32_t kLeastZoneShares = 8, kMostZoneShares = 16;
 // Photons whose early reflections a probe takes, in whole runs. With a quarter, the error of EDT
 // between probes is 6.0 % rms instead of 4.8 % in the violin room, and that of C80 0.59 dB instead

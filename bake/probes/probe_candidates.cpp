@@ -17,7 +17,8 @@ constexpr double kOutsideEscapes = 0.25;  // share of rays that escapes outside 
 // sees backs then lies in a solid.
 constexpr double kFewBehind = 0.15, kInSolidBehind = 0.6;
 
-constexpr double kOpening = 0.45;        // least change of the view
+// Least change of the view. With 0.6 a doorway 1.5 m wide would not be an opening.
+constexpr double kOpening = 0.45;
 constexpr int kOpeningStrides = 2;       // distance at which views are compared
 constexpr std::size_t kOpeningRays = 3;  // every third ray
 constexpr std::size_t kMaxInAir = 8000;

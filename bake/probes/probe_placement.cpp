@@ -86,7 +86,7 @@ class ProbePlacer {
                       kOpenAirShare * spacing_m);
   }
 
-  // Both sides of an opening are kept: the change between them more than triples their distance.
+  // Both sides of an opening are kept: the change between them more than doubles their distance.
   void offer_openings(ProbeThinning& thinning, double spacing_m) const {
     for (const ProbeOpening& opening : openings_) {
       const double sides_m = length(opening.one->place_m - opening.other->place_m);

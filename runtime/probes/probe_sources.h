@@ -15,7 +15,7 @@
 // reflections are therefore those of the source's own place, as far as the same surfaces are seen
 // from there; all later ones are those of the probe, with the delay of the source's place.
 //
-// What only the source sees is missing. At 8 places in Sponza first reflections have 6 % too little
+// What only the source sees is missing. At 8 places in Sponza first reflections have 7 % too little
 // power, and at one of them 28 %. A thousand rays from the source's very place instead bring C80
 // there from 1.1 to 0.9 dB rms, and the direct-to-reverberant ratio above the stands of a stadium
 // from 2.5 to 1.0 dB; but 1000 moving sources would cast a million rays in each keyframe.

@@ -313,13 +313,14 @@ void add_row(ReportTable& table, const std::string& what, const std::string& of,
   table.rows.push_back({what, of, sum / n, std::sqrt(squares / n), most, bar, 100 * within / n});
 }
 
-// The mean over the bands that have a value.
-double mean(const Values& values) {
+// The mean over the bands that have a value; an empty cell if none has.
+ReportTable::Cell mean(const Values& values, double scale = 1) {
   double sum = 0;
   int count = 0;
   for (const auto& value : values)
-    if (value) sum += *value, ++count;
-  return count > 0 ? sum / count : 0;
+    if (value) sum += scale * *value, ++count;
+  if (count == 0) return std::string();
+  return sum / count;
 }
 
 ReportTable table_of_places(std::span<const Place> places,
@@ -335,7 +336,7 @@ ReportTable table_of_places(std::span<const Place> places,
     const auto& [source_m, listener_m] = places[p];
     const PlaceDifference& one = differences[p];
     table.rows.push_back({source_m.x, source_m.y, source_m.z, listener_m.x, listener_m.y,
-                          listener_m.z, 100 * mean(one.t30), 100 * mean(one.edt), mean(one.c80_db),
+                          listener_m.z, mean(one.t30, 100), mean(one.edt, 100), mean(one.c80_db),
                           mean(one.drr_db), mean(one.early_db), mean(one.late_db)});
   }
   return table;
