@@ -13,7 +13,7 @@
 
 namespace clamor {
 
-inline constexpr std::uint32_t kProbeSources = 2500, kMaxProbeSources = 1'000'000;
+inline constexpr std::uint32_t kProbeSources = 1600, kMaxProbeSources = 1'000'000;
 
 struct BakeProgress {
   const char* stage = "";

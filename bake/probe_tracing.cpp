@@ -15,10 +15,11 @@ namespace clamor {
 
 namespace {
 
-// A zone keeps half as many sources as its probes have, counting at least and at most so many
-// probes. A doorway is a zone of its own, with one or two probes: with at least 2 the error of T30
-// in the violin room is 4.6 % rms over three seeds, with 8 it is 4.1 %, and with 16 2.9 %, but then
-// the stadium exceeds 20 MB.
+// A zone keeps as many late sources as its probes keep early ones, counting at least and at most so
+// many probes. A doorway is a zone of its own, with one or two probes. In files of the same size,
+// 2500 early sources per probe and half as many late ones gave an error of T30 of 8.3 % rms in
+// Sponza and of EDT of 3.9 % in the violin room; 1500 and 1875 give 7.6 and 3.1 %. With at least 16
+// instead of 8 probes T30 is better by a quarter in the violin room, but the stadium exceeds 20 MB.
 constexpr std::uint32_t kLeastZoneShares = 8, kMostZoneShares = 16;
 // Photons whose early reflections a probe takes, in whole runs. With a quarter, the error of EDT
 // between probes is 6.0 % rms instead of 4.8 % in the violin room, and that of C80 0.59 dB instead
@@ -48,7 +49,7 @@ SourceOctree empty_tree(const Vec3& place_m) {
 }
 
 std::uint32_t zone_sources(std::uint32_t places, std::uint32_t sources_per_probe) {
-  return std::clamp(places, kLeastZoneShares, kMostZoneShares) * ((sources_per_probe + 1) / 2);
+  return std::clamp(places, kLeastZoneShares, kMostZoneShares) * sources_per_probe;
 }
 
 }  // namespace
@@ -108,12 +109,13 @@ ProbeCollector::ProbeCollector(const Scene& scene, const Level& level, const Pro
   if (!zones.sizes.empty()) late_.emplace(zone_sources(zones.sizes[0], sources_per_probe_));
 }
 
-std::uint32_t ProbeCollector::first_leg(const Deposit& deposit, bool is_late) const {
-  const SurfaceHit& hit = hits_[deposit.photon];
+bool ProbeCollector::is_first_reflection(const Deposit& deposit) const {
   const double path_m = static_cast<double>(deposit.delay_s) * tracer_.speed_mps();
-  if (!is_late && path_m - static_cast<double>(hit.distance_m) < kSameLength_m)
-    return kOnFirstSurface;
-  return first_leg_code({rays_[deposit.photon].direction, hit.distance_m});
+  return path_m - static_cast<double>(hits_[deposit.photon].distance_m) < kSameLength_m;
+}
+
+std::uint32_t ProbeCollector::first_leg(const Deposit& deposit) const {
+  return first_leg_code({rays_[deposit.photon].direction, hits_[deposit.photon].distance_m});
 }
 
 void ProbeCollector::add(const TracedRun& run, std::span<const Deposit> deposits,
@@ -134,11 +136,12 @@ void ProbeCollector::add(const TracedRun& run, std::span<const Deposit> deposits
   early_sources_.clear();
   late_sources_.clear();
   for (const Deposit& deposit : deposits) {
+    if (is_first_reflection(deposit)) continue;
     const bool is_late = deposit.delay_s >= late_from_s;
     auto& sources = is_late ? late_sources_ : early_sources_;
     sources.push_back(secondary_source(deposit, is_late ? late_share : early_share));
     ProbePortalSets& sets = is_late ? late_sets_ : early_sets_;
-    sources.back().emitter = sets.with_set(first_leg(deposit, is_late), deposit.portals);
+    sources.back().emitter = sets.with_set(first_leg(deposit), deposit.portals);
     // Late sound leaves a surface in all directions alike, and needs no mirror direction.
     if (is_late) sources.back().mirror = sources.back().normal;
   }

@@ -1,11 +1,13 @@
 // probe_tracing.h: traces probes: places where sources of sound may be at run time.
 //
-// A probe is traced like an omnidirectional emitter of gain 1. Its early deposits become secondary
-// sources of its own, its late ones those of its zone (probe_zones.h); both are thinned to fixed
-// numbers, and become octrees. Each source keeps the first leg of its path
-// (formats/bake_file/first_leg.h). Journals and shards treat probes as emitters. The paths of a
-// probe's photons depend on its place and the scene, but which of their deposits are kept depends
-// on the plan for all probes, so where probes are added or moved all may be traced again.
+// A probe is traced like an omnidirectional emitter of gain 1. Its first reflections are left out:
+// the runtime traces those of a moving source itself (runtime/probes/first_reflections.h). Its
+// other early deposits become secondary sources of its own, its late ones those of its zone
+// (probe_zones.h); both are thinned to fixed numbers, and become octrees. Each source keeps the
+// first leg of its path (formats/bake_file/first_leg.h). Journals and shards treat probes as
+// emitters. The paths of a probe's photons depend on its place and the scene, but which of their
+// deposits are kept depends on the plan for all probes, so where probes are added or moved all may
+// be traced again.
 //
 // Threads: those of the calling TBB arena. Memory: 110 bytes per kept source.
 #pragma once
@@ -59,7 +61,8 @@ class ProbeCollector {
   BakedProbes take();
 
  private:
-  std::uint32_t first_leg(const Deposit& deposit, bool is_late) const;
+  bool is_first_reflection(const Deposit& deposit) const;
+  std::uint32_t first_leg(const Deposit& deposit) const;
   SourceOctree tree_of(SourceThinning& thinning, ProbePortalSets& sets, const Vec3& place_m) const;
   void begin_place();
   void finish_place();

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "bake/probes/air_lattice.h"
-#include "bake/report/space_explorer.h"
+#include "common/sphere.h"
 
 namespace clamor {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "bake/probes/probe_view.h"
-#include "bake/report/space_explorer.h"
+#include "common/sphere.h"
 
 namespace clamor {
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/maths.h"
+#include "common/sphere.h"
 
 namespace clamor {
 

@@ -9,6 +9,7 @@
 #include "bake/trace/diffuse_directions.h"
 #include "common/disjoint_sets.h"
 #include "common/random.h"
+#include "common/sphere.h"
 #include "formats/level/level.h"
 
 namespace clamor {

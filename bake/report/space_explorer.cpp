@@ -6,6 +6,7 @@
 
 #include "bake/trace/diffuse_directions.h"
 #include "common/random.h"
+#include "common/sphere.h"
 
 namespace clamor {
 
@@ -26,12 +27,6 @@ double interval(std::vector<double> values) {
 }
 
 }  // namespace
-
-Vec3 spread_direction(std::uint32_t index, std::uint32_t count) {
-  constexpr double kGolden = 0.6180339887498949;
-  const double turn = index * kGolden;
-  return on_sphere(1 - (2 * index + 1.0) / count, turn - std::floor(turn));
-}
 
 Vec3 rounded_to_cm(const Vec3& place_m) { return glm::round(place_m * 100.0) / 100.0; }
 

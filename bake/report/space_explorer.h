@@ -86,9 +86,6 @@ class SpaceExplorer {
   std::vector<Vec3> inside_m_;
 };
 
-// Fibonacci sphere: `count` evenly distributed directions.
-Vec3 spread_direction(std::uint32_t index, std::uint32_t count);
-
 // Rounded to centimetres, as printed.
 Vec3 rounded_to_cm(const Vec3& place_m);
 

@@ -4,7 +4,7 @@
 // The sources of a probe have no emitter. In their place they store the first leg of their path, in
 // 20 bits. The runtime needs it to move the source of the sound away from the probe: the direction
 // weighs the directivity, and the first surface tells how much shorter or longer the path becomes.
-// A source that is on that first surface itself stores 0: its position tells both.
+// No source is on that first surface itself: the runtime traces first reflections.
 //
 // The number of the set of portals that the path has passed (baked_portals.h) stands above these 20
 // bits.
@@ -26,8 +26,6 @@ namespace clamor {
 inline constexpr int kLegDirectionBits = 6;  // per coordinate, octahedral: 2 degrees of error
 inline constexpr std::uint32_t kLegDistances = 256;  // codes; a step is 5.9 %, from 5 cm on
 inline constexpr std::uint32_t kFirstLegCodes = kLegDistances << (2 * kLegDirectionBits);
-// The source is on the first surface.
-inline constexpr std::uint32_t kOnFirstSurface = 0;
 
 struct FirstLeg {
   Vec3f direction{};  // unit, out of the probe
@@ -45,7 +43,6 @@ inline float leg_distance_m(std::uint32_t code) {
   return distances_m[code % kLegDistances];
 }
 
-// Never kOnFirstSurface.
 inline std::uint32_t first_leg_code(const FirstLeg& leg) {
   const double steps = 40 * log2_of(std::max(static_cast<double>(leg.distance_m), 1e-6) / 0.05) *
                        0.30102999566398120;

@@ -157,7 +157,7 @@ struct Auralizer::State {
       for (const PortalEmitter& one : input.portals.emitters)
         powers.push_back(powers[one.emitter] * openness[one.set]);
     }
-    if (pipeline.probes() != nullptr) pipeline.probes()->set_portals(openness);
+    if (pipeline.probes() != nullptr) pipeline.probes()->set_portals(openness, portal_openness);
     pipeline.sampler().set_emitter_powers(std::move(powers));
   }
 
@@ -243,7 +243,7 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
   const bool listed = strategy_options_of(options).needs_list();
   auto input = listed ? read_auralizer_input(*file) : read_tables(*file);
   if (!input.ok()) return input.error();
-  if (uses_occlusion(options))
+  if (uses_occlusion(options) || reflects_moving_sources(*file, options))
     if (const auto read = read_occluders(*file, *input); !read.ok()) return read.error();
   if (listed) {
     auto auralizer = create(std::move(*input), options);

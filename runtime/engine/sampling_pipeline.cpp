@@ -57,6 +57,11 @@ bool uses_occlusion(const AuralizerOptions& options) {
   return options.visibility && strategy_options_of(options).uses_occlusion();
 }
 
+bool reflects_moving_sources(const BakeFile& file, const AuralizerOptions& options) {
+  return options.moving.max_sources > 0 && options.moving.reverberates &&
+         !file.probes().places.empty();
+}
+
 SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
   const Bands loudness = loudness_weights();
   SignalWeights weights;
@@ -147,7 +152,7 @@ void SamplingPipeline::add_moving(const AuralizerInput& input, const BakeFile* f
   moving_ = std::make_unique<MovingSources>(moving.max_sources, kinds_of(moving));
   moving_list_ = std::make_unique<MovingSourceList>(*moving_, radiation, weights_, input.emitters,
                                                     kinds_of(moving));
-  if (file != nullptr && !file->probes().places.empty() && moving.reverberates)
+  if (file != nullptr && reflects_moving_sources(*file, options))
     add_probes(input, *file, radiation, options);
   joined_ = std::make_unique<CombinedPool>(*pool_, *moving_list_, probes_.get());
 }
@@ -161,8 +166,12 @@ void SamplingPipeline::add_probes(const AuralizerInput& input, const BakeFile& f
       std::make_unique<const ProbeBounds>(input.materials, input.air, radiation.late_boost());
   probe_loader_ =
       make_loader(file, probe_page_fetch(file, *probe_bounds_), options.memory_bytes / 4, options);
-  probes_ = std::make_unique<ProbePool>(file.probes(), *probe_bounds_, surfaces_.get(), weights_,
-                                        *moving_list_, *probe_loader_);
+  if (surfaces_ == nullptr)  // nothing occludes, but first reflections come from surfaces
+    surfaces_ = std::make_unique<OcclusionGeometry>(input.mesh, input.materials);
+  probes_ = std::make_unique<ProbePool>(
+      file.probes(), *probe_bounds_, *surfaces_,
+      FirstReflectionTracer(*surfaces_, input.materials, input.air, input.portals.portals),
+      weights_, *moving_list_, *probe_loader_);
 }
 
 }  // namespace clamor

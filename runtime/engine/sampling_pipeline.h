@@ -31,6 +31,7 @@ const SamplingStrategy& strategy_options_of(const AuralizerOptions& options);
 
 // Returns whether surfaces occlude sources.
 bool uses_occlusion(const AuralizerOptions& options);
+bool reflects_moving_sources(const BakeFile& file, const AuralizerOptions& options);
 
 // Weights of signals by their mean level, as strategies with a list use them.
 SignalWeights mean_weights(std::span<const PreparedSignal> signals);

@@ -111,6 +111,15 @@ std::optional<OccluderPlane> OcclusionGeometry::first_surface(const Vec3f& from_
   return triangle == kNone ? std::nullopt : std::optional(planes_[triangle]);
 }
 
+std::optional<OcclusionGeometry::LevelHit> OcclusionGeometry::first_level_hit(
+    const Vec3f& from_m, const Vec3f& to_m) const {
+  float near = 0;
+  const std::uint32_t triangle = first_triangle(from_m, to_m, near);
+  if (triangle == kNone) return std::nullopt;
+  if (has_parts() && parts_->first_hit(from_m, to_m, 0, near)) return std::nullopt;
+  return LevelHit{near, planes_[triangle].normal, materials_[triangle]};
+}
+
 void OcclusionGeometry::first_surfaces(
     std::span<const PathSegment, kPacketRays> segments, std::uint32_t lanes,
     std::span<std::optional<OccluderPlane>, kPacketRays> surfaces) const {

@@ -66,6 +66,15 @@ class OcclusionGeometry {
   std::optional<OccluderPlane> first_surface(const Vec3f& from_m, const Vec3f& to_m) const;
   bool is_free(const Vec3f& from_m, const Vec3f& to_m) const;
 
+  // A hit of a surface of the level.
+  struct LevelHit {
+    float fraction = 0;  // of the segment
+    Vec3f normal{};      // unit, to either side
+    std::uint16_t material = 0;
+  };
+  // The first hit of the segment, unless that is on a part.
+  std::optional<LevelHit> first_level_hit(const Vec3f& from_m, const Vec3f& to_m) const;
+
   // first_surface() for the segments whose bit is set in `lanes`; faster for coherent segments.
   // Where a ray passes through the edge between two surfaces, it may find the other surface.
   void first_surfaces(std::span<const PathSegment, kPacketRays> segments, std::uint32_t lanes,

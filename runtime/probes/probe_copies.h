@@ -1,6 +1,7 @@
-// probe_copies.h: all secondary sources that a source at a place is heard through, as a list.
+// probe_copies.h: all secondary sources of probes that a source at a place is heard through.
 //
-// What ProbePool samples from, for tools that need every source.
+// ProbePool samples from these and from first reflections. Tools that need every source use the
+// list.
 #pragma once
 
 #include <cstdint>

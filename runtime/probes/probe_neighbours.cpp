@@ -16,7 +16,6 @@ constexpr double kSoftening_m = 0.25;   // e
 constexpr float kRate = 0.15f;          // of the way to the wanted weights, per keyframe
 constexpr float kLeastWeight = 0.002f;  // of a probe that is not wanted any more
 constexpr std::uint8_t kBlindKeyframes = 20;
-constexpr double kLeap_m = 3;  // in a keyframe: nothing drives so fast
 constexpr std::int64_t kRaysPerKeyframe = 4000;
 constexpr std::uint64_t kPartsTestedEvery = 10;  // keyframes
 // A line of sight holds within this share of the distance to the nearest probe, and these limits.

@@ -11,7 +11,7 @@ namespace clamor {
 
 namespace {
 
-constexpr double kFactorSlack = 1.00001;  // factors are floats
+constexpr float kFactorSlack = 1.00001f;  // for the rounding of factors
 constexpr std::uint32_t kSeedOfCopies = 0x70726f62;
 constexpr double kLongestPath_m = 1000;  // from a surface to the listener, for signals' windows
 
@@ -37,15 +37,16 @@ double number_beside(double share, float stored_u) {
 }  // namespace
 
 ProbePool::ProbePool(const StoredProbes& probes, const ProbeBounds& bounds,
-                     const OcclusionGeometry* surfaces, const SignalWeights& weights,
-                     MovingSourceList& moving, PageLoader& loader)
+                     const OcclusionGeometry& surfaces, FirstReflectionTracer tracer,
+                     const SignalWeights& weights, MovingSourceList& moving, PageLoader& loader)
     : bounds_(bounds),
       weights_(weights),
       moving_(moving),
       loader_(loader),
       unit_weights_{{bounds.weights()}},
       node_bounds_(bounds.radiation(), unit_weights_, {}, {}),
-      neighbours_(places_of(probes), surfaces, moving.max_sources()),
+      neighbours_(places_of(probes), &surfaces, moving.max_sources()),
+      first_reflections_(surfaces, std::move(tracer), bounds, moving.max_sources()),
       requests_(loader),
       radiators_(moving.max_sources()) {
   std::uint64_t first = kFirstProbeSource;
@@ -70,7 +71,7 @@ ProbePool::ProbePool(const StoredProbes& probes, const ProbeBounds& bounds,
 
 bool ProbePool::refresh() {
   const bool has_arrived = loader_.begin_sample();
-  return has_arrived || !neighbours_.is_settled();
+  return has_arrived || !neighbours_.is_settled() || !first_reflections_.is_settled();
 }
 
 void ProbePool::set_late_boost(float strength) {
@@ -85,13 +86,14 @@ void ProbePool::begin(const Listener& listener, double time_s) {
   place_m_ = listener.position_m;
   node_bounds_.begin(listener.position_m, time_s);
   neighbours_.begin();
+  first_reflections_.begin(listener.position_m);
   for (const std::uint32_t t : active_) trees_[t].copy_count = 0;
   active_.clear();
   copies_.clear();
   for (std::size_t slot = 0; slot < moving_.slots(); ++slot)
     if (moving_.reverberation(slot) > 0) add_copies(slot, time_s);
+  first_reflections_.trace();
   sort_copies();
-  arrange_copies();
   for (const std::uint32_t t : active_) {
     read_top(trees_[t], listener.position_m);
     draw_representatives(trees_[t]);
@@ -102,16 +104,14 @@ void ProbePool::add_copies(std::size_t slot, double time_s) {
   const Vec3 place_m = moving_.place_m(slot);
   const auto near = neighbours_.weights(slot, moving_.generation(slot), place_m);
   if (near.empty()) return;
-  MovingRadiator& radiator = radiators_[slot];
-  radiator.position_m = place_m;
-  radiator.axis = Vec3(moving_.settings(slot).axis);
-  radiator.directivity = moving_.directivity(slot);
-  const Copy copy = copy_of(slot, time_s - moving_.start_s(slot));
-  if (!(copy.factor > 0)) return;
+  radiators_[slot] = radiator_of(slot, time_s - moving_.start_s(slot));
+  if (!(radiators_[slot].factor > 0)) return;
+  first_reflections_.add(slot, moving_.generation(slot), place_m, radiators_[slot].factor,
+                         radiators_[slot].band_shares);
   std::array<ProbeWeight, kMaxCopies> zones{};
   std::size_t zone_count = 0;
   for (const ProbeWeight& weight : near) {
-    add_copy(copy, weight.probe, weight.weight);
+    add_copy(slot, weight.probe, weight.weight);
     const std::uint32_t tree = zone_trees_[weight.probe];
     std::size_t z = 0;
     while (z < zone_count && zones[z].probe != tree) ++z;
@@ -120,40 +120,44 @@ void ProbePool::add_copies(std::size_t slot, double time_s) {
     zones[z].weight += weight.weight;
   }
   for (const ProbeWeight& zone : std::span(zones).first(zone_count))
-    add_copy(copy, zone.probe, zone.weight);
+    add_copy(slot, zone.probe, zone.weight);
 }
 
-// A copy of weight 1, of no tree yet. Its factor bounds its band powers, with what its signal plays
-// while the sound that is heard now was under way, over the loudness that pages are culled with.
-ProbePool::Copy ProbePool::copy_of(std::size_t slot, double now_s) const {
+// The factors bound the power of each band, with what the signal plays while the sound that is
+// heard now was under way, over the loudness that pages are culled with.
+ProbePool::Radiator ProbePool::radiator_of(std::size_t slot, double now_s) const {
   const MovingSources::Settings& settings = moving_.settings(slot);
   const Bands loudest = weights_.max_between(moving_.signal(slot), now_s - longest_s_, now_s);
   const Bands& at_any_time = weights_.max(moving_.signal(slot));
-  Copy copy;
-  copy.slot = static_cast<std::uint32_t>(slot);
-  double factor = 0, most = 0;
+  Radiator radiator;
+  radiator.position_m = moving_.place_m(slot);
+  radiator.axis = Vec3(settings.axis);
+  radiator.directivity = moving_.directivity(slot);
+  float most = 0;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    const double gain = static_cast<double>(settings.reverberation * settings.gain[b]);
-    copy.power[b] = static_cast<float>(gain * gain);
-    const double per_loudness = gain * gain / static_cast<double>(bounds_.weights()[b]);
-    factor = std::max(factor, per_loudness * static_cast<double>(loudest[b]));
-    most = std::max(most, per_loudness * static_cast<double>(at_any_time[b]));
+    const float gain = settings.reverberation * settings.gain[b];
+    radiator.power[b] = gain * gain;
+    const float per_loudness = kFactorSlack * gain * gain / bounds_.weights()[b];
+    radiator.band_shares[b] = per_loudness * loudest[b];
+    radiator.factor = std::max(radiator.factor, radiator.band_shares[b]);
+    most = std::max(most, per_loudness * at_any_time[b]);
   }
-  copy.factor = static_cast<float>(factor * kFactorSlack);
-  copy.at_any_time = factor > 0 ? static_cast<float>(most / factor * kFactorSlack) : 1;
-  return copy;
+  if (!(radiator.factor > 0)) return radiator;
+  for (float& share : radiator.band_shares) share *= kFactorSlack / radiator.factor;
+  radiator.at_any_time = kFactorSlack * most / radiator.factor;
+  return radiator;
 }
 
-void ProbePool::add_copy(Copy copy, std::uint32_t tree, float weight) {
+void ProbePool::add_copy(std::size_t slot, std::uint32_t tree, float weight) {
   if (!(trees_[tree].power > 0 && weight > 0)) return;
+  Copy& copy = copies_.emplace_back();
   copy.tree = tree;
-  copy.factor *= weight;
-  for (float& power : copy.power) power *= weight;
-  const RandomBits bits =
-      philox(kSeedOfCopies, {copy.slot, moving_.generation(copy.slot), tree, 0});
+  copy.slot = static_cast<std::uint32_t>(slot);
+  copy.weight = weight;
+  copy.factor = weight * radiators_[slot].factor;
+  const RandomBits bits = philox(kSeedOfCopies, {copy.slot, moving_.generation(slot), tree, 0});
   copy.u = static_cast<float>(unit_above_zero(bits[0]));
   copy.draw = unit(bits[1]);
-  copies_.push_back(copy);
 }
 
 void ProbePool::sort_copies() {
@@ -169,21 +173,11 @@ void ProbePool::sort_copies() {
   }
 }
 
-// Lays the copies' places out for find_reaching_copies().
-void ProbePool::arrange_copies() {
-  rows_.clear();
-  for (const Copy& copy : copies_) {
-    const std::optional<Vec3>& probe_m = trees_[copy.tree].probe_m;
-    rows_.add(probe_m ? radiators_[copy.slot].position_m - *probe_m : Vec3(0), copy.factor);
-  }
-  rows_.pad();
-}
-
 // --- Queries -------------------------------------------------------------------------------------
 
 // Upper bound of the priorities in a node and below, over all copies.
 double ProbePool::bound(const Tree& tree, const PageEntry& entry, const Vec3& place) const {
-  return static_cast<double>(copies_[tree.first_copy].factor) * kMaxIrradianceRatio *
+  return static_cast<double>(copies_[tree.first_copy].factor) *
          node_bounds_.bound(entry, entry.highest_key, place);
 }
 
@@ -218,7 +212,8 @@ bool ProbePool::find_above(const Vec3& place, double threshold, std::size_t max_
   requests_.begin_query();
   for (const std::uint32_t t : active_)
     if (!find_in_tree(trees_[t], place, threshold, max_count, found)) return false;
-  return true;
+  find_first_reflections(place, threshold, found);
+  return found.size() <= max_count && !is_exhausted();
 }
 
 bool ProbePool::find_in_tree(Tree& tree, const Vec3& place, double threshold, std::size_t max_count,
@@ -266,47 +261,45 @@ void ProbePool::find_in_page(const Tree& tree, const ResidentPage& page, std::ui
     const BoostedBound boosted(bounds_.radiation().late_boost().at(stored.delay_s), boost_strength_,
                                share);
     const double upper_bound = boosted.upper_bound * static_cast<double>(culled_.upper_bound[s]);
-    const auto ends = std::partition_point(copies.begin(), copies.end(), [&](const Copy& copy) {
-      return upper_bound * static_cast<double>(copy.factor) >= threshold;
-    });
-    const auto count = static_cast<std::size_t>(ends - copies.begin());
-    if (tree.probe_m && first_leg_code_of(stored.emitter) == kOnFirstSurface)
-      find_reaching_copies(
-          first_reflection(tree, page, index, place, threshold / boosted.upper_bound), rows_,
-          tree.first_copy, count, reaching_);
-    else
-      take_copies(tree.first_copy, count, culled_.upper_bound[s]);
-    spend(count / 8);
-    for (std::size_t c = 0; c < reaching_.count; ++c) {
-      const Copy& copy = copies_[reaching_.index[c]];
+    spend(1);
+    const BandMix mix = page.sources.mix(index);
+    for (const Copy& copy : copies) {
+      const double in_loudest_band = upper_bound * static_cast<double>(copy.factor);
+      if (in_loudest_band < threshold) break;
+      const Bands& shares = radiators_[copy.slot].band_shares;
+      if (in_loudest_band * static_cast<double>(mix.of(shares)) < threshold) continue;
       if (&page == tree.top && index == copy.representative) continue;
-      add(tree, copy, stored, number, false, boosted.boost,
-          boosted.upper_bound * static_cast<double>(reaching_.upper_bound[c]), found);
+      add(tree, copy, stored, number, false, boosted.boost, in_loudest_band, found);
     }
   }
 }
 
-FirstReflection ProbePool::first_reflection(const Tree& tree, const ResidentPage& page,
-                                            std::size_t index, const Vec3& place,
-                                            double threshold) const {
-  FirstReflection reflection;
-  reflection.bound = page.first_reflections[index];
-  reflection.bound.position_m = Vec3f(Vec3(reflection.bound.position_m) - *tree.probe_m);
-  reflection.listener_m = Vec3f(place - *tree.probe_m);
-  reflection.irradiance_of_probe =
-      static_cast<float>(irradiance_of_probe(page.sources[index], *tree.probe_m));
-  reflection.threshold = static_cast<float>(threshold);
-  return reflection;
-}
-
-// Takes all these copies of a source, whose upper bound, times their factors, is theirs.
-void ProbePool::take_copies(std::size_t first, std::size_t count, float upper_bound) {
-  reaching_.make_room(count);
-  for (std::size_t c = 0; c < count; ++c) {
-    reaching_.index[c] = static_cast<std::uint32_t>(first + c);
-    reaching_.upper_bound[c] = upper_bound * copies_[first + c].factor;
+void ProbePool::find_first_reflections(const Vec3& place, double threshold,
+                                       std::vector<FoundSource>& found) {
+  const std::size_t tested = first_reflections_.find_above(place, threshold, reaching_);
+  spend(WorkBudget::kFirstReflectionsPer16 * tested / 16);
+  for (const FirstReflections::Found& one : reaching_) {
+    const FirstReflection& stored = first_reflections_.stored(one);
+    const std::uint64_t number = kFirstTracedReflection + first_reflections_.number(one);
+    double upper_bound = static_cast<double>(one.upper_bound);
+    if (occlusion_ != nullptr) upper_bound *= static_cast<double>(occlusion_->upper_bound(number));
+    const BoostedBound boosted(bounds_.radiation().late_boost().at(stored.source.delay_s),
+                               boost_strength_, upper_bound);
+    if (boosted.upper_bound < threshold) continue;
+    float openness = 1;
+    stored.portals.for_each([&](std::size_t portal) {
+      if (portal < openness_.size()) openness *= openness_[portal];
+    });
+    if (!(openness > 0)) continue;
+    const Radiator& radiator = radiators_[one.source];
+    Placed& placed = next_placed();
+    placed.source = first_reflections_.moved(one, radiator);
+    if (!has_left(placed.source, one.source)) continue;
+    FoundSource& of_found = append(placed, one.source, 1, number, found);
+    of_found.boost = boosted.boost;
+    of_found.openness = openness;
+    of_found.upper_bound = boosted.upper_bound * static_cast<double>(radiator.at_any_time);
   }
-  reaching_.count = count;
 }
 
 void ProbePool::find_representatives(const Tree& tree, const Vec3& place, double threshold,
@@ -330,7 +323,10 @@ void ProbePool::find_representatives(const Tree& tree, const Vec3& place, double
     const BoostedBound boosted(bounds_.radiation().late_boost().at(stored.delay_s), boost_strength_,
                                upper_bound);
     const double bound = boosted.upper_bound * static_cast<double>(copy.factor);
-    if (bound >= threshold) add(tree, copy, stored, number, true, boosted.boost, bound, found);
+    if (bound < threshold) continue;
+    const BandMix mix = tree.top->sources.mix(index);
+    if (bound * static_cast<double>(mix.of(radiators_[copy.slot].band_shares)) >= threshold)
+      add(tree, copy, stored, number, true, boosted.boost, bound, found);
   }
 }
 
@@ -348,50 +344,61 @@ void ProbePool::add(const Tree& tree, const Copy& copy, const Source& stored, st
                     bool is_representative, float boost, double bound,
                     std::vector<FoundSource>& found) {
   const std::uint32_t portal_set = portal_set_of(stored.emitter);
-  const float openness = portal_set < openness_.size() ? openness_[portal_set] : 1.0f;
+  const float openness = portal_set < openness_by_set_.size() ? openness_by_set_[portal_set] : 1.0f;
   if (!(openness > 0)) return;
-  if (placed_count_ == placed_.size()) placed_.emplace_back();
-  Placed& placed = placed_[placed_count_];
+  Placed& placed = next_placed();
   const MovingRadiator& radiator = radiators_[copy.slot];
   placed.source = tree.probe_m ? early_reflection(stored, *tree.probe_m, radiator,
                                                   bounds_.radiation().speed_of_sound_mps())
                                : late_reflection(stored, radiator, bounds_.late_material());
   if (!has_left(placed.source, copy.slot)) return;
-  ++placed_count_;
   placed.tree = copy.tree;
   placed.stored_power = sum_of(stored.power);
   placed.share = placed.stored_power / tree.power;
   placed.is_representative = is_representative;
-  Source& source = placed.source;
-  source.emitter = moving_.emitter(copy.slot);
-  for (std::size_t b = 0; b < kBandCount; ++b) source.power[b] *= copy.power[b];
-  source.u = static_cast<float>(is_representative
-                                    ? static_cast<double>(copy.u) * std::min(placed.share, 1.0)
-                                    : number_beside(placed.share, stored.u));
-  const std::uint64_t of_source = moving_.number(copy.slot);
-  FoundSource& one = found.emplace_back();
-  one.source = &source;
-  one.number = number;
-  one.signal = moving_.signal(copy.slot);
+  placed.source.u = static_cast<float>(is_representative ? static_cast<double>(copy.u) *
+                                                               std::min(placed.share, 1.0)
+                                                         : number_beside(placed.share, stored.u));
+  FoundSource& one = append(placed, copy.slot, copy.weight, number, found);
   one.frame = static_cast<std::uint32_t>(placed_count_);
   one.boost = boost;
   one.openness = openness;
-  one.upper_bound = bound * static_cast<double>(copy.at_any_time);
-  one.voice = voice_number(of_source, number);
-  one.start_s = moving_.start_s(copy.slot);
+  one.upper_bound = bound * static_cast<double>(radiators_[copy.slot].at_any_time);
+}
+
+// Room for a source, which append() takes.
+ProbePool::Placed& ProbePool::next_placed() {
+  if (placed_count_ == placed_.size()) placed_.emplace_back();
+  return placed_[placed_count_];
+}
+
+// Appends the source of a moving source's reflection, and gives it the power of that.
+FoundSource& ProbePool::append(Placed& placed, std::size_t slot, float weight, std::uint64_t number,
+                               std::vector<FoundSource>& found) {
+  ++placed_count_;
+  placed.source.emitter = moving_.emitter(slot);
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    placed.source.power[b] *= weight * radiators_[slot].power[b];
+  FoundSource& one = found.emplace_back();
+  one.source = &placed.source;
+  one.number = number;
+  one.signal = moving_.signal(slot);
+  one.voice = voice_number(moving_.number(slot), number);
+  one.start_s = moving_.start_s(slot);
   spend(WorkBudget::kFound);
+  return one;
 }
 
 double ProbePool::upper_bound(const Vec3& place) {
-  double highest = 0;
+  double highest = first_reflections_.upper_bound(place);
   for (const std::uint32_t t : active_) {
     const Tree& tree = trees_[t];
     const PageEntry& top = *tree.entry;
     for (const Copy& copy : std::span(copies_).subspan(tree.first_copy, tree.copy_count)) {
       const double key =
           std::max(static_cast<double>(top.highest_key), tree.power / static_cast<double>(copy.u));
-      highest = std::max(highest, static_cast<double>(copy.factor) * kMaxIrradianceRatio *
-                                      node_bounds_.bound(top, key, place));
+      highest =
+          std::max(highest, static_cast<double>(copy.factor) * node_bounds_.bound(top, key, place));
     }
   }
   return highest;

@@ -1,7 +1,8 @@
 // probe_pool.h: the reflections of moving sources, as copies of the trees of the probes round them.
 //
-// Each moving source is heard through up to eight probes (probe_neighbours.h) and their zones, and
-// each of these copies holds the secondary sources of a tree, moved to the source's place
+// First reflections are each source's own (first_reflections.h). For all later ones, each moving
+// source is heard through up to eight probes (probe_neighbours.h) and their zones, and each of
+// these copies holds the secondary sources of a tree, moved to the source's place
 // (probe_sources.h), with its signal, gain and directivity. They are ranked together with all other
 // sources. Of a level with 500 probes and 1000 moving sources these are ten million, of which a
 // query looks at few: a tree is traversed once per query for all its copies, with the highest
@@ -27,7 +28,7 @@
 
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/occlusion_upper_bounds.h"
-#include "runtime/probes/copy_kernel.h"
+#include "runtime/probes/first_reflections.h"
 #include "runtime/probes/probe_neighbours.h"
 #include "runtime/probes/probe_sources.h"
 #include "runtime/query/node_bounds.h"
@@ -42,22 +43,28 @@ namespace clamor {
 // Numbers of the sources of probes, for occlusion: above those of the level, below those of moving
 // sources.
 inline constexpr std::uint64_t kFirstProbeSource = std::uint64_t{1} << 62;
+// First reflections have numbers from here on.
+inline constexpr std::uint64_t kFirstTracedReflection =
+    kFirstProbeSource + (std::uint64_t{1} << 61);
 
 class ProbePool {
  public:
   // All arguments must outlive the pool. `loader` reads pages of probes (probe_page_fetch()).
   ProbePool(const StoredProbes& probes, const ProbeBounds& bounds,
-            const OcclusionGeometry* surfaces, const SignalWeights& weights,
-            MovingSourceList& moving, PageLoader& loader);
+            const OcclusionGeometry& surfaces, FirstReflectionTracer tracer,
+            const SignalWeights& weights, MovingSourceList& moving, PageLoader& loader);
 
   // As in SourcePool.
   void charge(WorkBudget* budget) { budget_ = budget; }
   bool refresh();
   void set_occlusion_bounds(const OcclusionUpperBounds* bounds) { occlusion_ = bounds; }
   void set_late_boost(float strength);
-  // The share of the power that passes each set of portals, 0 to 1; those beyond the end of the
-  // list are open.
-  void set_portals(std::vector<float> openness_by_set) { openness_ = std::move(openness_by_set); }
+  // The shares of the power that pass each set of portals and each portal, 0 to 1; those beyond
+  // the end of a list are open.
+  void set_portals(std::vector<float> openness_by_set, std::vector<float> openness) {
+    openness_by_set_ = std::move(openness_by_set);
+    openness_ = std::move(openness);
+  }
   void begin(const Listener& listener, double time_s);
   bool find_above(const Vec3& place, double threshold, std::size_t max_count,
                   std::vector<FoundSource>& found);
@@ -74,11 +81,10 @@ class ProbePool {
   struct Copy {
     std::uint32_t tree = 0, slot = 0;
     float factor = 0;                  // of upper bounds, now
-    float at_any_time = 1;             // the factor at any time, over that
+    float weight = 0;                  // of the tree
     float u = 1;                       // v
-    double draw = 0;                   // decides the representative, in [0, 1)
     std::uint32_t representative = 0;  // index in the top page
-    Bands power{};                     // factor of each band
+    double draw = 0;                   // decides the representative, in [0, 1)
   };
   struct Tree {
     const PageEntry* entry = nullptr;              // of the top
@@ -90,6 +96,13 @@ class ProbePool {
     const ResidentPage* top = nullptr;             // the page; null: it is missing
     // The page's sources divide the tree's power among them; these are the ends of their shares.
     std::vector<double> share_ends;
+  };
+  // A moving source of the keyframe.
+  struct Radiator : MovingRadiator {
+    Bands power{};          // factor of each band
+    float factor = 0;       // of upper bounds, now: that of the loudest band
+    Bands band_shares{};    // that of each band, over it
+    float at_any_time = 1;  // the factor at any time, over that now
   };
   // A source of a copy, and what missing_key() needs to know of the stored one.
   struct Placed {
@@ -104,10 +117,9 @@ class ProbePool {
   };
 
   void add_copies(std::size_t slot, double time_s);
-  Copy copy_of(std::size_t slot, double now_s) const;
-  void add_copy(Copy copy, std::uint32_t tree, float weight);
+  Radiator radiator_of(std::size_t slot, double now_s) const;
+  void add_copy(std::size_t slot, std::uint32_t tree, float weight);
   void sort_copies();
-  void arrange_copies();
   void read_top(Tree& tree, const Vec3& place);
   void draw_representatives(const Tree& tree);
   void spend(std::uint64_t units) {
@@ -119,14 +131,15 @@ class ProbePool {
                     std::vector<FoundSource>& found);
   void find_in_page(const Tree& tree, const ResidentPage& page, std::uint64_t first,
                     const Vec3& place, double threshold, std::vector<FoundSource>& found);
-  FirstReflection first_reflection(const Tree& tree, const ResidentPage& page, std::size_t index,
-                                   const Vec3& place, double threshold) const;
-  void take_copies(std::size_t first, std::size_t count, float upper_bound);
+  void find_first_reflections(const Vec3& place, double threshold, std::vector<FoundSource>& found);
   bool has_left(const Source& source, std::size_t slot) const;
   void find_representatives(const Tree& tree, const Vec3& place, double threshold,
                             std::vector<FoundSource>& found);
   void add(const Tree& tree, const Copy& copy, const Source& stored, std::uint64_t number,
            bool is_representative, float boost, double bound, std::vector<FoundSource>& found);
+  Placed& next_placed();
+  FoundSource& append(Placed& placed, std::size_t slot, float weight, std::uint64_t number,
+                      std::vector<FoundSource>& found);
 
   const ProbeBounds& bounds_;
   const SignalWeights& weights_;
@@ -136,23 +149,23 @@ class ProbePool {
   SignalWeights unit_weights_;  // of node_bounds_
   NodeBounds node_bounds_;
   ProbeNeighbours neighbours_;
+  FirstReflections first_reflections_;
   PageRequests requests_;
   std::vector<std::uint32_t> zone_trees_;  // by place: index into trees_
   std::vector<Tree> trees_;                // of the places, then of the zones
   std::vector<std::uint32_t> active_;      // trees with copies
   std::vector<Copy> copies_;
-  CopyRows rows_;                          // of copies_
-  std::vector<MovingRadiator> radiators_;  // by slot
-  std::deque<Placed> placed_;              // the first placed_count_ are in use
+  std::vector<Radiator> radiators_;  // by slot
+  std::deque<Placed> placed_;        // the first placed_count_ are in use
   std::size_t placed_count_ = 0;
   std::vector<Waiting> waiting_;
   CulledPage culled_;
-  ReachingCopies reaching_;
+  std::vector<FirstReflections::Found> reaching_;
   double longest_s_ = 0;  // that sound is under way
   double time_s_ = 0;     // of the keyframe,
   Vec3 place_m_{};        // and its listener's place
   float boost_strength_ = 1;
-  std::vector<float> openness_;  // by set of portals
+  std::vector<float> openness_by_set_, openness_;  // of portals
   WorkBudget* budget_ = nullptr;
 };
 

@@ -18,22 +18,38 @@ double irradiance(double cos_at_surface, double distance_m) {
   return std::abs(cos_at_surface) / (r_m * r_m);
 }
 
-double irradiance_from(const Vec3& probe_to_surface_m, const Vec3& normal) {
-  const double r_m = std::max(length(probe_to_surface_m), kLeastDistance_m);
-  return irradiance(dot(probe_to_surface_m, normal) / r_m, r_m);
+double irradiance_from(const Vec3& to_surface_m, const Vec3& normal) {
+  const double r_m = std::max(length(to_surface_m), kLeastDistance_m);
+  return irradiance(dot(to_surface_m, normal) / r_m, r_m);
 }
 
-// Redirects a source on the first surface to sound from `arriving`, and returns its power ratio.
-double redirect(Source& source, const Vec3& from_probe_m, const Vec3& arriving, double distance_m) {
+// Redirects a first reflection of sound from a place `path_m` before it to sound from `arriving`.
+// Returns its power ratio.
+double redirect(Source& source, const Vec3& path_m, const Vec3& arriving, double distance_m) {
   const Vec3 normal(source.normal);
   const double cos_now = dot(arriving, normal);
   // Sound that the surface transmits leaves on the far side, in its old direction. A source that
   // has passed the plane of the surface does not light this side of it.
-  if (dot(from_probe_m, normal) * cos_now <= 0) return 0;
+  if (dot(path_m, normal) * cos_now <= 0) return 0;
   source.mirror = Vec3f(cos_now < 0 ? arriving - 2 * cos_now * normal : arriving);
-  const double at_probe = irradiance_from(from_probe_m, normal);
-  return at_probe > 0 ? std::min(irradiance(cos_now, distance_m) / at_probe, kMaxIrradianceRatio)
-                      : 0;
+  const double before = irradiance_from(path_m, normal);
+  return before > 0 ? std::min(irradiance(cos_now, distance_m) / before, kMaxIrradianceRatio) : 0;
+}
+
+// The path from a moving source to its first surface.
+struct FirstPath {
+  FirstPath(const Vec3& surface_m, const Source& source, const MovingRadiator& radiator) {
+    const Vec3 path_m = surface_m - radiator.position_m;
+    distance_m = length(path_m);
+    direction = distance_m > 1e-6 ? path_m / distance_m : -Vec3(source.normal);
+  }
+  double distance_m = 0;
+  Vec3 direction{};
+};
+
+void lengthen(Source& source, double longer_m, double speed_of_sound_mps) {
+  source.delay_s = std::max(0.0f, static_cast<float>(static_cast<double>(source.delay_s) +
+                                                     longer_m / speed_of_sound_mps));
 }
 
 // Scales the power by a ratio and by the directivity towards the first surface.
@@ -52,27 +68,27 @@ void radiate(Source& source, const Vec3& direction, const MovingRadiator& radiat
 Source early_reflection(const Source& stored, const Vec3& probe_m, const MovingRadiator& radiator,
                         double speed_of_sound_mps) {
   Source source = stored;
-  const std::uint32_t leg_code = first_leg_code_of(stored.emitter);
-  const bool on_first_surface = leg_code == kOnFirstSurface;
-  Vec3 surface_m(stored.position_m);
-  if (!on_first_surface) {
-    const FirstLeg leg = first_leg_of(leg_code);
-    surface_m = probe_m + static_cast<double>(leg.distance_m) * Vec3(leg.direction);
-  }
-  const Vec3 path_m = surface_m - radiator.position_m;
-  const double distance_m = length(path_m);
-  const Vec3 direction = distance_m > 1e-6 ? path_m / distance_m : -Vec3(stored.normal);
-  const double longer_m = distance_m - length(surface_m - probe_m);
-  source.delay_s = std::max(0.0f, static_cast<float>(static_cast<double>(stored.delay_s) +
-                                                     longer_m / speed_of_sound_mps));
-  const double ratio =
-      on_first_surface ? redirect(source, surface_m - probe_m, direction, distance_m) : 1;
-  radiate(source, direction, radiator, ratio);
+  const FirstLeg leg = first_leg_of(first_leg_code_of(stored.emitter));
+  const Vec3 leg_m = static_cast<double>(leg.distance_m) * Vec3(leg.direction);
+  const FirstPath path(probe_m + leg_m, source, radiator);
+  lengthen(source, path.distance_m - length(leg_m), speed_of_sound_mps);
+  radiate(source, path.direction, radiator, 1);
   return source;
 }
 
-double irradiance_of_probe(const Source& stored, const Vec3& probe_m) {
-  return irradiance_from(Vec3(stored.position_m) - probe_m, Vec3(stored.normal));
+Source first_reflection(const Source& stored, const Vec3& from_m, const MovingRadiator& radiator,
+                        double speed_of_sound_mps) {
+  Source source = stored;
+  const Vec3 before_m = Vec3(stored.position_m) - from_m;
+  const FirstPath path(Vec3(stored.position_m), source, radiator);
+  lengthen(source, path.distance_m - length(before_m), speed_of_sound_mps);
+  const double ratio = redirect(source, before_m, path.direction, path.distance_m);
+  radiate(source, path.direction, radiator, ratio);
+  return source;
+}
+
+double irradiance_of(const Source& stored, const Vec3& from_m) {
+  return irradiance_from(Vec3(stored.position_m) - from_m, Vec3(stored.normal));
 }
 
 Material late_reflection_material() {
@@ -101,44 +117,25 @@ std::vector<Source> ProbeBounds::bounding_sources(std::span<const Source> stored
                                                   bool of_zone) const {
   std::vector<Source> bounding(stored.begin(), stored.end());
   for (Source& source : bounding) {
-    if (of_zone) {
-      source.emitter = 0;
-      source.material = late_material();
-      continue;
-    }
-    const bool on_first_surface =
-        first_leg_code_of(std::exchange(source.emitter, 0)) == kOnFirstSurface;
-    if (!on_first_surface) continue;
-    const Bands highest = radiation_.laws().peak_density(source.material);
-    source.is_emitter = true;
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      source.power[b] *= static_cast<float>(emission_power(0) * kMaxIrradianceRatio) * highest[b];
+    source.emitter = 0;
+    if (of_zone) source.material = late_material();
   }
   return bounding;
 }
 
-std::vector<SourceBound> ProbeBounds::first_reflections(std::span<const Source> stored,
-                                                        bool of_zone) const {
-  if (of_zone) return {};
-  std::vector<SourceBound> bounds(stored.size());
-  for (std::size_t s = 0; s < stored.size(); ++s) {
-    if (first_leg_code_of(stored[s].emitter) != kOnFirstSurface) continue;
-    // The compensation is the highest at grazing incidence.
-    Source source = stored[s];
-    source.mirror = Vec3f(0);
-    bounds[s] = source_bound(radiation_, source, radiation_.upper_bound(source, weights()));
-  }
-  return bounds;
+ProbeBounds::MixedBound ProbeBounds::first_reflection(Source reflection) const {
+  reflection.mirror = Vec3f(0);  // the compensation is the highest at grazing incidence
+  const auto at_1m = radiation_.upper_bound(reflection, weights());
+  return {source_bound(radiation_, reflection, at_1m), at_1m.mix};
 }
 
 PageLoader::Fetch probe_page_fetch(const BakeFile& file, const ProbeBounds& bounds) {
   return page_fetch(file, [&](const PageEntry& entry, OctreePage page) {
     const std::vector<Source> bounding = bounds.bounding_sources(page.sources, entry.of_zone);
-    auto reflections = bounds.first_reflections(page.sources, entry.of_zone);
     SourcePage sources(bounds.radiation(), bounds.weights_by_signal(), std::move(page.sources),
                        bounding);
     return std::make_unique<const ResidentPage>(entry, std::move(sources), std::move(page.links),
-                                                file.trees(), std::move(reflections));
+                                                file.trees());
   });
 }
 

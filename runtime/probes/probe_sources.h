@@ -1,24 +1,24 @@
 // probe_sources.h: the secondary sources of a probe, moved to where a moving source is.
 //
 // A probe's tree holds what an omnidirectional source of gain 1 at the probe leaves on the
-// surfaces. A source of sound at another place x near by leaves nearly the same. Each secondary
-// source knows the first leg of its path (first_leg.h), from the probe p to the first surface at h,
-// so three things are corrected:
+// surfaces, but for its first reflections. A source of sound at another place x near by leaves
+// nearly the same. Each secondary source knows the first leg of its path (first_leg.h), from the
+// probe p to the first surface at h, so two things are corrected:
 //
 //   delay        longer by (|h - x| - |h - p|) / c
 //   directivity  of the moving source, in the direction h - x
-//   power        of sources on the first surface, by the irradiance there of a source at x over
-//                that of one at p:  (cos x / |h - x|^2) / (cos p / |h - p|^2), at most
-//                kMaxIrradianceRatio
 //
-// and the mirror direction of sources on the first surface is that of sound from x. First
-// reflections are therefore those of the source's own place, as far as the same surfaces are seen
-// from there; all later ones are those of the probe, with the delay of the source's place.
+// First reflections depend the most on the place of the source. The runtime traces them from a
+// place p that the source has been at (first_reflections.h). They get the same corrections with
+// themselves at h, and
 //
-// What only the source sees is missing. At 8 places in Sponza first reflections have 7 % too little
-// power, and at one of them 28 %. A thousand rays from the source's very place instead bring C80
-// there from 1.1 to 0.9 dB rms, and the direct-to-reverberant ratio above the stands of a stadium
-// from 2.5 to 1.0 dB; but 1000 moving sources would cast a million rays in each keyframe.
+//   power        times the irradiance at h of a source at x over that of one at p:
+//                (cos x / |h - x|^2) / (cos p / |h - p|^2), at most kMaxIrradianceRatio
+//
+// and their mirror direction is that of sound from x. First reflections of the probe, moved in
+// this way, are not good enough: at 8 places in Sponza they have 7 % too little power, and at one
+// of them 28 %, because a source sees other surfaces than its probes. Traced from the source's
+// place instead, they bring C80 there from 0.9 to 0.6 dB rms.
 //
 // The late reflections of a zone (bake/probes/probe_zones.h) come from all its probes together, and
 // stand for those of a source anywhere in it: only the directivity applies. They radiate by the
@@ -38,15 +38,16 @@
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/first_leg.h"
 #include "formats/bake_file/source.h"
+#include "runtime/propagation/band_mix.h"
 #include "runtime/propagation/radiation_model.h"
 #include "runtime/propagation/source_bound.h"
 #include "runtime/streaming/page_loader.h"
 
 namespace clamor {
 
-// Near a wall that its probe is far from, a source gives that wall at most so many times the power
-// that the probe gives it; upper bounds of priorities use it.
-inline constexpr double kMaxIrradianceRatio = 8;
+// A source gives a surface at most so many times the power that the place gives it that its first
+// reflections were traced from; upper bounds of priorities use it.
+inline constexpr double kMaxIrradianceRatio = 2;
 inline constexpr double kLeastDistance_m = 0.05;  // of a source to a surface that it illuminates
 
 // A moving source as probes see it.
@@ -60,9 +61,12 @@ struct MovingRadiator {
 Source early_reflection(const Source& stored, const Vec3& probe_m, const MovingRadiator& radiator,
                         double speed_of_sound_mps);
 
-// The irradiance that the probe at `probe_m` causes at a source on the first surface, up to a
-// constant.
-double irradiance_of_probe(const Source& stored, const Vec3& probe_m);
+// Moves a first reflection of sound that left `from_m`.
+Source first_reflection(const Source& stored, const Vec3& from_m, const MovingRadiator& radiator,
+                        double speed_of_sound_mps);
+
+// The irradiance at a first reflection of a source at `from_m`, up to a constant.
+double irradiance_of(const Source& stored, const Vec3& from_m);
 
 // Applies the directivity to a secondary source of a zone, which gets this material: that of
 // late_reflection_material().
@@ -86,14 +90,16 @@ class ProbeBounds {
     return static_cast<std::uint16_t>(radiation_.material_count() - 1);
   }
 
-  // Sources of which the page holds bounds: the stored ones, except that a source on the first
-  // surface, whose power and mirror direction change, is bounded in all directions.
-  // Those of a zone have the last material.
+  // Sources of which the page holds bounds: the stored ones. Those of a zone have the last
+  // material.
   std::vector<Source> bounding_sources(std::span<const Source> stored, bool of_zone) const;
 
-  // Returns a bound for each source: on the first surface that for sound from the probe's distance,
-  // whatever its direction, and an empty one elsewhere. A zone has none at all.
-  std::vector<SourceBound> first_reflections(std::span<const Source> stored, bool of_zone) const;
+  // The bound of a first reflection whatever the direction that its sound comes from.
+  struct MixedBound {
+    SourceBound bound;
+    BandMix mix;
+  };
+  MixedBound first_reflection(Source reflection) const;
 
  private:
   std::vector<Emitter> emitters_;  // one, omnidirectional

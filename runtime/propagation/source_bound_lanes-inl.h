@@ -3,8 +3,8 @@
 // All rounding errs towards a higher bound: distances by a margin, directions by the angle that the
 // margin is seen under, sums by a slack. So no bound is lower than a sum in double precision.
 //
-// For source_page_kernel.cpp, query/shortlist_kernel.cpp and probes/copy_kernel.cpp, which compile
-// it once per instruction set; hence the unusual include guard.
+// For source_page_kernel.cpp, query/shortlist_kernel.cpp and probes/first_reflection_kernel.cpp,
+// which compile it once per instruction set; hence the unusual include guard.
 #if defined(CLAMOR_RUNTIME_SOURCE_BOUND_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef CLAMOR_RUNTIME_SOURCE_BOUND_LANES_INL_H
 #undef CLAMOR_RUNTIME_SOURCE_BOUND_LANES_INL_H

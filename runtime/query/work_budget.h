@@ -27,6 +27,7 @@ class WorkBudget {
   static constexpr std::uint64_t kCulledSource = 2;  // testing a source for a shortlist
   static constexpr std::uint64_t kListedSource = 3;  // adding a source to a shortlist
   static constexpr std::uint64_t kMovingPer16 = 1;   // testing 16 moving sources
+  static constexpr std::uint64_t kFirstReflectionsPer16 = 6;  // testing 16 first reflections
 
   void limit(std::uint64_t units) { limit_ = units == kUnlimited ? units : spent_ + units; }
   void stop_when(const std::atomic<bool>* stop) { stop_ = stop; }

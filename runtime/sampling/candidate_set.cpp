@@ -31,6 +31,7 @@ bool CandidateSet::find(const Vec3& place, double threshold, std::size_t max_fou
 }
 
 void CandidateSet::weigh(const SamplingMoment& moment, double threshold) {
+  reached_ = 0;
   std::array<const Source*, kBatchSize> sources;
   std::array<ReceivedIntensity, kBatchSize> received;
   for (std::size_t first = 0; first < found_.size(); first += kBatchSize) {
@@ -70,6 +71,7 @@ void CandidateSet::weigh_source(std::uint32_t index, const ReceivedIntensity& re
   const double per_weight = static_cast<double>(found.boost) / std::max(source.u, kMinU);
   const double priority = w * per_weight;
   if (!(w > 0 && priority >= threshold)) return;
+  ++reached_;
   auto visibility = VisibilityCache::kUnknown;
   if (inputs_.is_exact())
     visibility = inputs_.occlusion->find_current(found.number, source);

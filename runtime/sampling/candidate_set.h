@@ -51,6 +51,9 @@ class CandidateSet {
   // returned. There must be more than `count`.
   double keep_highest(std::size_t count);
 
+  // Sources whose priority reached the threshold of weigh(), occluded or not.
+  std::size_t reached() const { return reached_; }
+
   std::size_t size() const { return candidates_.size(); }
   const Candidate& operator[](std::size_t index) const { return candidates_[index]; }
   const FoundSource& source_of(const Candidate& candidate) const { return found_[candidate.found]; }
@@ -74,6 +77,7 @@ class CandidateSet {
   double apply_visibility(std::uint32_t c, double unoccluded_priority);
 
   SamplingInputs& inputs_;
+  std::size_t reached_ = 0;
   std::vector<FoundSource> found_;
   std::vector<Candidate> candidates_;
   std::vector<Bands> band_weights_;  // of the candidates, without occlusion

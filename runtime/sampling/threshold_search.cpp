@@ -105,7 +105,7 @@ ThresholdSearch::Result ThresholdSearch::search_within_budget(const SamplingMome
       // The number of sources above a threshold grows at most as the threshold falls. Where most
       // of them are occluded, lower thresholds gain little, so half the budget is enough.
       const bool mostly_occluded =
-          inputs_.occlusion != nullptr && 2 * candidates_.size() < inputs_.voices;
+          inputs_.occlusion != nullptr && 2 * candidates_.size() < candidates_.reached();
       const std::uint64_t kept = completed_cost + (mostly_occluded ? whole / 2 : 0);
       const double affordable =
           static_cast<double>(left - std::min(left, kept)) /

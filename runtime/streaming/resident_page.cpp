@@ -33,11 +33,10 @@ std::vector<ResidentInstance> instances_of(const PageEntry& entry, const PageLin
 }  // namespace
 
 ResidentPage::ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks further,
-                           std::span<const PageEntry> trees, std::vector<SourceBound> reflections)
+                           std::span<const PageEntry> trees)
     : sources(std::move(of_node)),
       links(std::move(further)),
-      instances(instances_of(entry, links, trees)),
-      first_reflections(std::move(reflections)) {
+      instances(instances_of(entry, links, trees)) {
   double highest = sources.size() > 0 ? octree_key(sources[0]) : -1;
   for (std::size_t c = 0; c < links.children.size(); ++c)
     if (links.children[c].highest_key > highest) {
@@ -50,8 +49,7 @@ ResidentPage::ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks
 
 std::size_t ResidentPage::bytes() const {
   return sources.bytes() + sizeof(ResidentPage) + links.children.size() * sizeof(PageEntry) +
-         links.instances.size() * sizeof(Instance) + instances.size() * sizeof(ResidentInstance) +
-         first_reflections.size() * sizeof(SourceBound);
+         links.instances.size() * sizeof(Instance) + instances.size() * sizeof(ResidentInstance);
 }
 
 }  // namespace clamor

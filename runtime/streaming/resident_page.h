@@ -22,16 +22,14 @@ struct ResidentInstance {
 class ResidentPage {
  public:
   // `entry` is that of the page; `trees` holds the tops of all trees.
-  // `reflections`: bounds of the first reflections of a probe (probe_sources.h).
   ResidentPage(const PageEntry& entry, SourcePage of_node, PageLinks further,
-               std::span<const PageEntry> trees, std::vector<SourceBound> reflections = {});
+               std::span<const PageEntry> trees);
 
   std::size_t bytes() const;
 
   const SourcePage sources;
   const PageLinks links;
   const std::vector<ResidentInstance> instances;
-  const std::vector<SourceBound> first_reflections;  // by source; empty: it is a later one
 
   // The holder of the highest key in the node and below: the first source, a child, or the first
   // instance.

@@ -95,6 +95,7 @@ class Walkers {
       const double start_s = thread_time_s();
       auralizer_->make_keyframe(listener);
       took_ms_.push_back(1e3 * (thread_time_s() - start_s));
+      voices_ += auralizer_->statistics().voices;
     }
     std::vector<float> block(2 * kKeyframeFrames);
     auralizer_->mix(block);
@@ -103,6 +104,10 @@ class Walkers {
   double bounded_share() {
     return static_cast<double>(auralizer_->statistics().bounded_keyframes) /
            static_cast<double>(took_ms_.size());
+  }
+
+  double mean_voices() const {
+    return static_cast<double>(voices_) / static_cast<double>(took_ms_.size());
   }
 
   double quantile_ms(double share) {
@@ -127,6 +132,7 @@ class Walkers {
   std::unique_ptr<Auralizer> auralizer_;
   std::vector<MovingHandle> handles_;
   std::vector<double> took_ms_;
+  std::uint64_t voices_ = 0;  // of all keyframes
 };
 
 void reverberant_keyframe(benchmark::State& state) {
@@ -141,7 +147,8 @@ void reverberant_keyframe(benchmark::State& state) {
   for (auto _ : state) {
     std::this_thread::sleep_until(due);
     due += std::chrono::milliseconds(20);
-    const Listener listener{middle_m + Vec3(std::sin(time_s), 0, std::cos(time_s)), 0, 0};
+    const Listener listener{middle_m + 0.2 * Vec3(std::sin(5 * time_s), 0, std::cos(5 * time_s)), 0,
+                            0};
     none.make_keyframes(listener);
     many.make_keyframes(listener);
     time_s += 0.02;
@@ -150,6 +157,7 @@ void reverberant_keyframe(benchmark::State& state) {
   state.counters["many_ms"] = many.quantile_ms(0.5);
   state.counters["many_p95_ms"] = many.quantile_ms(0.95);
   state.counters["bounded"] = many.bounded_share();
+  state.counters["voices"] = many.mean_voices();
   state.counters["ratio"] = many.quantile_ms(0.5) / none.quantile_ms(0.5);
 }
 BENCHMARK(reverberant_keyframe)

@@ -56,7 +56,7 @@ const std::vector<Fence> kFences = {
       "formats/bake_file/page_columns-inl.h", "formats/bake_file/page_output-inl.h",
       "runtime/voices/gain_ramp_kernel.cpp", "runtime/voices/biquad_cascade.cpp",
       "runtime/voices/mix_*", "runtime/query/shortlist_kernel.cpp",
-      "runtime/probes/copy_kernel.cpp", "runtime/propagation/source_bound_lanes-inl.h",
+      "runtime/probes/first_reflection_kernel.cpp", "runtime/propagation/source_bound_lanes-inl.h",
       "runtime/propagation/source_page_kernel.cpp", "runtime/mixing/voice_kernel.cpp",
       "common/maths_lanes-inl.h", "runtime/propagation/intensity_kernel.cpp",
       "runtime/propagation/reflection_lanes-inl.h", "tools/bench/machine_peak.cpp"}},

@@ -28,7 +28,7 @@ void add_bake_options(Arguments& parser, BakeRequest& request) {
                 "places where moving sources will be heard with reflections: none but those of the "
                 "level, auto, or the metres between them");
   parser.option("--probe-sources", request.probe_sources,
-                "secondary sources of each probe [unset: 2500]");
+                "secondary sources of each probe [unset: 1600]");
   parser.option("--seed", request.seed,
                 "seed of all random numbers; the same seed gives the same bytes [1]");
   parser.option(

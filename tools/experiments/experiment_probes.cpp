@@ -10,15 +10,16 @@
 #include <fmt/format.h>
 
 #include "bake/bake.h"
-#include "bake/report/space_explorer.h"
 #include "common/decay_curve.h"
 #include "common/random.h"
 #include "common/reflection.h"
+#include "common/sphere.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/page.h"
 #include "formats/level/level.h"
 #include "runtime/occlusion/occlusion_geometry.h"
+#include "runtime/probes/first_reflection_tracer.h"
 #include "runtime/probes/probe_copies.h"
 #include "runtime/propagation/received_intensity.h"
 #include "runtime/response/energy_response.h"
@@ -67,7 +68,8 @@ class ProbeTruth {
         laws_(with_late_reflections(file.materials())),
         loss_per_m_(air_loss_per_m(file.settings().air)),
         surfaces_(mesh, file.materials()),
-        neighbours_(places(), &surfaces_, 1) {
+        neighbours_(places(), &surfaces_, 1),
+        tracer_(surfaces_, file.materials(), file.settings().air, {}) {
     level_.mesh = mesh;
     level_.materials = file.materials();
     level_.air = file.settings().air;
@@ -116,6 +118,10 @@ class ProbeTruth {
         probe_copies(weights, file_.probes(), sources_of, radiator, speed_of_sound_mps(level_.air),
                      0, static_cast<std::uint16_t>(file_.materials().size()));
     if (!wrong.ok()) return wrong.error();
+    std::vector<FirstReflection> first;
+    for (std::uint32_t set = 0; set < FirstReflectionTracer::kSets; ++set)
+      tracer_.trace(place.source_m, place.listener_m, generation_, set, first);
+    for (const FirstReflection& reflection : first) sources.push_back(reflection.source);
     Source direct;
     set_from_emitter(direct, emitter_at(place.source_m));
     sources.push_back(direct);
@@ -192,6 +198,7 @@ class ProbeTruth {
   const Bands loss_per_m_;
   OcclusionGeometry surfaces_;
   ProbeNeighbours neighbours_;
+  const FirstReflectionTracer tracer_;
   std::uint32_t generation_ = 0;
   std::map<std::uint64_t, std::vector<Source>> stored_;  // by the offset of a tree's top
 };

@@ -58,14 +58,14 @@ TEST(ProbePortalSets, StandAboveTheFirstLeg) {
   ProbePortalSets sets;
   std::vector<Source> sources(3);
   sources[0].emitter = sets.with_set(1234, set_with({1}));
-  sources[1].emitter = sets.with_set(kOnFirstSurface, set_with({8}));
+  sources[1].emitter = sets.with_set(77, set_with({8}));
   sources[2].emitter = sets.with_set(kFirstLegCodes - 1, PortalSet{});
   for (Source& source : sources) source.power = same_in_all_bands(1);
   sets.finish(sources, table);
   EXPECT_EQ(portal_set_of(sources[0].emitter), 2u);
   EXPECT_EQ(first_leg_code_of(sources[0].emitter), 1234u);
   EXPECT_EQ(portal_set_of(sources[1].emitter), 1u);
-  EXPECT_EQ(first_leg_code_of(sources[1].emitter), kOnFirstSurface);
+  EXPECT_EQ(first_leg_code_of(sources[1].emitter), 77u);
   EXPECT_EQ(sources[2].emitter, kFirstLegCodes - 1);
 }
 

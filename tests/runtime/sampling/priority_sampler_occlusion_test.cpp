@@ -203,6 +203,42 @@ Level hall_with_wall() {
   return level;
 }
 
+// A list of sources each of whose queries costs a quarter of a keyframe's budget.
+class CostlyPool final : public SourcePool {
+ public:
+  CostlyPool(const World& world, std::size_t voices)
+      : list_(world.radiation, world.weights, world.sources),
+        cost_(work_per_keyframe(voices) / 4) {}
+
+  bool find_above(const Vec3& place, double threshold, std::size_t max_count,
+                  std::vector<FoundSource>& found) override {
+    spend(cost_);
+    return list_.find_above(place, threshold, max_count, found) && !is_exhausted();
+  }
+  double upper_bound(const Vec3& place) override { return list_.upper_bound(place) + 1e6; }
+  std::uint64_t size() const override { return list_.size(); }
+
+ private:
+  SourceList list_;
+  const std::uint64_t cost_;
+};
+
+// Too few sources above a threshold do not mean that the others are occluded.
+TEST(OccludedListener, HearsAllVoicesWhereNothingIsOccludedHoweverCostlyAQueryIs) {
+  constexpr std::size_t kVoices = 500;
+  const World world(testing::shoebox({6, 4, 5}, testing::uniform_material(0.1f), {1.5, 1.7, 1.5}),
+                    1000);
+  ASSERT_GT(world.sources.size(), 10 * kVoices);
+  CostlyPool pool(world, kVoices);
+  VisibilityCache occlusion(world.surfaces, testing::kSpeed_mps, {});
+  const auto sampler = make_priority_sampler(world.radiation, world.weights, pool, kVoices,
+                                             &occlusion, SearchBound::kBounded);
+  std::size_t size = 0;
+  for (int keyframe = 0; keyframe < 100; ++keyframe)
+    size = sampler->sample(Listener{{4, 1.7, 3}, 0, 0}, 0.02 * keyframe).size();
+  EXPECT_GE(size, kVoices);
+}
+
 TEST(RenderedOcclusion, FollowsTheShadowOfAWallAtAnySpeed) {
   const World world(hall_with_wall(), 300);
   constexpr std::size_t kVoices = 300;

@@ -1,0 +1,188 @@
+#include "runtime/probes/first_reflection_kernel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "runtime/probes/probe_sources.h"
+
+// Highway compiles what follows once per instruction set.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "runtime/probes/first_reflection_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+#include "runtime/propagation/source_bound_lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace clamor {
+namespace HWY_NAMESPACE {
+namespace {
+
+using Block = FirstReflectionRows::Block;
+
+HWY_INLINE Vectors load(const std::array<Block::Row, 3>& rows, std::size_t lane) {
+  const Tag d;
+  return {hn::Load(d, &rows[0][lane]), hn::Load(d, &rows[1][lane]), hn::Load(d, &rows[2][lane])};
+}
+
+// What the lanes of a block have in common in a query.
+struct Margins {
+  Margins(const FirstReflectionRows& rows, const FirstReflectionQuery& query)
+      : rounding_m(0x1p-20f * (1 + rows.reach_m())),
+        away_m(length(query.listener_m) + rows.reach_m()) {}
+  float rounding_m;  // of positions; turns the mirror direction by rounding / kLeastDistance_m
+  float away_m;      // of the listener from any reflection, at most
+};
+
+// Upper bounds for sources of any direction and irradiance.
+HWY_INLINE Vector bounds_of_any_source(const Block& block, std::size_t lane,
+                                       const FirstReflectionQuery& query, const Margins& margins) {
+  const Tag d;
+  const Vectors away = from_to(load(block.position_m, lane), query.listener_m);
+  const auto least2 = hn::MulSub(dot(away, away), hn::Set(d, 0.999f),
+                                 hn::Set(d, margins.rounding_m * (1 + margins.away_m)));
+  const auto peak =
+      hn::Add(hn::Load(d, &block.diffuse[lane]),
+              hn::Add(hn::Load(d, &block.compensation[lane]), hn::Load(d, &block.lobe[lane])));
+  const auto highest = hn::Set(d, kBoundSlack * static_cast<float>(kMaxIrradianceRatio));
+  return hn::Div(hn::Mul(highest, peak), hn::Max(least2, hn::Load(d, &block.radius2_m2[lane])));
+}
+
+// Upper bounds for the source's own place.
+HWY_INLINE Vector upper_bounds(const Block& block, std::size_t lane,
+                               const FirstReflectionQuery& query, const Margins& margins) {
+  const Tag d;
+  const Vectors position = load(block.position_m, lane), normal = load(block.normal, lane);
+  const auto of_source = [&](Vector at, float source) { return hn::Sub(at, hn::Set(d, source)); };
+  const Vectors path = {of_source(position.x, query.source_m.x),
+                        of_source(position.y, query.source_m.y),
+                        of_source(position.z, query.source_m.z)};
+  const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f), slack = hn::Set(d, kBoundSlack);
+  const auto rounding = hn::Set(d, margins.rounding_m);
+  const auto least = hn::Set(d, static_cast<float>(kLeastDistance_m));
+  const auto length_m = hn::Sqrt(dot(path, path));
+  const auto over_length = hn::Div(one, hn::Max(length_m, hn::Set(d, 1e-9f)));
+  const auto along = dot(path, normal);
+  // The side from which sound arrives; sound that is transmitted keeps its direction.
+  const auto is_reflected = hn::Lt(dot(position, normal), zero);
+  const auto outside = hn::IfThenElse(is_reflected, hn::Neg(along), along);
+  const auto lifted = hn::Add(outside, rounding);
+  const auto cosine = hn::Min(hn::Mul(hn::Max(lifted, zero), over_length), one);
+  const auto near = hn::Max(hn::Sub(length_m, rounding), least);
+  const auto irradiance = hn::Div(cosine, hn::Mul(near, near));
+  const auto ratio = hn::Min(hn::Div(irradiance, hn::Load(d, &block.irradiance[lane])),
+                             hn::Set(d, static_cast<float>(kMaxIrradianceRatio)));
+  const auto turned = hn::IfThenElse(is_reflected, hn::Add(along, along), zero);
+  const auto mirror_of = [&](Vector path_part, Vector normal_part) {
+    return hn::Mul(hn::NegMulAdd(turned, normal_part, path_part), over_length);
+  };
+  const SourceLanes lanes = {
+      position,
+      normal,
+      {mirror_of(path.x, normal.x), mirror_of(path.y, normal.y), mirror_of(path.z, normal.z)},
+      hn::Load(d, &block.radius2_m2[lane]),
+      hn::Load(d, &block.diffuse[lane]),
+      hn::Load(d, &block.compensation[lane]),
+      hn::Load(d, &block.lobe[lane]),
+      hn::Load(d, &block.fall[lane]),
+      hn::Load(d, &block.slope[lane])};
+  // An error of the listener's place by a share of its distance turns directions as much.
+  const float turn = margins.rounding_m / static_cast<float>(kLeastDistance_m);
+  const auto bound =
+      upper_bound_of(lanes, query.listener_m, margins.rounding_m + turn * margins.away_m);
+  // Nearer than the least distance the direction of the path is not known well enough.
+  return hn::IfThenElse(hn::Lt(length_m, least), bounds_of_any_source(block, lane, query, margins),
+                        hn::Mul(hn::Mul(slack, ratio), bound));
+}
+
+void find_reaching(const FirstReflectionRows& rows, const FirstReflectionQuery& query,
+                   ReachingReflections& reaching) {
+  const Tag d;
+  const hn::RebindToUnsigned<Tag> du;
+  const auto threshold = hn::Set(d, query.threshold);
+  const Margins margins(rows, query);
+  std::size_t next = 0;
+  for (const Block& block : rows.blocks()) {
+    const std::size_t first = std::exchange(next, next + FirstReflectionRows::kBlock);
+    const std::size_t count = std::min(FirstReflectionRows::kBlock, rows.size() - first);
+    for (std::size_t lane = 0; lane < count; lane += hn::Lanes(d)) {
+      const auto bound = upper_bounds(block, lane, query, margins);
+      // The negated comparison keeps what is infinite.
+      const auto passes = hn::And(hn::Not(hn::Lt(bound, threshold)),
+                                  hn::And(hn::Gt(bound, hn::Zero(d)), hn::FirstN(d, count - lane)));
+      if (hn::AllFalse(d, passes)) continue;
+      const auto index = hn::Iota(du, static_cast<std::uint32_t>(first + lane));
+      hn::StoreU(hn::Compress(index, hn::RebindMask(du, passes)), du,
+                 reaching.index.data() + reaching.count);
+      hn::StoreU(hn::Compress(bound, passes), d, reaching.upper_bound.data() + reaching.count);
+      reaching.count += hn::CountTrue(d, passes);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace clamor
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+namespace clamor {
+
+namespace {
+HWY_EXPORT(find_reaching);
+}  // namespace
+
+void FirstReflectionRows::clear() {
+  blocks_.clear();
+  size_ = 0;
+  reach_m_ = 0;
+}
+
+float FirstReflectionRows::upper_bound(const Vec3f& listener_m) const {
+  if (size_ == 0) return 0;
+  const Vec3f away_m = listener_m - glm::clamp(listener_m, low_m_, high_m_);
+  const float r2_m2 = std::max(dot(away_m, away_m) * 0.999f, least_radius2_m2_);
+  return 1.001f * static_cast<float>(kMaxIrradianceRatio) * peak_ / r2_m2;
+}
+
+void FirstReflectionRows::add(const SourceBound& bound, const Vec3& place_m, float irradiance) {
+  const std::size_t lane = size_++ % kBlock;
+  if (lane == 0) blocks_.emplace_back();
+  Block& block = blocks_.back();
+  const Vec3f position_m(Vec3(bound.position_m) - place_m);
+  for (int axis = 0; axis < 3; ++axis) {
+    block.position_m[static_cast<std::size_t>(axis)][lane] = position_m[axis];
+    block.normal[static_cast<std::size_t>(axis)][lane] = bound.normal[axis];
+  }
+  block.irradiance[lane] = irradiance;
+  block.radius2_m2[lane] = bound.radius2_m2;
+  block.diffuse[lane] = bound.diffuse;
+  block.compensation[lane] = bound.compensation;
+  block.lobe[lane] = bound.lobe;
+  block.fall[lane] = bound.fall;
+  block.slope[lane] = bound.slope;
+  const float peak = bound.diffuse + bound.compensation + bound.lobe;
+  const bool is_first = size_ == 1;
+  reach_m_ = std::max(reach_m_, length(position_m));
+  low_m_ = is_first ? position_m : glm::min(low_m_, position_m);
+  high_m_ = is_first ? position_m : glm::max(high_m_, position_m);
+  least_radius2_m2_ = is_first ? bound.radius2_m2 : std::min(least_radius2_m2_, bound.radius2_m2);
+  peak_ = is_first ? peak : std::max(peak_, peak);
+}
+
+void find_reaching_reflections(const FirstReflectionRows& rows, const FirstReflectionQuery& query,
+                               ReachingReflections& reaching) {
+  reaching.count = 0;
+  const std::size_t room = rows.size() + FirstReflectionRows::kBlock;
+  if (reaching.index.size() < room) {
+    reaching.index.resize(room);
+    reaching.upper_bound.resize(room);
+  }
+  HWY_DYNAMIC_DISPATCH(find_reaching)(rows, query, reaching);
+}
+
+}  // namespace clamor
+
+#endif

@@ -1,0 +1,199 @@
+#include "runtime/probes/first_reflections.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "runtime/occlusion/occlusion_geometry.h"
+#include "runtime/probes/probe_neighbours.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::int64_t kReflectionRaysPerKeyframe = 1024;
+constexpr std::size_t kSetsPerKeyframe =
+    kReflectionRaysPerKeyframe / FirstReflectionTracer::kRaysOfSet;
+constexpr std::size_t kMostSets = 1024;             // of all sources, or one of each
+constexpr std::uint64_t kTracedForPartsEvery = 10;  // keyframes
+constexpr double kRadiusPerDistance = 0.25;         // to the nearest surface
+constexpr double kListenerRadiusPerDistance = 0.5;
+constexpr double kLeastRadius_m = 0.05, kMostRadius_m = 5;
+constexpr double kNearest_m = 1;  // nearer listeners make no source more urgent
+// A set that was never traced is as urgent as one that its source has left by so many radii.
+constexpr double kMissing = 8;
+
+}  // namespace
+
+FirstReflections::FirstReflections(const OcclusionGeometry& surfaces, FirstReflectionTracer tracer,
+                                   const ProbeBounds& bounds, std::size_t sources)
+    : surfaces_(surfaces), tracer_(std::move(tracer)), bounds_(bounds), states_(sources) {}
+
+void FirstReflections::begin(const Vec3& listener_m) {
+  listener_m_ = listener_m;
+  active_.clear();
+  is_settled_ = true;
+  ++keyframe_;
+  rays_left_ = kReflectionRaysPerKeyframe;
+  parts_version_ = surfaces_.parts_version();
+}
+
+void FirstReflections::add(std::size_t source, std::uint32_t generation, const Vec3& place_m,
+                           float factor, const Bands& band_shares) {
+  const Active& active = active_.emplace_back(
+      Active{static_cast<std::uint32_t>(source), place_m, factor, band_shares});
+  auto& state = states_[source];
+  if (state == nullptr) state = std::make_unique<State>();
+  const bool leaps = !(length(place_m - state->last_m) < kLeap_m);
+  if (state->generation != generation || leaps) state->traced = 0;
+  state->generation = generation;
+  state->last_m = place_m;
+  if (state->traced == 0) trace(active, state->traced++);
+}
+
+// How far the source or the listener is from the set's place, in parts of what it holds for. From 1
+// on the set is traced again.
+double FirstReflections::staleness(const Set& set, const Vec3& place_m) const {
+  const double moved = std::max(length(place_m - set.place_m) / set.valid_m,
+                                length(listener_m_ - set.listener_m) / set.valid_for_listener_m);
+  const bool parts_moved = set.parts_version != parts_version_;
+  return parts_moved && keyframe_ >= set.traced_in + kTracedForPartsEvery ? 1 + moved : moved;
+}
+
+// Lists the sets of a source that are missing of so many, or its stalest one if it has all.
+void FirstReflections::list_waiting(std::size_t a, std::size_t sets) {
+  const Active& active = active_[a];
+  State& state = *states_[active.source];
+  state.traced = std::min(state.traced, sets);
+  const double r_m = std::max(length(active.place_m - listener_m_), kNearest_m);
+  const auto list = [&](std::size_t set, double stale) {
+    waiting_.push_back({static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(set),
+                        static_cast<double>(active.factor) / (r_m * r_m) * stale * stale});
+  };
+  for (std::size_t s = state.traced; s < sets; ++s) list(s, kMissing);
+  if (state.traced < sets) return;
+  std::size_t stalest = 0;
+  std::array<double, kSets> stale{};
+  for (std::size_t s = 0; s < sets; ++s) {
+    stale[s] = staleness(state.sets[s], active.place_m);
+    if (stale[s] > stale[stalest]) stalest = s;
+    is_settled_ &= stale[s] < 1 && state.sets[s].parts_version == parts_version_;
+  }
+  if (stale[stalest] >= 1) list(stalest, stale[stalest]);
+}
+
+void FirstReflections::trace() {
+  waiting_.clear();
+  const std::size_t sets =
+      std::clamp<std::size_t>(kMostSets / std::max<std::size_t>(active_.size(), 1), 1, kSets);
+  for (std::size_t a = 0; a < active_.size(); ++a) list_waiting(a, sets);
+  const auto first = [](const Waiting& a, const Waiting& b) {
+    if (a.urgency != b.urgency) return a.urgency > b.urgency;
+    return a.active != b.active ? a.active < b.active : a.set < b.set;
+  };
+  const std::size_t count = std::min(waiting_.size(), kSetsPerKeyframe);
+  std::partial_sort(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(count),
+                    waiting_.end(), first);
+  std::size_t w = 0;
+  for (; w < count && rays_left_ > 0; ++w) {
+    const Active& active = active_[waiting_[w].active];
+    State& state = *states_[active.source];
+    state.traced = std::max<std::size_t>(state.traced, waiting_[w].set + 1);
+    trace(active, waiting_[w].set);
+  }
+  is_settled_ &= w == waiting_.size();
+}
+
+void FirstReflections::trace(const Active& active, std::size_t s) {
+  const State& state = *states_[active.source];
+  Set& set = states_[active.source]->sets[s];
+  set.place_m = active.place_m;
+  set.parts_version = parts_version_;
+  set.traced_in = keyframe_;
+  ++set.count;
+  set.reflections.clear();
+  set.rows.clear();
+  const std::uint64_t key = std::uint64_t{active.source} << 32 | state.generation;
+  const auto [rays, nearest_m] = tracer_.trace(active.place_m, listener_m_, key,
+                                               static_cast<std::uint32_t>(s), set.reflections);
+  rays_left_ -= static_cast<std::int64_t>(rays);
+  set.valid_m = std::clamp(kRadiusPerDistance * nearest_m, kLeastRadius_m, kMostRadius_m);
+  set.listener_m = listener_m_;
+  set.mixes.clear();
+  double heard_m = std::numeric_limits<double>::infinity();  // the nearest reflection
+  for (const FirstReflection& reflection : set.reflections) {
+    const auto [bound, mix] = bounds_.first_reflection(reflection.source);
+    set.rows.add(bound, active.place_m,
+                 static_cast<float>(irradiance_of(reflection.source, active.place_m)));
+    set.mixes.push_back(mix);
+    heard_m = std::min(heard_m, length(Vec3(reflection.source.position_m) - listener_m_));
+  }
+  set.valid_for_listener_m =
+      std::clamp(kListenerRadiusPerDistance * heard_m, kLeastRadius_m, kMostRadius_m);
+}
+
+// The sets that have been traced stand for all.
+float FirstReflections::share_of_sets(const Active& active) const {
+  return static_cast<float>(kSets) / static_cast<float>(states_[active.source]->traced);
+}
+
+std::size_t FirstReflections::find_above(const Vec3& place, double threshold,
+                                         std::vector<Found>& found) {
+  found.clear();
+  std::size_t tested = 0;
+  for (const Active& active : active_) {
+    const State& state = *states_[active.source];
+    const float factor = active.factor * share_of_sets(active);
+    const auto reached = static_cast<float>(threshold / static_cast<double>(factor));
+    for (std::size_t s = 0; s < state.traced; ++s) {
+      const Set& set = state.sets[s];
+      const FirstReflectionQuery query{Vec3f(active.place_m - set.place_m),
+                                       Vec3f(place - set.place_m), reached};
+      if (!(set.rows.upper_bound(query.listener_m) >= reached)) continue;
+      find_reaching_reflections(set.rows, query, reaching_);
+      tested += set.rows.size();
+      for (std::size_t r = 0; r < reaching_.count; ++r) {
+        const std::uint32_t index = reaching_.index[r];
+        const float upper_bound = reaching_.upper_bound[r];
+        if (set.mixes[index].of(active.band_shares) * upper_bound >= reached)
+          found.push_back(
+              {active.source, static_cast<std::uint32_t>(s), index, factor * upper_bound});
+      }
+    }
+  }
+  return tested;
+}
+
+double FirstReflections::upper_bound(const Vec3& place) const {
+  double highest = 0;
+  for (const Active& active : active_) {
+    const State& state = *states_[active.source];
+    for (std::size_t s = 0; s < state.traced; ++s) {
+      const Set& set = state.sets[s];
+      const float bound = set.rows.upper_bound(Vec3f(place - set.place_m));
+      highest = std::max(highest, static_cast<double>(active.factor * share_of_sets(active)) *
+                                      static_cast<double>(bound));
+    }
+  }
+  return highest;
+}
+
+Source FirstReflections::moved(const Found& found, const MovingRadiator& radiator) const {
+  const State& state = *states_[found.source];
+  const Set& set = state.sets[found.set];
+  Source source = first_reflection(set.reflections[found.index].source, set.place_m, radiator,
+                                   bounds_.radiation().speed_of_sound_mps());
+  const float share = static_cast<float>(kSets) / static_cast<float>(state.traced);
+  for (float& power : source.power) power *= share;
+  return source;
+}
+
+std::uint64_t FirstReflections::number(const Found& found) const {
+  const Set& set = states_[found.source]->sets[found.set];
+  static_assert(FirstReflectionTracer::kNumbers <= 1 << 18);
+  return std::uint64_t{found.source} << 32 | std::uint64_t{set.count & 0x3fffu} << 18 |
+         set.reflections[found.index].number;
+}
+
+}  // namespace clamor

@@ -1,0 +1,123 @@
+// first_reflections.h: the first reflections of moving sources, from surfaces that the sources
+// themselves see.
+//
+// A probe two metres off has them wrong: it does not light the same surfaces. So each source traces
+// its own (first_reflection_tracer.h). While it is near the place that they were traced from, they
+// follow it in delay, power and mirror direction (probe_sources.h). A set of rays is traced anew
+// when the source has moved by a quarter of the distance to its nearest surface, or the listener by
+// half of the distance to its nearest reflection, and when a part has moved, but for that not more
+// often than every 0.2 s; at most one set of a source in each keyframe, so that most of its
+// reflections stay as they are while some crossfade.
+//
+// A source has six sets. Where more than 170 sources sound at once, each has fewer, and one from
+// 512 sources on: the sets that it has stand for all. A source that is new or has leaped traces at
+// least one at once. All others share a budget of 1024 rays per keyframe, 0.4 ms of one core; the
+// sources that are the loudest and have moved the farthest come first.
+//
+// Threads: the sampler's alone.   Memory: 50 kB per source that reverberates.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "common/bands.h"
+#include "common/vec.h"
+#include "runtime/probes/first_reflection_kernel.h"
+#include "runtime/probes/first_reflection_tracer.h"
+#include "runtime/probes/probe_sources.h"
+
+namespace clamor {
+
+class FirstReflections {
+ public:
+  // All arguments must outlive the object.
+  FirstReflections(const OcclusionGeometry& surfaces, FirstReflectionTracer tracer,
+                   const ProbeBounds& bounds, std::size_t sources);
+
+  // Begins a keyframe.
+  void begin(const Vec3& listener_m);
+  // Adds a source to the keyframe. It is new if it has another `generation`. The loudness of its
+  // loudest band is `factor`, in parts of the bounds' signal, and that of each band `band_shares`
+  // of it.
+  void add(std::size_t source, std::uint32_t generation, const Vec3& place_m, float factor,
+           const Bands& band_shares);
+  // Traces what the sources of the keyframe need.
+  void trace();
+
+  // Whether sets still wait without anything moving.
+  bool is_settled() const { return is_settled_; }
+
+  // A reflection, by the numbers of its source and set.
+  struct Found {
+    std::uint32_t source = 0, set = 0, index = 0;
+    // Of the priority, with the full late boost, were all bands as loud as the loudest.
+    float upper_bound = 0;
+  };
+  // Replaces `found` by all reflections that may reach the threshold at the place. Returns how many
+  // it has tested.
+  std::size_t find_above(const Vec3& place, double threshold, std::vector<Found>& found);
+  double upper_bound(const Vec3& place) const;
+
+  const FirstReflection& stored(const Found& found) const {
+    return states_[found.source]->sets[found.set].reflections[found.index];
+  }
+  // The reflection for the source's own place. Its emitter is 0.
+  Source moved(const Found& found, const MovingRadiator& radiator) const;
+  // Identifies the reflection until it is traced again, below 2^61.
+  std::uint64_t number(const Found& found) const;
+
+ private:
+  static constexpr std::size_t kSets = FirstReflectionTracer::kSets;
+
+  struct Set {
+    Vec3 place_m{};      // that it was traced from; reflections hold
+    double valid_m = 0;  // so far around it,
+    Vec3 listener_m{};   // and for listeners so near to this place
+    double valid_for_listener_m = 0;
+    std::uint64_t parts_version = 0, traced_in = 0;  // of the surfaces, and the keyframe
+    std::uint32_t count = 0;                         // how often it was traced
+    std::vector<FirstReflection> reflections;
+    FirstReflectionRows rows;
+    std::vector<BandMix> mixes;
+  };
+  struct State {
+    std::uint32_t generation = 0;
+    Vec3 last_m{};           // the place in the last keyframe
+    std::size_t traced = 0;  // sets, the first ones
+    std::array<Set, kSets> sets;
+  };
+  struct Active {
+    std::uint32_t source = 0;
+    Vec3 place_m{};
+    float factor = 0;
+    Bands band_shares{};
+  };
+  // A set that waits to be traced.
+  struct Waiting {
+    std::uint32_t active = 0, set = 0;
+    double urgency = 0;
+  };
+
+  void list_waiting(std::size_t active, std::size_t sets);
+  void trace(const Active& active, std::size_t set);
+  double staleness(const Set& set, const Vec3& place_m) const;
+  float share_of_sets(const Active& active) const;
+
+  const OcclusionGeometry& surfaces_;
+  const FirstReflectionTracer tracer_;
+  const ProbeBounds& bounds_;
+  std::vector<std::unique_ptr<State>> states_;  // by source; null: it has not sounded yet
+  std::vector<Active> active_;
+  std::vector<Waiting> waiting_;
+  ReachingReflections reaching_;
+  Vec3 listener_m_{};
+  std::uint64_t keyframe_ = 0, parts_version_ = 0;
+  std::int64_t rays_left_ = 0;
+  bool is_settled_ = true;
+};
+
+}  // namespace clamor
