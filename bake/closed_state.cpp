@@ -10,9 +10,6 @@
 
 namespace clamor {
 
-namespace {
-
-// The level with the rectangles of its portals that are baked closed as surfaces.
 Level closed_level(const Level& level) {
   Level closed = level;
   for (std::size_t p = 0; p < level.portals.size(); ++p) {
@@ -28,8 +25,6 @@ Level closed_level(const Level& level) {
   }
   return closed;
 }
-
-}  // namespace
 
 bool has_closed_state(const Level& level) {
   return std::any_of(level.portals.begin(), level.portals.end(),

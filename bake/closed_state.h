@@ -21,6 +21,8 @@ struct Level;
 
 // Whether portals of the level are baked closed, too.
 bool has_closed_state(const Level& level);
+// The level with the rectangles of its portals that are baked closed as surfaces.
+Level closed_level(const Level& level);
 
 // Traces the level with closed portals by a plan of its own. `open` are the settings with open
 // portals. The first of `journals` receives new runs if there is options.journal. Adds the photons

@@ -22,7 +22,8 @@ struct ProbeBake {
   std::uint64_t photons = 0, photons_reused = 0;
 };
 
-// Traces options.probes_m, or the shard's part of them. `trace` and `photons` are those of the
+// Traces options.probes_m, or the shard's part of them, in both states of the level if it has two
+// (closed_state.h). `trace` and `photons` are those of the
 // level's emitters; their thinning does not apply here. The sets of portals that paths have passed
 // are added to `portals`. The first of `journals` receives new runs if `writes`. Returns a partial
 // result when options.stop is set. Runs in the calling TBB arena.

@@ -120,11 +120,11 @@ std::uint32_t ProbeCollector::first_leg(const Deposit& deposit) const {
 
 void ProbeCollector::add(const TracedRun& run, std::span<const Deposit> deposits,
                          std::uint64_t order) {
-  while (probes_.places.size() < run.run.emitter) finish_place();
+  while (finished_.places.size() < run.run.emitter) finish_place();
   tracer_.first_rays(run.run, rays_);
   hits_.resize(rays_.size());
   scene_.first_hits(rays_, hits_);
-  const std::size_t zone = probes_.zones.size();
+  const std::size_t zone = finished_.zones.size();
   const auto late_from_s =
       static_cast<float>(tracer_.settings().early_until_m / tracer_.speed_mps());
   const std::uint64_t photons = plan_.photons[run.run.emitter];
@@ -153,30 +153,54 @@ void ProbeCollector::begin_place() {
   early_.emplace(sources_per_probe_, SourceThinning::Weight::kSquareRoot);
 }
 
-SourceOctree ProbeCollector::tree_of(SourceThinning& thinning, ProbePortalSets& sets,
-                                     const Vec3& place_m) const {
+std::vector<Source> ProbeCollector::sources_of(SourceThinning& thinning,
+                                               ProbePortalSets& sets) const {
   std::vector<Source> sources = thinning.take();
   sets.finish(sources, portals_);
   set_patch_radii(sources);
-  quantize_sources(sources, level_.materials);
-  return sources.empty() ? empty_tree(place_m) : build_octree(std::move(sources));
+  return sources;
 }
 
 void ProbeCollector::finish_place() {
-  const Vec3& place_m = level_.emitters[probes_.places.size()].position_m;
-  const auto zone = static_cast<std::uint32_t>(probes_.zones.size());
-  probes_.places.push_back({place_m, tree_of(*early_, early_sets_, place_m), zone});
+  const std::size_t zone = finished_.zones.size();
+  finished_.places.push_back(sources_of(*early_, early_sets_));
   begin_place();
   if (++places_in_zone_ < zones_.sizes[zone]) return;
   places_in_zone_ = 0;
-  probes_.zones.push_back(tree_of(*late_, late_sets_, place_m));
+  finished_.zones.push_back(sources_of(*late_, late_sets_));
   if (zone + 1 < zones_.sizes.size())
     late_.emplace(zone_sources(zones_.sizes[zone + 1], sources_per_probe_));
 }
 
-BakedProbes ProbeCollector::take() {
-  while (probes_.places.size() < level_.emitters.size()) finish_place();
-  return std::exchange(probes_, {});
+ProbeSources ProbeCollector::take() {
+  while (finished_.places.size() < level_.emitters.size()) finish_place();
+  return std::exchange(finished_, {});
+}
+
+BakedProbes build_probes(const Level& level, const ProbeZones& zones,
+                         std::vector<ProbeSources> states) {
+  BakedProbes probes;
+  if (states.empty()) return probes;
+  const auto tree_of = [&](std::vector<std::vector<Source>> ProbeSources::*trees, std::size_t tree,
+                           const Vec3& place_m) {
+    std::vector<Source> sources;
+    for (ProbeSources& state : states) {
+      const std::vector<Source> more = std::exchange((state.*trees)[tree], {});
+      sources.insert(sources.end(), more.begin(), more.end());
+    }
+    quantize_sources(sources, level.materials);
+    return sources.empty() ? empty_tree(place_m) : build_octree(std::move(sources));
+  };
+  std::size_t place = 0;
+  for (std::uint32_t zone = 0; zone < zones.sizes.size(); ++zone) {
+    Vec3 last_m{};
+    for (std::uint32_t of_zone = 0; of_zone < zones.sizes[zone]; ++of_zone, ++place) {
+      last_m = level.emitters[place].position_m;
+      probes.places.push_back({last_m, tree_of(&ProbeSources::places, place, last_m), zone});
+    }
+    probes.zones.push_back(tree_of(&ProbeSources::zones, zone, last_m));
+  }
+  return probes;
 }
 
 }  // namespace clamor

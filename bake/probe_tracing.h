@@ -46,7 +46,17 @@ ProbePlan plan_probes(const Scene& scene, const Level& level, const ProbeZones& 
                       std::uint32_t sources_per_probe, std::uint64_t level_photons,
                       const TraceSettings& trace);
 
-// Receives the runs of all probes in order, and makes the octrees.
+// The sources of probes in one state of the level (closed_state.h).
+struct ProbeSources {
+  std::vector<std::vector<Source>> places, zones;  // zone after zone, and their late ones
+};
+
+// Makes the octrees of all places, in the order of the emitters of `level` (level_of_probes()), and
+// of all zones, from the sources of all states. Nothing in, nothing out.
+BakedProbes build_probes(const Level& level, const ProbeZones& zones,
+                         std::vector<ProbeSources> states);
+
+// Receives the runs of all probes in order, and thins their deposits.
 class ProbeCollector {
  public:
   // All arguments must outlive the object. The sets of portals that paths have passed are added to
@@ -57,13 +67,14 @@ class ProbeCollector {
 
   void add(const TracedRun& run, std::span<const Deposit> deposits, std::uint64_t order);
 
-  // All places, in the order of the level's emitters, and all zones.
-  BakedProbes take();
+  // The sources of all places, in the order of the level's emitters, and of all zones, with patch
+  // radii.
+  ProbeSources take();
 
  private:
   bool is_first_reflection(const Deposit& deposit) const;
   std::uint32_t first_leg(const Deposit& deposit) const;
-  SourceOctree tree_of(SourceThinning& thinning, ProbePortalSets& sets, const Vec3& place_m) const;
+  std::vector<Source> sources_of(SourceThinning& thinning, ProbePortalSets& sets) const;
   void begin_place();
   void finish_place();
 
@@ -74,7 +85,7 @@ class ProbeCollector {
   const BakePlan& plan_;
   const std::uint32_t sources_per_probe_;
   PortalSetTable& portals_;
-  BakedProbes probes_;                          // finished
+  ProbeSources finished_;
   std::optional<SourceThinning> early_, late_;  // of the next place and zone
   ProbePortalSets early_sets_, late_sets_;      // of their sources
   std::uint32_t places_in_zone_ = 0;            // finished

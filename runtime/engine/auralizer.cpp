@@ -123,7 +123,7 @@ struct Auralizer::State {
               {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,
                options.adapt, options.block_frames, options.audio_clock, rotation.get()}) {
     schedule.stop_when(options.stop);
-    if (!input.portals.emitters.empty()) set_powers();  // the closed state is silent
+    if (!input.portals.sets.empty()) set_powers();  // the closed state is silent
   }
 
   void count_keyframe(std::size_t voices, double took_s) {

@@ -16,6 +16,8 @@
 #include "common/sphere.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_metadata.h"
+#include "formats/bake_file/baked_portals.h"
+#include "formats/bake_file/first_leg.h"
 #include "formats/bake_file/page.h"
 #include "formats/level/level.h"
 #include "runtime/occlusion/occlusion_geometry.h"
@@ -136,11 +138,16 @@ class ProbeTruth {
     return emitter;
   }
 
+  // All sources with open portals.
   Result<std::vector<Source>> read_tree(const PageEntry& top) const {
     std::vector<Source> sources;
+    const std::vector<float> openness = openness_by_set(file_.portals(), {});
     const auto add = [&](const PageEntry&, const OctreePage& page, std::size_t,
                          std::size_t) -> Result<void> {
-      sources.insert(sources.end(), page.sources.begin(), page.sources.end());
+      for (const Source& source : page.sources) {
+        const std::uint32_t set = portal_set_of(source.emitter);
+        if (set >= openness.size() || openness[set] > 0) sources.push_back(source);
+      }
       return {};
     };
     if (const auto read = file_.for_each_page({top}, add); !read.ok()) return read.error();
