@@ -15,7 +15,7 @@ namespace clamor {
 
 namespace {
 
-// What both states of a level have in common.
+// The probes of both states of a level are traced with the same setting.
 struct ProbeSetting {
   const BakeOptions& options;
   const TraceSettings& trace;

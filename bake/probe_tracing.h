@@ -52,7 +52,7 @@ struct ProbeSources {
 };
 
 // Makes the octrees of all places, in the order of the emitters of `level` (level_of_probes()), and
-// of all zones, from the sources of all states. Nothing in, nothing out.
+// of all zones, from the sources of all states. Without a state there are no probes.
 BakedProbes build_probes(const Level& level, const ProbeZones& zones,
                          std::vector<ProbeSources> states);
 

@@ -26,10 +26,10 @@ HWY_INLINE Vectors load(const std::array<Block::Row, 3>& rows, std::size_t lane)
   return {hn::Load(d, &rows[0][lane]), hn::Load(d, &rows[1][lane]), hn::Load(d, &rows[2][lane])};
 }
 
-// What the lanes of a block have in common in a query.
+// All lanes of a query share its margins.
 struct Margins {
   Margins(const FirstReflectionRows& rows, const FirstReflectionQuery& query)
-      : rounding_m(0x1p-20f * (1 + rows.reach_m())),
+      : rounding_m(0x1p-20f * (1 + rows.reach_m() + length(query.source_m))),
         away_m(length(query.listener_m) + rows.reach_m()) {}
   float rounding_m;  // of positions; turns the mirror direction by rounding / kLeastDistance_m
   float away_m;      // of the listener from any reflection, at most
@@ -65,7 +65,7 @@ HWY_INLINE Vector upper_bounds(const Block& block, std::size_t lane,
   const auto over_length = hn::Div(one, hn::Max(length_m, hn::Set(d, 1e-9f)));
   const auto along = dot(path, normal);
   // The side from which sound arrives; sound that is transmitted keeps its direction.
-  const auto is_reflected = hn::Lt(dot(position, normal), zero);
+  const auto is_reflected = hn::Lt(hn::Load(d, &block.side[lane]), zero);
   const auto outside = hn::IfThenElse(is_reflected, hn::Neg(along), along);
   const auto lifted = hn::Add(outside, rounding);
   const auto cosine = hn::Min(hn::Mul(hn::Max(lifted, zero), over_length), one);
@@ -157,6 +157,7 @@ void FirstReflectionRows::add(const SourceBound& bound, const Vec3& place_m, flo
     block.normal[static_cast<std::size_t>(axis)][lane] = bound.normal[axis];
   }
   block.irradiance[lane] = irradiance;
+  block.side[lane] = dot(Vec3(bound.position_m) - place_m, Vec3(bound.normal)) < 0 ? -1.0f : 1.0f;
   block.radius2_m2[lane] = bound.radius2_m2;
   block.diffuse[lane] = bound.diffuse;
   block.compensation[lane] = bound.compensation;

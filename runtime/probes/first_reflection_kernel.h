@@ -1,5 +1,5 @@
-// first_reflection_kernel.h: which first reflections of a moving source can reach a priority at the
-// listener's place?
+// first_reflection_kernel.h: finds the first reflections of a moving source that can reach a
+// priority at the listener's place.
 //
 // First reflections were traced from a place near the source's (first_reflections.h), and have the
 // power and the mirror direction of its own place (probe_sources.h). Their upper bounds are
@@ -27,6 +27,7 @@ class FirstReflectionRows {
     using Row = std::array<float, kBlock>;
     std::array<Row, 3> position_m{}, normal{};
     Row irradiance{};  // at the reflection, of a source at the place (probe_sources.h)
+    Row side{};        // -1: sound arrives against the normal, 1: along it, being transmitted
     Row radius2_m2{}, diffuse{}, compensation{}, lobe{}, fall{}, slope{};
   };
 

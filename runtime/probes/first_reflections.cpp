@@ -52,8 +52,8 @@ void FirstReflections::add(std::size_t source, std::uint32_t generation, const V
   if (state->traced == 0) trace(active, state->traced++);
 }
 
-// How far the source or the listener is from the set's place, in parts of what it holds for. From 1
-// on the set is traced again.
+// The result tells how far the source or the listener is from the set's place, in parts of what it
+// holds for. From 1 on the set is traced again.
 double FirstReflections::staleness(const Set& set, const Vec3& place_m) const {
   const double moved = std::max(length(place_m - set.place_m) / set.valid_m,
                                 length(listener_m_ - set.listener_m) / set.valid_for_listener_m);
@@ -61,7 +61,7 @@ double FirstReflections::staleness(const Set& set, const Vec3& place_m) const {
   return parts_moved && keyframe_ >= set.traced_in + kTracedForPartsEvery ? 1 + moved : moved;
 }
 
-// Lists the sets of a source that are missing of so many, or its stalest one if it has all.
+// Lists the sets of a source that are missing of so many, and the stalest one that it has.
 void FirstReflections::list_waiting(std::size_t a, std::size_t sets) {
   const Active& active = active_[a];
   State& state = *states_[active.source];
@@ -72,10 +72,9 @@ void FirstReflections::list_waiting(std::size_t a, std::size_t sets) {
                         static_cast<double>(active.factor) / (r_m * r_m) * stale * stale});
   };
   for (std::size_t s = state.traced; s < sets; ++s) list(s, kMissing);
-  if (state.traced < sets) return;
   std::size_t stalest = 0;
   std::array<double, kSets> stale{};
-  for (std::size_t s = 0; s < sets; ++s) {
+  for (std::size_t s = 0; s < state.traced; ++s) {
     stale[s] = staleness(state.sets[s], active.place_m);
     if (stale[s] > stale[stalest]) stalest = s;
     is_settled_ &= stale[s] < 1 && state.sets[s].parts_version == parts_version_;

@@ -6,15 +6,16 @@
 // follow it in delay, power and mirror direction (probe_sources.h). A set of rays is traced anew
 // when the source has moved by a quarter of the distance to its nearest surface, or the listener by
 // half of the distance to its nearest reflection, and when a part has moved, but for that not more
-// often than every 0.2 s; at most one set of a source in each keyframe, so that most of its
-// reflections stay as they are while some crossfade.
+// often than every 0.2 s. At most one set that a source has is traced anew in a keyframe, so most
+// of its reflections stay as they are while some crossfade.
 //
-// A source has six sets. Where more than 170 sources sound at once, each has fewer, and one from
-// 512 sources on: the sets that it has stand for all. A source that is new or has leaped traces at
-// least one at once. All others share a budget of 1024 rays per keyframe, 0.4 ms of one core; the
-// sources that are the loudest and have moved the farthest come first.
+// A source has six sets. Where more than 170 sources sound at once, each has fewer, and one where
+// more than 512 do: the sets that it has stand for all. A source that is new or has leaped traces
+// at least one at once. All others share what that leaves of a budget of 1024 rays per keyframe,
+// 0.4 ms of one core; the sources that are the loudest and have moved the farthest come first.
 //
-// Threads: the sampler's alone.   Memory: 50 kB per source that reverberates.
+// Threads: the sampler's alone.   Memory: 50 kB per source that reverberates, more near
+// a listener.
 #pragma once
 
 #include <array>
@@ -54,7 +55,8 @@ class FirstReflections {
   // A reflection, by the numbers of its source and set.
   struct Found {
     std::uint32_t source = 0, set = 0, index = 0;
-    // Of the priority, with the full late boost, were all bands as loud as the loudest.
+    // The bound holds for the priority with the full late boost and all bands as loud as the
+    // loudest.
     float upper_bound = 0;
   };
   // Replaces `found` by all reflections that may reach the threshold at the place. Returns how many
@@ -74,10 +76,8 @@ class FirstReflections {
   static constexpr std::size_t kSets = FirstReflectionTracer::kSets;
 
   struct Set {
-    Vec3 place_m{};      // that it was traced from; reflections hold
-    double valid_m = 0;  // so far around it,
-    Vec3 listener_m{};   // and for listeners so near to this place
-    double valid_for_listener_m = 0;
+    Vec3 place_m{}, listener_m{};                    // of source and listener when it was traced
+    double valid_m = 0, valid_for_listener_m = 0;    // radii around both within which it holds
     std::uint64_t parts_version = 0, traced_in = 0;  // of the surfaces, and the keyframe
     std::uint32_t count = 0;                         // how often it was traced
     std::vector<FirstReflection> reflections;

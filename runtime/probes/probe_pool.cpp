@@ -212,7 +212,7 @@ bool ProbePool::find_above(const Vec3& place, double threshold, std::size_t max_
   requests_.begin_query();
   for (const std::uint32_t t : active_)
     if (!find_in_tree(trees_[t], place, threshold, max_count, found)) return false;
-  find_first_reflections(place, threshold, found);
+  find_first_reflections(place, threshold, max_count, found);
   return found.size() <= max_count && !is_exhausted();
 }
 
@@ -274,11 +274,12 @@ void ProbePool::find_in_page(const Tree& tree, const ResidentPage& page, std::ui
   }
 }
 
-void ProbePool::find_first_reflections(const Vec3& place, double threshold,
+void ProbePool::find_first_reflections(const Vec3& place, double threshold, std::size_t max_count,
                                        std::vector<FoundSource>& found) {
   const std::size_t tested = first_reflections_.find_above(place, threshold, reaching_);
   spend(WorkBudget::kFirstReflectionsPer16 * tested / 16);
   for (const FirstReflections::Found& one : reaching_) {
+    if (found.size() > max_count || is_exhausted()) return;
     const FirstReflection& stored = first_reflections_.stored(one);
     const std::uint64_t number = kFirstTracedReflection + first_reflections_.number(one);
     double upper_bound = static_cast<double>(one.upper_bound);

@@ -131,7 +131,8 @@ class ProbePool {
                     std::vector<FoundSource>& found);
   void find_in_page(const Tree& tree, const ResidentPage& page, std::uint64_t first,
                     const Vec3& place, double threshold, std::vector<FoundSource>& found);
-  void find_first_reflections(const Vec3& place, double threshold, std::vector<FoundSource>& found);
+  void find_first_reflections(const Vec3& place, double threshold, std::size_t max_count,
+                              std::vector<FoundSource>& found);
   bool has_left(const Source& source, std::size_t slot) const;
   void find_representatives(const Tree& tree, const Vec3& place, double threshold,
                             std::vector<FoundSource>& found);
