@@ -36,10 +36,6 @@ namespace clamor {
 
 namespace {
 
-bool stopped(const BakeOptions& options) {
-  return options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
-}
-
 Source emitter_source(const Emitter& emitter, std::uint32_t index, std::uint64_t key) {
   Source source;
   source.emitter = index;
@@ -239,7 +235,7 @@ void compact(TraceJournal& journal, const BakeOptions& options, BakeReport& repo
 Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& options,
                                         BakeReport& report) {
   const TraceSetup setup(level, options.settings);
-  if (stopped(options)) return BakeContents{};
+  if (options.is_stopped()) return BakeContents{};
   BakePlan all_states = setup.plan;
   if (has_closed_state(level)) all_states.sources *= 2;
   const auto storage = check_memory(level, all_states, options);
@@ -256,10 +252,10 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   if (!traced.ok()) return traced.error();
   report.photons = tracing.progress().photons_done;
   report.photons_reused = tracing.progress().photons_reused;
-  if (stopped(options)) return BakeContents{};
+  if (options.is_stopped()) return BakeContents{};
   auto closed = trace_closed_state(level, setup.trace, options, *journals, {}, report);
   if (!closed.ok()) return closed.error();
-  if (stopped(options)) return BakeContents{};
+  if (options.is_stopped()) return BakeContents{};
   BakedPortals portals;
   PortalSetTable portal_sets;
   // Half of the sets are for probes, if there are any.
@@ -272,7 +268,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   if (!probes.ok()) return probes.error();
   report.probe_photons = probes->photons;
   report.photons_reused += probes->photons_reused;
-  if (stopped(options)) return BakeContents{};
+  if (options.is_stopped()) return BakeContents{};
   if (options.on_progress) {
     BakeProgress progress = tracing.progress();
     progress.stage = "sorting";
@@ -285,7 +281,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   finish(closed->sources, level.materials);
   traced->sources.insert(traced->sources.end(), closed->sources.begin(), closed->sources.end());
   closed->sources = {};
-  if (stopped(options)) return contents;
+  if (options.is_stopped()) return contents;
   EmitterInstances instances =
       instance_emitters(level, options.groups, traced->tally.photons > 0, options.settings.seed);
   for (const std::uint32_t i : instances.alone)
@@ -303,7 +299,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
     portals.sets = portal_sets.sets();
     contents.portals = std::move(portals);
   }
-  if (stopped(options)) return contents;
+  if (options.is_stopped()) return contents;
   if (const auto sorted =
           sort_sources(std::move(traced->sources), instances, options, *storage, contents);
       !sorted.ok())
@@ -349,7 +345,7 @@ auto on_arena(const Level& level, const BakeOptions& options, const Work& work) 
   const int cores = tbb::info::default_concurrency();
   tbb::task_arena arena(options.threads > 0 ? std::min(options.threads, cores) : cores);
   arena.execute([&] { outcome = work(); });
-  if (outcome.ok() && stopped(options)) outcome = Error("stopped before the bake was complete");
+  if (outcome.ok() && options.is_stopped()) outcome = Error("stopped before the bake was complete");
   return outcome;
 }
 

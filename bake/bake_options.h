@@ -41,6 +41,7 @@ struct BakeOptions {
   std::function<void(const BakeProgress&)> on_progress{};
   // Set it to cancel the bake, which then returns an Error.
   const std::atomic<bool>* stop = nullptr;
+  bool is_stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 
 // Shard `index` of `count`, from 0, consists of every count-th batch of photons.

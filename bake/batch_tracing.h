@@ -61,9 +61,7 @@ class BatchTracing {
   struct Batch;
   using DecayEnergies = std::vector<std::vector<ReceivedEnergy>>;  // per run
 
-  bool stopped() const {
-    return options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed);
-  }
+  bool stopped() const { return options_.is_stopped(); }
   void look_up(Batch& batch);
   DecayEnergies measure_decay(const TracedRuns& runs) const;
   void accumulate(Batch& batch);

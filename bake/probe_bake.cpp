@@ -24,10 +24,6 @@ struct ProbeSetting {
   bool writes;
   PortalSetTable& portals;
   const Shard& shard;
-
-  bool is_stopped() const {
-    return options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
-  }
 };
 
 // Traces the probes in a level, which may be that with closed portals. Adds to the result's counts.
@@ -52,7 +48,7 @@ Result<std::optional<ProbeSources>> trace_probes(const Scene& scene, const Level
   if (const auto traced = tracing.run(); !traced.ok()) return traced.error();
   result.photons += tracing.progress().photons_done;
   result.photons_reused += tracing.progress().photons_reused;
-  if (with.shard.count > 1 || with.is_stopped()) return std::optional<ProbeSources>();
+  if (with.shard.count > 1 || with.options.is_stopped()) return std::optional<ProbeSources>();
   return std::optional(collector.take());
 }
 
@@ -71,7 +67,7 @@ Result<ProbeBake> bake_probes(const Scene& scene, const Level& level, const Bake
   if (!open.ok()) return open.error();
   std::vector<ProbeSources> states;
   if (*open) states.push_back(std::move(**open));
-  if (has_closed_state(level) && !with.is_stopped()) {
+  if (has_closed_state(level) && !with.options.is_stopped()) {
     const Level closed_one = closed_level(level);
     const Scene closed_scene(closed_one.mesh);
     auto closed = trace_probes(closed_scene, closed_one, probes, zones,
@@ -79,7 +75,7 @@ Result<ProbeBake> bake_probes(const Scene& scene, const Level& level, const Bake
     if (!closed.ok()) return closed.error();
     if (*closed) states.push_back(std::move(**closed));
   }
-  if (!with.is_stopped()) result.probes = build_probes(probes, zones, std::move(states));
+  if (!with.options.is_stopped()) result.probes = build_probes(probes, zones, std::move(states));
   return result;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "runtime/probes/probe_sources.h"
 
@@ -97,27 +96,15 @@ HWY_INLINE Vector upper_bounds(const Block& block, std::size_t lane,
 }
 
 void find_reaching(const FirstReflectionRows& rows, const FirstReflectionQuery& query,
-                   ReachingReflections& reaching) {
-  const Tag d;
-  const hn::RebindToUnsigned<Tag> du;
-  const auto threshold = hn::Set(d, query.threshold);
+                   CulledPage& reaching) {
   const Margins margins(rows, query);
-  std::size_t next = 0;
+  std::size_t first = 0;
   for (const Block& block : rows.blocks()) {
-    const std::size_t first = std::exchange(next, next + FirstReflectionRows::kBlock);
-    const std::size_t count = std::min(FirstReflectionRows::kBlock, rows.size() - first);
-    for (std::size_t lane = 0; lane < count; lane += hn::Lanes(d)) {
-      const auto bound = upper_bounds(block, lane, query, margins);
-      // The negated comparison keeps what is infinite.
-      const auto passes = hn::And(hn::Not(hn::Lt(bound, threshold)),
-                                  hn::And(hn::Gt(bound, hn::Zero(d)), hn::FirstN(d, count - lane)));
-      if (hn::AllFalse(d, passes)) continue;
-      const auto index = hn::Iota(du, static_cast<std::uint32_t>(first + lane));
-      hn::StoreU(hn::Compress(index, hn::RebindMask(du, passes)), du,
-                 reaching.index.data() + reaching.count);
-      hn::StoreU(hn::Compress(bound, passes), d, reaching.upper_bound.data() + reaching.count);
-      reaching.count += hn::CountTrue(d, passes);
-    }
+    const std::size_t count = std::min(kCullBlock, rows.size() - first);
+    for (std::size_t lane = 0; lane < count; lane += hn::Lanes(Tag()))
+      keep_reaching(upper_bounds(block, lane, query, margins), query.threshold, first + lane,
+                    count - lane, reaching);
+    first += kCullBlock;
   }
 }
 
@@ -143,12 +130,12 @@ void FirstReflectionRows::clear() {
 float FirstReflectionRows::upper_bound(const Vec3f& listener_m) const {
   if (size_ == 0) return 0;
   const Vec3f away_m = listener_m - glm::clamp(listener_m, low_m_, high_m_);
-  const float r2_m2 = std::max(dot(away_m, away_m) * 0.999f, least_radius2_m2_);
+  const float r2_m2 = std::max(dot(away_m, away_m) * 0.999f, min_radius2_m2_);
   return 1.001f * static_cast<float>(kMaxIrradianceRatio) * peak_ / r2_m2;
 }
 
 void FirstReflectionRows::add(const SourceBound& bound, const Vec3& place_m, float irradiance) {
-  const std::size_t lane = size_++ % kBlock;
+  const std::size_t lane = size_++ % kCullBlock;
   if (lane == 0) blocks_.emplace_back();
   Block& block = blocks_.back();
   const Vec3f position_m(Vec3(bound.position_m) - place_m);
@@ -169,18 +156,13 @@ void FirstReflectionRows::add(const SourceBound& bound, const Vec3& place_m, flo
   reach_m_ = std::max(reach_m_, length(position_m));
   low_m_ = is_first ? position_m : glm::min(low_m_, position_m);
   high_m_ = is_first ? position_m : glm::max(high_m_, position_m);
-  least_radius2_m2_ = is_first ? bound.radius2_m2 : std::min(least_radius2_m2_, bound.radius2_m2);
+  min_radius2_m2_ = is_first ? bound.radius2_m2 : std::min(min_radius2_m2_, bound.radius2_m2);
   peak_ = is_first ? peak : std::max(peak_, peak);
 }
 
 void find_reaching_reflections(const FirstReflectionRows& rows, const FirstReflectionQuery& query,
-                               ReachingReflections& reaching) {
-  reaching.count = 0;
-  const std::size_t room = rows.size() + FirstReflectionRows::kBlock;
-  if (reaching.index.size() < room) {
-    reaching.index.resize(room);
-    reaching.upper_bound.resize(room);
-  }
+                               CulledPage& reaching) {
+  reaching.begin(rows.size());
   HWY_DYNAMIC_DISPATCH(find_reaching)(rows, query, reaching);
 }
 

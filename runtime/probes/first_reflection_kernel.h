@@ -15,6 +15,7 @@
 
 #include "common/vec.h"
 #include "runtime/propagation/source_bound.h"
+#include "runtime/propagation/source_page.h"
 
 namespace clamor {
 
@@ -22,9 +23,8 @@ namespace clamor {
 // place, in metres.
 class FirstReflectionRows {
  public:
-  static constexpr std::size_t kBlock = 16;
   struct alignas(64) Block {
-    using Row = std::array<float, kBlock>;
+    using Row = std::array<float, kCullBlock>;
     std::array<Row, 3> position_m{}, normal{};
     Row irradiance{};  // at the reflection, of a source at the place (probe_sources.h)
     Row side{};        // -1: sound arrives against the normal, 1: along it, being transmitted
@@ -45,8 +45,8 @@ class FirstReflectionRows {
   std::vector<Block> blocks_;
   std::size_t size_ = 0;
   float reach_m_ = 0;
-  Vec3f low_m_{}, high_m_{};               // box around all reflections
-  float least_radius2_m2_ = 0, peak_ = 0;  // the highest bound at 1 m
+  Vec3f low_m_{}, high_m_{};             // box around all reflections
+  float min_radius2_m2_ = 0, peak_ = 0;  // the highest bound at 1 m
 };
 
 // Positions are relative to the place that the reflections were traced from, in metres.
@@ -55,15 +55,8 @@ struct FirstReflectionQuery {
   float threshold = 0;
 };
 
-// The reflections that were found, ascending, with the upper bounds of their priorities.
-struct ReachingReflections {
-  std::size_t count = 0;
-  std::vector<std::uint32_t> index;  // padded by one vector
-  std::vector<float> upper_bound;
-};
-
 // Finds every reflection whose priority may reach the threshold.
 void find_reaching_reflections(const FirstReflectionRows& rows, const FirstReflectionQuery& query,
-                               ReachingReflections& reaching);
+                               CulledPage& reaching);
 
 }  // namespace clamor

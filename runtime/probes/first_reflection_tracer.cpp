@@ -16,7 +16,7 @@ namespace clamor {
 namespace {
 
 constexpr double kReach_m = 1000;
-constexpr double kLeastCosine = 0.05;  // of incidence, for patch radii
+constexpr double kMinCosine = 0.05;  // of incidence, for patch radii
 // A cone is divided if the listener is nearer to its patch than so many times the patch's radius.
 constexpr double kFarFromPatch = 4;
 
@@ -46,7 +46,7 @@ Vec3 direction_of(std::uint32_t ray) {
 // A ray with this share of the sphere illuminates an area of 4 pi share r^2 / cos i
 // (patch_radius.h).
 double patch_radius_m(double share, double distance_m, double cos_i) {
-  return distance_m * std::sqrt(2 * share / std::max(cos_i, kLeastCosine));
+  return distance_m * std::sqrt(2 * share / std::max(cos_i, kMinCosine));
 }
 
 }  // namespace

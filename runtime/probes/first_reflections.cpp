@@ -15,11 +15,10 @@ namespace {
 constexpr std::int64_t kReflectionRaysPerKeyframe = 1024;
 constexpr std::size_t kSetsPerKeyframe =
     kReflectionRaysPerKeyframe / FirstReflectionTracer::kRaysOfSet;
-constexpr std::size_t kMostSets = 1024;             // of all sources, or one of each
-constexpr std::uint64_t kTracedForPartsEvery = 10;  // keyframes
-constexpr double kRadiusPerDistance = 0.25;         // to the nearest surface
+constexpr std::size_t kMaxSets = 1024;       // of all sources, or one of each
+constexpr double kRadiusPerDistance = 0.25;  // to the nearest surface
 constexpr double kListenerRadiusPerDistance = 0.5;
-constexpr double kLeastRadius_m = 0.05, kMostRadius_m = 5;
+constexpr double kMinRadius_m = 0.05, kMaxRadius_m = 5;
 constexpr double kNearest_m = 1;  // nearer listeners make no source more urgent
 // A set that was never traced is as urgent as one that its source has left by so many radii.
 constexpr double kMissing = 8;
@@ -58,7 +57,7 @@ double FirstReflections::staleness(const Set& set, const Vec3& place_m) const {
   const double moved = std::max(length(place_m - set.place_m) / set.valid_m,
                                 length(listener_m_ - set.listener_m) / set.valid_for_listener_m);
   const bool parts_moved = set.parts_version != parts_version_;
-  return parts_moved && keyframe_ >= set.traced_in + kTracedForPartsEvery ? 1 + moved : moved;
+  return parts_moved && keyframe_ >= set.traced_in + kPartsTestedEvery ? 1 + moved : moved;
 }
 
 // Lists the sets of a source that are missing of so many, and the stalest one that it has.
@@ -73,19 +72,20 @@ void FirstReflections::list_waiting(std::size_t a, std::size_t sets) {
   };
   for (std::size_t s = state.traced; s < sets; ++s) list(s, kMissing);
   std::size_t stalest = 0;
-  std::array<double, kSets> stale{};
+  double most = 0;
   for (std::size_t s = 0; s < state.traced; ++s) {
-    stale[s] = staleness(state.sets[s], active.place_m);
-    if (stale[s] > stale[stalest]) stalest = s;
-    is_settled_ &= stale[s] < 1 && state.sets[s].parts_version == parts_version_;
+    const double stale = staleness(state.sets[s], active.place_m);
+    if (stale > most) stalest = s;
+    most = std::max(most, stale);
+    is_settled_ &= stale < 1 && state.sets[s].parts_version == parts_version_;
   }
-  if (stale[stalest] >= 1) list(stalest, stale[stalest]);
+  if (most >= 1) list(stalest, most);
 }
 
 void FirstReflections::trace() {
   waiting_.clear();
   const std::size_t sets =
-      std::clamp<std::size_t>(kMostSets / std::max<std::size_t>(active_.size(), 1), 1, kSets);
+      std::clamp<std::size_t>(kMaxSets / std::max<std::size_t>(active_.size(), 1), 1, kSets);
   for (std::size_t a = 0; a < active_.size(); ++a) list_waiting(a, sets);
   const auto first = [](const Waiting& a, const Waiting& b) {
     if (a.urgency != b.urgency) return a.urgency > b.urgency;
@@ -105,8 +105,8 @@ void FirstReflections::trace() {
 }
 
 void FirstReflections::trace(const Active& active, std::size_t s) {
-  const State& state = *states_[active.source];
-  Set& set = states_[active.source]->sets[s];
+  State& state = *states_[active.source];
+  Set& set = state.sets[s];
   set.place_m = active.place_m;
   set.parts_version = parts_version_;
   set.traced_in = keyframe_;
@@ -117,7 +117,7 @@ void FirstReflections::trace(const Active& active, std::size_t s) {
   const auto [rays, nearest_m] = tracer_.trace(active.place_m, listener_m_, key,
                                                static_cast<std::uint32_t>(s), set.reflections);
   rays_left_ -= static_cast<std::int64_t>(rays);
-  set.valid_m = std::clamp(kRadiusPerDistance * nearest_m, kLeastRadius_m, kMostRadius_m);
+  set.valid_m = std::clamp(kRadiusPerDistance * nearest_m, kMinRadius_m, kMaxRadius_m);
   set.listener_m = listener_m_;
   set.mixes.clear();
   double heard_m = std::numeric_limits<double>::infinity();  // the nearest reflection
@@ -129,12 +129,12 @@ void FirstReflections::trace(const Active& active, std::size_t s) {
     heard_m = std::min(heard_m, length(Vec3(reflection.source.position_m) - listener_m_));
   }
   set.valid_for_listener_m =
-      std::clamp(kListenerRadiusPerDistance * heard_m, kLeastRadius_m, kMostRadius_m);
+      std::clamp(kListenerRadiusPerDistance * heard_m, kMinRadius_m, kMaxRadius_m);
 }
 
-// The sets that have been traced stand for all.
-float FirstReflections::share_of_sets(const Active& active) const {
-  return static_cast<float>(kSets) / static_cast<float>(states_[active.source]->traced);
+// The factor of a set's power: the sets that have been traced stand for all.
+float FirstReflections::power_of_set(const State& state) {
+  return static_cast<float>(kSets) / static_cast<float>(state.traced);
 }
 
 std::size_t FirstReflections::find_above(const Vec3& place, double threshold,
@@ -143,7 +143,7 @@ std::size_t FirstReflections::find_above(const Vec3& place, double threshold,
   std::size_t tested = 0;
   for (const Active& active : active_) {
     const State& state = *states_[active.source];
-    const float factor = active.factor * share_of_sets(active);
+    const float factor = active.factor * power_of_set(state);
     const auto reached = static_cast<float>(threshold / static_cast<double>(factor));
     for (std::size_t s = 0; s < state.traced; ++s) {
       const Set& set = state.sets[s];
@@ -171,7 +171,7 @@ double FirstReflections::upper_bound(const Vec3& place) const {
     for (std::size_t s = 0; s < state.traced; ++s) {
       const Set& set = state.sets[s];
       const float bound = set.rows.upper_bound(Vec3f(place - set.place_m));
-      highest = std::max(highest, static_cast<double>(active.factor * share_of_sets(active)) *
+      highest = std::max(highest, static_cast<double>(active.factor * power_of_set(state)) *
                                       static_cast<double>(bound));
     }
   }
@@ -183,8 +183,7 @@ Source FirstReflections::moved(const Found& found, const MovingRadiator& radiato
   const Set& set = state.sets[found.set];
   Source source = first_reflection(set.reflections[found.index].source, set.place_m, radiator,
                                    bounds_.radiation().speed_of_sound_mps());
-  const float share = static_cast<float>(kSets) / static_cast<float>(state.traced);
-  for (float& power : source.power) power *= share;
+  for (float& power : source.power) power *= power_of_set(state);
   return source;
 }
 

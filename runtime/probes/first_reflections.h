@@ -105,7 +105,7 @@ class FirstReflections {
   void list_waiting(std::size_t active, std::size_t sets);
   void trace(const Active& active, std::size_t set);
   double staleness(const Set& set, const Vec3& place_m) const;
-  float share_of_sets(const Active& active) const;
+  static float power_of_set(const State& state);
 
   const OcclusionGeometry& surfaces_;
   const FirstReflectionTracer tracer_;
@@ -113,7 +113,7 @@ class FirstReflections {
   std::vector<std::unique_ptr<State>> states_;  // by source; null: it has not sounded yet
   std::vector<Active> active_;
   std::vector<Waiting> waiting_;
-  ReachingReflections reaching_;
+  CulledPage reaching_;
   Vec3 listener_m_{};
   std::uint64_t keyframe_ = 0, parts_version_ = 0;
   std::int64_t rays_left_ = 0;

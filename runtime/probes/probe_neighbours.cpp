@@ -17,7 +17,6 @@ constexpr float kRate = 0.15f;          // of the way to the wanted weights, per
 constexpr float kLeastWeight = 0.002f;  // of a probe that is not wanted any more
 constexpr std::uint8_t kBlindKeyframes = 20;
 constexpr std::int64_t kRaysPerKeyframe = 4000;
-constexpr std::uint64_t kPartsTestedEvery = 10;  // keyframes
 // A line of sight holds within this share of the distance to the nearest probe, and these limits.
 constexpr double kValidPerDistance = 0.1;
 constexpr float kLeastValid_m = 0.05f, kMostValid_m = 0.5f;

@@ -31,6 +31,8 @@ class OcclusionGeometry;
 inline constexpr std::size_t kMaxCopies = 8;  // probes that one source is heard through
 // A source that moves by more than this in a keyframe leaps: nothing drives so fast.
 inline constexpr double kLeap_m = 3;
+// Parts that move cost rays at most every so many keyframes.
+inline constexpr std::uint64_t kPartsTestedEvery = 10;
 
 struct ProbeWeight {
   std::uint32_t probe = 0;

@@ -12,6 +12,9 @@
 #define CLAMOR_RUNTIME_SOURCE_BOUND_LANES_INL_H
 #endif
 
+#include <cstddef>
+#include <cstdint>
+
 #include <hwy/highway.h>
 
 #include "common/vec.h"
@@ -104,6 +107,22 @@ HWY_INLINE Vector upper_bound_of(const SourceLanes& source, const Vec3f& listene
   const auto compensation = hn::Mul(hn::Mul(source.compensation, x), decay(hn::Mul(slope, x)));
   const auto sum = hn::MulAdd(source.diffuse, cos_o, hn::Add(compensation, lobe));
   return hn::Div(hn::Mul(hn::Set(d, kBoundSlack), sum), nearest2(r, source.radius2, error_m));
+}
+
+// Adds the first `count` lanes whose bounds reach the threshold to those found, from this index on.
+template <class Found>
+HWY_INLINE void keep_reaching(Vector bound, float threshold, std::size_t first, std::size_t count,
+                              Found& found) {
+  const Tag d;
+  const hn::RebindToUnsigned<Tag> du;
+  // The negated comparisons keep what is infinite.
+  const auto is_below = hn::Or(hn::Lt(bound, hn::Set(d, threshold)), hn::Le(bound, hn::Zero(d)));
+  const auto passes = hn::And(hn::Not(is_below), hn::FirstN(d, count));
+  if (hn::AllFalse(d, passes)) return;
+  const auto index = hn::Iota(du, static_cast<std::uint32_t>(first));
+  hn::StoreU(hn::Compress(index, hn::RebindMask(du, passes)), du, found.index.data() + found.count);
+  hn::StoreU(hn::Compress(bound, passes), d, found.upper_bound.data() + found.count);
+  found.count += hn::CountTrue(d, passes);
 }
 
 }  // namespace

@@ -56,6 +56,13 @@ void put(const CullBlock& block, std::size_t count, CullBounds& bounds, std::siz
 
 }  // namespace
 
+void CulledPage::begin(std::size_t max_count) {
+  count = tested = 0;
+  if (index.size() >= max_count + kCullBlock) return;
+  index.resize(max_count + kCullBlock);
+  upper_bound.resize(max_count + kCullBlock);
+}
+
 SourcePage::SourcePage(const RadiationModel& radiation, std::span<const Bands> weights,
                        std::vector<Source> sources, std::span<const Source> bounding)
     : sources_(std::move(sources)),

@@ -52,6 +52,9 @@ struct CulledPage {
   std::vector<std::uint32_t> index;  // padded by one vector
   std::vector<float> upper_bound;
   std::size_t tested = 0;  // sources that were not culled with their block
+
+  // Removes all, and makes room for so many.
+  void begin(std::size_t max_count);
 };
 
 class SourcePage {

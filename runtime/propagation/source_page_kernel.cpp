@@ -54,22 +54,13 @@ HWY_INLINE std::uint32_t test_bounds(const CullBounds& bounds, std::size_t block
 HWY_INLINE void cull_block(const CullBlock& block, std::size_t first, std::size_t count,
                            const CullQuery& query, CulledPage& culled) {
   const Tag d;
-  const hn::RebindToUnsigned<Tag> du;
   for (std::size_t at = 0; at < count; at += hn::Lanes(d)) {
     const SourceLanes sources = {
         load(block.position_m, at), load(block.normal, at),  load(block.mirror, at),
         load(block.radius2_m2, at), load(block.diffuse, at), load(block.compensation, at),
         load(block.lobe, at),       load(block.fall, at),    load(block.slope, at)};
     const auto bound = upper_bound_of(sources, query.listener_m, query.error_m);
-    const auto is_culled =
-        hn::Or(hn::Lt(bound, hn::Set(d, query.threshold)), hn::Le(bound, hn::Zero(d)));
-    const auto passes = hn::And(hn::Not(is_culled), hn::FirstN(d, count - at));
-    if (hn::AllFalse(d, passes)) continue;
-    const auto index = hn::Iota(du, static_cast<std::uint32_t>(first + at));
-    hn::StoreU(hn::Compress(index, hn::RebindMask(du, passes)), du,
-               culled.index.data() + culled.count);
-    hn::StoreU(hn::Compress(bound, passes), d, culled.upper_bound.data() + culled.count);
-    culled.count += hn::CountTrue(d, passes);
+    keep_reaching(bound, query.threshold, first + at, count - at, culled);
   }
 }
 
@@ -105,11 +96,7 @@ HWY_EXPORT(cull_all);
 
 void cull_blocks(std::span<const CullBounds> bounds, std::span<const CullBlock> blocks,
                  std::size_t count, const CullQuery& query, CulledPage& culled) {
-  culled.count = culled.tested = 0;
-  if (culled.index.size() < count + kCullBlock) {
-    culled.index.resize(count + kCullBlock);
-    culled.upper_bound.resize(count + kCullBlock);
-  }
+  culled.begin(count);
   HWY_DYNAMIC_DISPATCH(cull_all)(bounds, blocks, count, query, culled);
 }
 

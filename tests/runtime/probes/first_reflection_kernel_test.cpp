@@ -84,7 +84,7 @@ TEST_P(FirstReflectionKernel, FindsEveryReflectionThatReachesTheThresholdAndFewO
                                 testing::uniform_material(0.1f, 0, 1000)};
   const ProbeBounds bounds(materials, {}, {});
   std::size_t reached = 0, found = 0;
-  ReachingReflections reaching;
+  CulledPage reaching;
   for (std::uint32_t seed = 0; seed < 3000; ++seed) {
     const TracedPlace scene(seed, bounds, materials.size());
     std::vector<double> sorted = scene.priorities;
