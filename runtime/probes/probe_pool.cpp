@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <tuple>
 
 #include "common/random.h"
 #include "runtime/propagation/source_number.h"
@@ -13,6 +15,10 @@ namespace {
 
 constexpr float kFactorSlack = 1.00001f;  // for the rounding of factors
 constexpr std::uint32_t kSeedOfCopies = 0x70726f62;
+// About so many copies of a crowd hold each source of their tree.
+constexpr double kCrowd = 8;
+// A copy holds at least so many sources of its tree's top page, or nearly.
+constexpr double kLeastTopSources = 4;
 constexpr double kLongestPath_m = 1000;  // from a surface to the listener, for signals' windows
 
 std::vector<Vec3> places_of(const StoredProbes& probes) {
@@ -27,6 +33,27 @@ std::uint64_t voice_number(std::uint64_t moving_source, std::uint64_t probe_sour
   mixed = (mixed ^ mixed >> 32) * 0xd6e8feb86659fd93u;
   mixed ^= mixed >> 32;
   return mixed | kMovingSourceBit;
+}
+
+// Multiples of the golden ratio: of n consecutive numbers, no two neighbouring hashes are further
+// apart than 2.7 / n of the range, so that no copy is left without a source of the top page.
+std::uint32_t hash_of(std::uint64_t probe_source) {
+  return static_cast<std::uint32_t>(probe_source * 0x9e3779b97f4a7c15u >> 32);
+}
+
+// The first hash that agrees with this one in its first `level` bits.
+std::uint32_t first_alike(std::uint32_t hash, std::uint32_t level) {
+  return level == 0 ? 0 : hash & ~(~std::uint32_t{0} >> level);
+}
+
+// A copy holds one in 2^level sources of its tree. It holds all where there are few copies, and
+// where it makes up much of the loudness of all of them: its own voices are heard then.
+std::uint32_t crowd_level(double loudness, double all_loudness, std::size_t copies,
+                          std::size_t top_sources) {
+  const double others = std::min(static_cast<double>(copies), all_loudness / loudness);
+  const double excess =
+      std::min(others / kCrowd, static_cast<double>(top_sources) / kLeastTopSources);
+  return excess < 2 ? 0 : static_cast<std::uint32_t>(std::ilogb(excess));
 }
 
 // The permanent number, beside a representative, of a source that has a share of the tree's power.
@@ -87,12 +114,14 @@ void ProbePool::begin(const Listener& listener, double time_s) {
   node_bounds_.begin(listener.position_m, time_s);
   neighbours_.begin();
   first_reflections_.begin(listener.position_m);
-  for (const std::uint32_t t : active_) trees_[t].copy_count = 0;
+  for (const std::uint32_t t : active_) trees_[t].copy_count = trees_[t].crowd_count = 0;
   active_.clear();
   copies_.clear();
+  crowds_.clear();
   for (std::size_t slot = 0; slot < moving_.slots(); ++slot)
     if (moving_.reverberation(slot) > 0) add_copies(slot, time_s);
   first_reflections_.trace();
+  thin_crowds();
   sort_copies();
   for (const std::uint32_t t : active_) {
     read_top(trees_[t], listener.position_m);
@@ -155,30 +184,69 @@ void ProbePool::add_copy(std::size_t slot, std::uint32_t tree, float weight) {
   copy.slot = static_cast<std::uint32_t>(slot);
   copy.weight = weight;
   copy.factor = weight * radiators_[slot].factor;
+  copy.loudness = copy.factor * radiators_[slot].at_any_time;
   const RandomBits bits = philox(kSeedOfCopies, {copy.slot, moving_.generation(slot), tree, 0});
   copy.u = static_cast<float>(unit_above_zero(bits[0]));
   copy.draw = unit(bits[1]);
+  copy.hash = bits[2];
+  Tree& of_copy = trees_[tree];
+  if (of_copy.copy_count++ == 0) {
+    active_.push_back(tree);
+    of_copy.factor = 0;
+    of_copy.loudness = 0;
+  }
+  of_copy.loudness += static_cast<double>(copy.loudness);
+}
+
+void ProbePool::thin_crowds() {
+  for (Copy& copy : copies_) {
+    const Tree& tree = trees_[copy.tree];
+    copy.level = crowd_level(static_cast<double>(copy.loudness), tree.loudness, tree.copy_count,
+                             tree.entry->source_count);
+    const auto scale = copy.scale();
+    copy.weight *= scale;
+    copy.factor *= scale;
+  }
 }
 
 void ProbePool::sort_copies() {
   std::sort(copies_.begin(), copies_.end(), [](const Copy& a, const Copy& b) {
-    if (a.tree != b.tree) return a.tree < b.tree;
-    return a.factor != b.factor ? a.factor > b.factor : a.slot < b.slot;
+    return std::tie(a.tree, a.level, a.hash, a.slot) < std::tie(b.tree, b.level, b.hash, b.slot);
   });
   for (std::size_t c = 0; c < copies_.size(); ++c) {
-    Tree& tree = trees_[copies_[c].tree];
-    if (tree.copy_count++ > 0) continue;
-    tree.first_copy = static_cast<std::uint32_t>(c);
-    active_.push_back(copies_[c].tree);
+    const Copy& copy = copies_[c];
+    Tree& tree = trees_[copy.tree];
+    if (tree.crowd_count == 0) {
+      tree.first_copy = static_cast<std::uint32_t>(c);
+      tree.first_crowd = static_cast<std::uint32_t>(crowds_.size());
+    }
+    if (tree.crowd_count == 0 || crowds_.back().level != copy.level) {
+      ++tree.crowd_count;
+      crowds_.push_back({copy.level, static_cast<std::uint32_t>(c), 0, 0});
+    }
+    ++crowds_.back().copy_count;
+    crowds_.back().factor = std::max(crowds_.back().factor, copy.factor);
+    tree.factor = std::max(tree.factor, copy.factor);
   }
+}
+
+// The copies of a crowd that hold sources with this hash.
+std::span<const ProbePool::Copy> ProbePool::holders(const Crowd& crowd, std::uint32_t hash) const {
+  const auto all = std::span(copies_).subspan(crowd.first_copy, crowd.copy_count);
+  if (crowd.level == 0) return all;
+  const std::uint32_t from = first_alike(hash, crowd.level);
+  const auto first = std::lower_bound(all.begin(), all.end(), from,
+                                      [](const Copy& copy, auto h) { return copy.hash < h; });
+  auto last = first;
+  while (last != all.end() && first_alike(last->hash, crowd.level) == from) ++last;
+  return {first, last};
 }
 
 // --- Queries -------------------------------------------------------------------------------------
 
 // Upper bound of the priorities in a node and below, over all copies.
 double ProbePool::bound(const Tree& tree, const PageEntry& entry, const Vec3& place) const {
-  return static_cast<double>(copies_[tree.first_copy].factor) *
-         node_bounds_.bound(entry, entry.highest_key, place);
+  return static_cast<double>(tree.factor) * node_bounds_.bound(entry, entry.highest_key, place);
 }
 
 // Takes in the top page: each of its sources represents itself, or what the highest missing key
@@ -188,21 +256,40 @@ void ProbePool::read_top(Tree& tree, const Vec3& place) {
   if (top == tree.top) return;
   tree.top = top;
   tree.share_ends.clear();
+  tree.order.clear();
   if (top == nullptr) return;
   double highest_below = 0, sum = 0;
   for (const PageEntry& child : top->links.children)
     highest_below = std::max(highest_below, static_cast<double>(child.highest_key));
-  for (const Source& source : std::span(top->sources.data(), top->sources.size()))
-    tree.share_ends.push_back(sum += std::max(sum_of(source.power), highest_below));
+  tree.order.resize(top->sources.size());
+  std::iota(tree.order.begin(), tree.order.end(), 0);
+  std::ranges::sort(tree.order, {},
+                    [&](std::uint32_t i) { return hash_of(tree.first_source + i); });
+  for (const std::uint32_t i : tree.order)
+    tree.share_ends.push_back(sum += std::max(sum_of(top->sources[i].power), highest_below));
 }
 
 void ProbePool::draw_representatives(const Tree& tree) {
   const auto& ends = tree.share_ends;
   if (ends.empty()) return;
+  const auto place_of = [&](std::uint64_t hash) {
+    return std::ranges::lower_bound(
+               tree.order, hash, {},
+               [&](std::uint32_t i) { return std::uint64_t{hash_of(tree.first_source + i)}; }) -
+           tree.order.begin();
+  };
   for (Copy& copy : std::span(copies_).subspan(tree.first_copy, tree.copy_count)) {
-    const auto at = std::upper_bound(ends.begin(), ends.end(), copy.draw * ends.back());
-    copy.representative = static_cast<std::uint32_t>(
-        std::min<std::ptrdiff_t>(at - ends.begin(), std::ssize(ends) - 1));
+    std::ptrdiff_t first = 0, end = std::ssize(ends);
+    if (copy.level > 0) {
+      const std::uint64_t from = first_alike(copy.hash, copy.level);
+      first = place_of(from);
+      end = place_of(from + (std::uint64_t{1} << (32 - copy.level)));
+    }
+    const double before = first == 0 ? 0 : ends[static_cast<std::size_t>(first - 1)];
+    const double share = before + copy.draw * (ends[static_cast<std::size_t>(end - 1)] - before);
+    const auto at = std::upper_bound(ends.begin() + first, ends.begin() + end, share);
+    copy.representative =
+        tree.order[static_cast<std::size_t>(std::min(at - ends.begin(), end - 1))];
   }
 }
 
@@ -247,8 +334,7 @@ bool ProbePool::find_in_tree(Tree& tree, const Vec3& place, double threshold, st
 
 void ProbePool::find_in_page(const Tree& tree, const ResidentPage& page, std::uint64_t first,
                              const Vec3& place, double threshold, std::vector<FoundSource>& found) {
-  const std::span<const Copy> copies = std::span(copies_).subspan(tree.first_copy, tree.copy_count);
-  page.sources.cull(place, 0, threshold / static_cast<double>(copies[0].factor), culled_);
+  page.sources.cull(place, 0, threshold / static_cast<double>(tree.factor), culled_);
   spend(page.sources.size() / 8);
   for (std::size_t s = 0; s < culled_.count; ++s) {
     const std::size_t index = culled_.index[s];
@@ -263,13 +349,16 @@ void ProbePool::find_in_page(const Tree& tree, const ResidentPage& page, std::ui
     const double upper_bound = boosted.upper_bound * static_cast<double>(culled_.upper_bound[s]);
     spend(1);
     const BandMix mix = page.sources.mix(index);
-    for (const Copy& copy : copies) {
-      const double in_loudest_band = upper_bound * static_cast<double>(copy.factor);
-      if (in_loudest_band < threshold) break;
-      const Bands& shares = radiators_[copy.slot].band_shares;
-      if (in_loudest_band * static_cast<double>(mix.of(shares)) < threshold) continue;
-      if (&page == tree.top && index == copy.representative) continue;
-      add(tree, copy, stored, number, false, boosted.boost, in_loudest_band, found);
+    for (const Crowd& crowd : std::span(crowds_).subspan(tree.first_crowd, tree.crowd_count)) {
+      if (upper_bound * static_cast<double>(crowd.factor) < threshold) continue;
+      for (const Copy& copy : holders(crowd, hash_of(number))) {
+        const double in_loudest_band = upper_bound * static_cast<double>(copy.factor);
+        if (in_loudest_band < threshold) continue;
+        const Bands& shares = radiators_[copy.slot].band_shares;
+        if (in_loudest_band * static_cast<double>(mix.of(shares)) < threshold) continue;
+        if (&page == tree.top && index == copy.representative) continue;
+        add(tree, copy, stored, number, false, boosted.boost, in_loudest_band, found);
+      }
     }
   }
 }
@@ -307,7 +396,7 @@ void ProbePool::find_representatives(const Tree& tree, const Vec3& place, double
                                      std::vector<FoundSource>& found) {
   if (tree.share_ends.empty()) return;
   spend(WorkBudget::kFound / 2 * tree.copy_count);
-  for (const Copy& copy : std::span(copies_).subspan(tree.first_copy, tree.copy_count)) {
+  for (const Copy& copy : copies_of(tree)) {
     const std::size_t index = copy.representative;
     const Source& stored = tree.top->sources[index];
     const std::uint64_t number = tree.first_source + index;
@@ -316,7 +405,7 @@ void ProbePool::find_representatives(const Tree& tree, const Vec3& place, double
     const double r2_m2 =
         std::max(dot(away_m, away_m) * 0.999 - 0.001, static_cast<double>(at_1m.radius2_m2));
     // The page's bounds hold for the stored u, with the late boost at full strength.
-    const double own_u = static_cast<double>(copy.u) * sum_of(stored.power) / tree.power;
+    const double own_u = static_cast<double>(copy.u) * share_of(tree, copy, stored);
     double upper_bound = static_cast<double>(at_1m.diffuse + at_1m.compensation + at_1m.lobe) /
                          r2_m2 * static_cast<double>(stored.u) /
                          std::max(own_u, static_cast<double>(kMinU));
@@ -355,11 +444,11 @@ void ProbePool::add(const Tree& tree, const Copy& copy, const Source& stored, st
   if (!has_left(placed.source, copy.slot)) return;
   placed.tree = copy.tree;
   placed.stored_power = sum_of(stored.power);
-  placed.share = placed.stored_power / tree.power;
+  placed.share = share_of(tree, copy, stored);
   placed.is_representative = is_representative;
-  placed.source.u = static_cast<float>(is_representative ? static_cast<double>(copy.u) *
-                                                               std::min(placed.share, 1.0)
-                                                         : number_beside(placed.share, stored.u));
+  placed.source.u =
+      static_cast<float>(is_representative ? static_cast<double>(copy.u) * placed.share
+                                           : number_beside(placed.share, stored.u));
   FoundSource& one = append(placed, copy.slot, copy.weight, number, found);
   one.frame = static_cast<std::uint32_t>(placed_count_);
   one.boost = boost;
@@ -395,9 +484,10 @@ double ProbePool::upper_bound(const Vec3& place) {
   for (const std::uint32_t t : active_) {
     const Tree& tree = trees_[t];
     const PageEntry& top = *tree.entry;
-    for (const Copy& copy : std::span(copies_).subspan(tree.first_copy, tree.copy_count)) {
-      const double key =
-          std::max(static_cast<double>(top.highest_key), tree.power / static_cast<double>(copy.u));
+    for (const Copy& copy : copies_of(tree)) {
+      const double power = std::max(static_cast<double>(top.highest_key),
+                                    tree.power / static_cast<double>(copy.scale()));
+      const double key = power / static_cast<double>(copy.u);
       highest =
           std::max(highest, static_cast<double>(copy.factor) * node_bounds_.bound(top, key, place));
     }

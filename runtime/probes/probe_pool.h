@@ -6,8 +6,7 @@
 // (probe_sources.h), with its signal, gain and directivity. They are ranked together with all other
 // sources. Of a level with 500 probes and 1000 moving sources these are ten million, of which a
 // query looks at few: a tree is traversed once per query for all its copies, with the highest
-// factor of any of them, and a source that is found meets the copies by descending factor until the
-// threshold ends them.
+// factor of any of them, and a source that is found meets those copies that hold it.
 //
 // Copies must not choose alike, or a crowd near one probe would be heard from one wall. As in
 // instance.h, each copy has one representative, drawn with a probability in proportion to its
@@ -15,6 +14,12 @@
 // tree; every other source has P_i / P + (1 - P_i / P) u. Each number is uniform by itself, keys of
 // other sources only fall, and a crowd far away is sampled by its representatives, which are
 // independent.
+//
+// Where many sources share a tree, that is not enough: of 150 sources with two voices each, those
+// reflections that are near the listener would still be chosen by all or by none. A copy that is
+// one of a crowd therefore holds only one in 2^n of the tree's sources, each with 2^n times its
+// power; which ones, hashes of the copy's and the source's numbers decide (crowd_level() and
+// Tree::order). The powers of all copies of a crowd become much alike by that, too.
 //
 // Threads: the sampler's alone.
 #pragma once
@@ -81,20 +86,35 @@ class ProbePool {
   struct Copy {
     std::uint32_t tree = 0, slot = 0;
     float factor = 0;                  // of upper bounds, now
+    float loudness = 0;                // of the signal at any time, with the weight
     float weight = 0;                  // of the tree
     float u = 1;                       // v
+    std::uint32_t level = 0;           // it holds one in 2^level sources
+    std::uint32_t hash = 0;            // decides which: those whose first `level` bits agree
     std::uint32_t representative = 0;  // index in the top page
     double draw = 0;                   // decides the representative, in [0, 1)
+
+    float scale() const { return static_cast<float>(std::uint32_t{1} << level); }  // of powers
+  };
+  // Copies of a tree that have one level.
+  struct Crowd {
+    std::uint32_t level = 0, first_copy = 0, copy_count = 0;  // in copies_, by hash
+    float factor = 0;                                         // the highest
   };
   struct Tree {
-    const PageEntry* entry = nullptr;              // of the top
-    std::optional<Vec3> probe_m;                   // none: the late reflections of a zone
-    std::uint64_t first_source = 0;                // its number
-    double power = 0;                              // of the tree
-    std::uint32_t first_copy = 0, copy_count = 0;  // in copies_, by descending factor
-    double missing_key = 0;                        // of the last query
-    const ResidentPage* top = nullptr;             // the page; null: it is missing
-    // The page's sources divide the tree's power among them; these are the ends of their shares.
+    const PageEntry* entry = nullptr;                // of the top
+    std::optional<Vec3> probe_m;                     // none: the late reflections of a zone
+    std::uint64_t first_source = 0;                  // its number
+    double power = 0;                                // of the tree
+    std::uint32_t first_copy = 0, copy_count = 0;    // in copies_
+    std::uint32_t first_crowd = 0, crowd_count = 0;  // in crowds_
+    float factor = 0;                                // the highest of a copy
+    double loudness = 0;                             // of all copies
+    double missing_key = 0;                          // of the last query
+    const ResidentPage* top = nullptr;               // the page; null: it is missing
+    // The page's sources divide the tree's power among them; these are the ends of their shares, in
+    // the order of their hashes.
+    std::vector<std::uint32_t> order;
     std::vector<double> share_ends;
   };
   // A moving source of the keyframe.
@@ -119,6 +139,7 @@ class ProbePool {
   void add_copies(std::size_t slot, double time_s);
   Radiator radiator_of(std::size_t slot, double now_s) const;
   void add_copy(std::size_t slot, std::uint32_t tree, float weight);
+  void thin_crowds();
   void sort_copies();
   void read_top(Tree& tree, const Vec3& place);
   void draw_representatives(const Tree& tree);
@@ -134,8 +155,16 @@ class ProbePool {
   void find_first_reflections(const Vec3& place, double threshold, std::size_t max_count,
                               std::vector<FoundSource>& found);
   bool has_left(const Source& source, std::size_t slot) const;
+  // The share that a source has in the power of a copy.
+  static double share_of(const Tree& tree, const Copy& copy, const Source& stored) {
+    return std::min(1.0, static_cast<double>(copy.scale()) * sum_of(stored.power) / tree.power);
+  }
   void find_representatives(const Tree& tree, const Vec3& place, double threshold,
                             std::vector<FoundSource>& found);
+  std::span<const Copy> copies_of(const Tree& tree) const {
+    return std::span(copies_).subspan(tree.first_copy, tree.copy_count);
+  }
+  std::span<const Copy> holders(const Crowd& crowd, std::uint32_t hash) const;
   void add(const Tree& tree, const Copy& copy, const Source& stored, std::uint64_t number,
            bool is_representative, float boost, double bound, std::vector<FoundSource>& found);
   Placed& next_placed();
@@ -156,6 +185,7 @@ class ProbePool {
   std::vector<Tree> trees_;                // of the places, then of the zones
   std::vector<std::uint32_t> active_;      // trees with copies
   std::vector<Copy> copies_;
+  std::vector<Crowd> crowds_;
   std::vector<Radiator> radiators_;  // by slot
   std::deque<Placed> placed_;        // the first placed_count_ are in use
   std::size_t placed_count_ = 0;

@@ -253,8 +253,9 @@ TEST(ReverberantSource, IsHeardDirectlyWhereProbesHaveNoReflections) {
   EXPECT_EQ(with, played(false));
 }
 
-// Each of a crowd is heard through one or two reflections; together they have the right level, but
-// for what sources that share a probe choose alike. That differs from bake to bake.
+// Each of a crowd is heard through one or two reflections; together they have the right level in any
+// bake. If all copies of a probe's tree chose alike, 1.3 dB would be missing on average, and single
+// bakes would differ by twice that.
 TEST(ReverberantSource, AddsUpInACrowdThatHasFewVoices) {
   const auto crowd_power = [](const BakedFile& baked, int voices) {
     AuralizerOptions options = offline(150);
@@ -272,13 +273,11 @@ TEST(ReverberantSource, AddsUpInACrowdThatHasFewVoices) {
         heard(**auralizer, 1, [&](double time_s) { (*auralizer)->moving()->commit(time_s); });
     return std::pow(10, power_db(sound) / 10);
   };
-  double few = 0, all = 0;
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+  for (const std::uint64_t seed : {1, 2}) {
     const BakedFile baked(true, seed);
-    few += crowd_power(baked, 300);
-    all += crowd_power(baked, 12'000);
+    const double few = crowd_power(baked, 300), all = crowd_power(baked, 12'000);
+    EXPECT_NEAR(10 * std::log10(few / all), 0, 0.8) << "seed " << seed;
   }
-  EXPECT_NEAR(10 * std::log10(few / all), 0, 1.5);
 }
 
 }  // namespace
