@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::size_t kMaxMaterials = 65'534;
 constexpr float kFarthest_m = 1e6f;
-constexpr double kMaxPhong = 1000;
+constexpr double kMaxPhong = kMirrorExponent;
 constexpr std::uint64_t kMaxSound_s = 30 * 60;
 
 Result<void> check_bands(const std::optional<Bands>& bands, const char* what, double high) {

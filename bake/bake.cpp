@@ -12,6 +12,7 @@
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
 #include "bake/closed_state.h"
+#include "bake/early/image_search.h"
 #include "bake/instances/emitter_instances.h"
 #include "bake/instances/instance_tree.h"
 #include "bake/journal/journal_set.h"
@@ -96,6 +97,8 @@ TraceSettings trace_settings(const BakeSettings& settings) {
 struct TraceSetup {
   TraceSetup(const Level& level, const BakeSettings& settings)
       : scene(level.mesh),
+        early_order(settings.early_order < 0 ? image_order_for(level.emitters.size())
+                                             : std::min(settings.early_order, kMaxImageOrder)),
         trace(trace_settings(settings)),
         plan(make_bake_plan(scene, level, settings, trace)),
         tracer(scene, level, complete(level)) {}
@@ -103,6 +106,8 @@ struct TraceSetup {
   const TraceSettings& complete(const Level& level) {
     trace.deposit_threshold = plan.deposit_threshold;
     trace.decay = plan.decay;
+    if (auto images = find_images(scene, level, early_order); !images.empty())
+      trace.images = std::make_shared<const ImageIndex>(images);
     if (has_closed_state(level)) trace.first_portals = PortalSet::of_state(PortalSet::kStateOpen);
     return trace;
   }
@@ -112,7 +117,13 @@ struct TraceSetup {
     return {scene, level, trace, plan.photons, static_cast<std::uint64_t>(plan.deposits / 400'000)};
   }
 
+  std::vector<ImageSource> images() const {
+    if (trace.images == nullptr) return {};
+    return {trace.images->images().begin(), trace.images->images().end()};
+  }
+
   Scene scene;
+  int early_order;
   TraceSettings trace;
   BakePlan plan;
   PhotonTracer tracer;
@@ -156,15 +167,16 @@ Result<SortStorage> check_memory(const Level& level, const BakePlan& plan,
 // Opens the journal to append to, if any, followed by the shards.
 Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOptions& options) {
   std::vector<TraceJournal> journals;
+  const std::size_t materials = deposit_materials(level.materials).size();
   if (!options.journal.empty()) {
-    auto opened = TraceJournal::open(options.journal, level.materials.size(), level.portals.size());
+    auto opened = TraceJournal::open(options.journal, materials, level.portals.size());
     if (!opened.ok()) return opened.error();
     if (!options.note.empty())
       if (const auto noted = opened->set_note(options.note); !noted.ok()) return noted.error();
     journals.push_back(std::move(*opened));
   }
   for (const std::string& shard : options.shards) {
-    auto opened = TraceJournal::open_to_read(shard, level.materials.size(), level.portals.size());
+    auto opened = TraceJournal::open_to_read(shard, materials, level.portals.size());
     if (!opened.ok()) return opened.error();
     journals.push_back(std::move(*opened));
   }
@@ -185,7 +197,8 @@ void describe(const Level& level, const BakeOptions& options, const TraceSetup& 
   contents.statistics.rooms = setup.plan.rooms;
   contents.statistics.deposits = traced.deposits;
   contents.statistics.decay = decay.summary();
-  contents.materials = level.materials;
+  contents.settings.early_order = setup.early_order;
+  contents.materials = deposit_materials(level.materials);
   contents.signals = level.signals;
   contents.mesh = level.mesh;
   contents.movable_parts = level.movable_parts;
@@ -277,8 +290,8 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
 
   BakeContents contents;
   describe(level, options, setup, *traced, decay, contents);
-  finish(traced->sources, level.materials);
-  finish(closed->sources, level.materials);
+  finish(traced->sources, contents.materials);
+  finish(closed->sources, contents.materials);
   traced->sources.insert(traced->sources.end(), closed->sources.begin(), closed->sources.end());
   closed->sources = {};
   if (options.is_stopped()) return contents;
@@ -290,6 +303,8 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   report.instanced_sources = instances.emitters;
   report.instanced_groups = instances.groups;
   report.instance_prototypes = instances.prototypes;
+  contents.images = setup.images();
+  for (ImageSource& image : contents.images) image.emitter = instances.table_index[image.emitter];
   contents.emitters = std::move(instances.table);
   contents.prototypes = std::move(instances.trees);
   contents.signal_maps = std::move(instances.signal_maps);

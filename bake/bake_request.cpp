@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "bake/bake_options.h"
+#include "formats/bake_file/image_source.h"
 #include "formats/level/emitter_spec.h"
 
 namespace clamor {
@@ -51,6 +52,10 @@ std::optional<std::string> BakeRequest::complaint() const {
   if (!(simplify_m >= 0 && simplify_m <= 10)) return "--simplify must lie between 0 and 10 metres";
   if (instances != "on" && instances != "off")
     return "--instances " + in_quotes(instances) + " is neither on nor off";
+  if (early_order != "auto" &&
+      (!whole_number(early_order) || *whole_number(early_order) > std::uint64_t{kMaxImageOrder}))
+    return "--early-order " + in_quotes(early_order) + " is neither auto nor 0 to " +
+           std::to_string(kMaxImageOrder);
   if (!(kappa >= 0 && kappa <= 1)) return "--kappa must lie between 0 and 1";
   if (!(longest_s > 0 && longest_s <= 60)) return "--longest must lie between 0 and 60 seconds";
   return std::nullopt;
@@ -72,6 +77,7 @@ std::vector<std::string> BakeRequest::words() const {
   add("--seed", seed);
   if (simplify_m > 0) add("--simplify", fmt::format("{}", simplify_m));
   if (instances != "on") add("--instances", instances);
+  if (early_order != "auto") add("--early-order", early_order);
   if (kappa != BakeSettings{}.roulette_exponent) add("--kappa", fmt::format("{}", kappa));
   if (longest_s != BakeSettings{}.longest_path_s) add("--longest", fmt::format("{}", longest_s));
   return words;

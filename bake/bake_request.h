@@ -22,6 +22,7 @@ struct BakeRequest {
   std::string probes = "none";  // or "auto", or metres between them
   std::optional<std::string> probe_sources;
   std::string instances = "on";
+  std::string early_order = "auto";  // or 0 to kMaxImageOrder
   double simplify_m = 0;
   double kappa = BakeSettings{}.roulette_exponent, longest_s = BakeSettings{}.longest_path_s;
 

@@ -117,7 +117,7 @@ typedef struct clamor_bake_material {
   const float* absorption;   /* share of the incident power that is not reflected, 0 to 1 */
   const float* scattering;   /* share of the reflected power that is diffuse, 0 to 1 [1, or 0 if
                                 `phong` is given] */
-  const float* phong;        /* exponent of the specular lobe, 0 to 1000 [20] */
+  const float* phong;        /* exponent of the specular lobe, 0 to 1000 [10000: a mirror] */
   const float* transmission; /* share of the incident power, at most the absorption [0] */
 } clamor_bake_material;
 

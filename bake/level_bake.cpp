@@ -120,6 +120,8 @@ BakeOptions LevelBake::bake_options() const {
   options.settings.seed = number_or(request_.seed, wanted.seed.value_or(1));
   options.settings.photons = number_or(request_.photons, wanted.photons.value_or(0));
   options.settings.sources = number_or(request_.sources, 0);
+  if (const auto order = whole_number(request_.early_order))
+    options.settings.early_order = static_cast<int>(*order);
   options.settings.roulette_exponent = request_.kappa;
   options.settings.longest_path_s = request_.longest_s;
   options.settings.air = imported_->level.air;

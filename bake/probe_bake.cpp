@@ -62,7 +62,9 @@ Result<ProbeBake> bake_probes(const Scene& scene, const Level& level, const Bake
   if (options.probes_m.empty()) return result;
   const ProbeZones zones = group_probes(scene, level.portals, options.probes_m);
   const Level probes = level_of_probes(level, options.probes_m, zones);
-  const ProbeSetting with{options, trace, photons, journals, writes, portals, shard};
+  TraceSettings of_probes = trace;
+  of_probes.images = nullptr;  // those are of the level's emitters
+  const ProbeSetting with{options, of_probes, photons, journals, writes, portals, shard};
   auto open = trace_probes(scene, level, probes, zones, trace.first_portals, with, result);
   if (!open.ok()) return open.error();
   std::vector<ProbeSources> states;

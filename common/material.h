@@ -8,15 +8,25 @@
 
 namespace clamor {
 
-// Default exponent of the specular lobe: the paper's "specular" violin room (section 5.2).
-inline constexpr float kDefaultPhong = 20;
+// An exponent from here on means a mirror. Sound that a mirror reflects leaves in exactly the
+// mirror direction; a lobe with this exponent would be one degree wide.
+inline constexpr float kMirrorExponent = 10'000;
+inline constexpr float kDefaultPhong = kMirrorExponent;
+
+// The last reflection of sound off a mirror reaches a listener through a lobe with this exponent,
+// except for early specular paths, which are image sources. Photons meet a surface at points, none
+// of which is exactly where a listener sees a mirror image; the lobe spreads the power of each over
+// listeners round it. 20 is the exponent of the paper's "specular" violin room (section 5.2).
+inline constexpr float kMirrorLobe = 20;
+inline constexpr float kSharpestLobe = 1000;  // the highest exponent of a lobe
 
 struct Material {
   std::string name;
-  Bands absorption{};                              // fraction of incident power not reflected
-  Bands scattering = same_in_all_bands(1);         // fraction of reflected power that is diffuse
-  Bands phong = same_in_all_bands(kDefaultPhong);  // exponent of the specular lobe, 0 to 1000
-  Bands transmission{};                            // fraction of incident power; at most absorption
+  Bands absorption{};                       // fraction of incident power not reflected
+  Bands scattering = same_in_all_bands(1);  // fraction of reflected power that is diffuse
+  // Exponent of the specular lobe: 0 (Lambert's law) to 1000, or a mirror.
+  Bands phong = same_in_all_bands(kDefaultPhong);
+  Bands transmission{};  // fraction of incident power; at most absorption
 
   bool operator==(const Material&) const = default;
 };
@@ -27,6 +37,24 @@ inline bool conserves_energy(const Material& material) {
   for (std::size_t b = 0; b < kBandCount; ++b)
     if (material.transmission[b] > material.absorption[b]) return false;
   return true;
+}
+
+// Returns whether all of what is not scattered is reflected as by a mirror.
+inline bool is_mirror(const Material& material) {
+  bool reflects = false;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    if (material.scattering[b] >= 1) continue;
+    if (material.phong[b] < kMirrorExponent) return false;
+    reflects = true;
+  }
+  return reflects;
+}
+
+// The exponent of the lobe through which a listener hears a band. A material with some bands that
+// are mirrors and others that are not has no exact mirror direction.
+inline float heard_exponent(const Material& material, std::size_t band) {
+  if (material.phong[band] < kMirrorExponent) return material.phong[band];
+  return is_mirror(material) ? kMirrorLobe : kSharpestLobe;
 }
 
 }  // namespace clamor

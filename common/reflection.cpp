@@ -150,7 +150,7 @@ double PhongLobe::density(double cos_i, double cos_o, double cos_a) const {
 
 const PhongLobe* PhongLobes::of(const Material& material, std::size_t band) {
   if (material.scattering[band] >= 1 || material.phong[band] <= 0) return nullptr;
-  const float rounded = three_digits(material.phong[band]);
+  const float rounded = three_digits(heard_exponent(material, band));
   std::unique_ptr<PhongLobe>& lobe = lobes_[rounded];
   if (lobe == nullptr) lobe = std::make_unique<PhongLobe>(static_cast<double>(rounded));
   return lobe.get();

@@ -10,9 +10,10 @@
 // compensates, diffusely, for what the lobe loses below the surface. The uncorrected lobe is not
 // reciprocal and does not preserve a diffuse field, which makes decay times wrong by up to 8 %.
 //
-// An exponent of 0 means Lambert. Densities are per steradian of departure, cos o included, and
-// relative to the reflected power; absorption is applied by the caller. reflection_table.h holds
-// the same BRDF for kernels.
+// An exponent of 0 means Lambert. For mirrors these are the laws by which the last reflection is
+// heard (material.h); photons are reflected in exactly the mirror direction. Densities are per
+// steradian of departure, cos o included, and relative to the reflected power; absorption is
+// applied by the caller. reflection_table.h holds the same BRDF for kernels.
 #pragma once
 
 #include <array>

@@ -46,6 +46,7 @@ struct Scene {
     BakeOptions options;
     options.settings.sources = sources;
     options.settings.seed = seed;
+    options.settings.early_order = 0;  // the paper knows no image sources
     auto contents = bake(imported->level, options);
     EXPECT_TRUE(contents.ok());
     return std::make_unique<Scene>(AuralizerInput{std::move(contents->octree.sources),

@@ -12,7 +12,8 @@ JournalSet::JournalSet(std::span<TraceJournal> journals, bool writes, const Leve
     : journals_(journals), writes_(writes), level_(level), tracer_(tracer), scene_(scene) {}
 
 std::uint64_t JournalSet::key_of(const PhotonRun& run) const {
-  return run_key(scene_, level_.emitters[run.emitter], tracer_.emitter_key(run.emitter), run);
+  return run_key(scene_, level_.emitters[run.emitter], tracer_.emitter_key(run.emitter),
+                 tracer_.settings().images.get(), run);
 }
 
 void JournalSet::find(std::span<const PhotonRun> runs, TracedRuns& found,

@@ -13,7 +13,7 @@ namespace clamor {
 namespace {
 
 // Increment whenever the tracer's results change, so that older journals no longer match.
-constexpr std::uint64_t kTraceVersion = 2;
+constexpr std::uint64_t kTraceVersion = 3;
 
 class Hasher {
  public:
@@ -65,9 +65,12 @@ std::uint64_t scene_hash(const Level& level, const TraceSettings& settings) {
 }
 
 std::uint64_t run_key(std::uint64_t scene, const Emitter& emitter, std::uint64_t emitter_key,
-                      const PhotonRun& run) {
-  return Hasher()
-      .add(scene)
+                      const ImageIndex* images, const PhotonRun& run) {
+  Hasher hasher;
+  if (images != nullptr)
+    for (const ImageSource& image : images->images())
+      if (image.emitter == run.emitter) hasher.add(image.position_m);
+  return hasher.add(scene)
       .add(emitter_key)
       .add(emitter.position_m)
       .add(emitter.axis)

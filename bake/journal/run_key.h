@@ -19,6 +19,6 @@ std::uint64_t scene_hash(const Level& level, const TraceSettings& settings);
 
 // Key of a run. `scene` is scene_hash(), `emitter_key` is PhotonTracer::emitter_key().
 std::uint64_t run_key(std::uint64_t scene, const Emitter& emitter, std::uint64_t emitter_key,
-                      const PhotonRun& run);
+                      const ImageIndex* images, const PhotonRun& run);
 
 }  // namespace clamor

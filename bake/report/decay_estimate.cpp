@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bake/trace/kernel_material.h"
 #include "common/decay_curve.h"
 #include "common/maths.h"
 #include "formats/level/level.h"
@@ -58,7 +59,7 @@ std::vector<DecayReceiver> decay_receivers(const Scene& scene,
 DecayEstimate::DecayEstimate(const Scene& scene, const Level& level, const TraceSettings& settings,
                              std::span<const std::uint64_t> photons, std::uint64_t stride)
     : scene_(scene),
-      laws_(level.materials),
+      laws_(deposit_materials(level.materials)),
       air_loss_per_m_(settings.air_loss_per_m),
       speed_mps_(settings.speed_mps),
       longest_path_s_(settings.longest_path_s),

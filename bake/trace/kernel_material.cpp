@@ -13,9 +13,21 @@ bool is_constant(const Bands& bands) {
 
 }  // namespace
 
+std::vector<Material> deposit_materials(std::span<const Material> materials) {
+  std::vector<Material> all(materials.begin(), materials.end());
+  for (const Material& material : materials) {
+    if (!is_mirror(material)) continue;
+    Material& scattered = all.emplace_back(material);
+    scattered.name += " (scattered share)";
+    scattered.scattering = same_in_all_bands(1);
+  }
+  return all;
+}
+
 std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials,
                                              const ReflectionLaws& laws) {
   std::vector<KernelMaterial> tables;
+  std::size_t mirrors = 0;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     const Material& material = materials[m];
     assert(conserves_energy(material));
@@ -30,9 +42,12 @@ std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials
       table.transmitted_of_kept[b] = transmitted > 0 ? transmitted / table.kept[b] : 0;
       table.reflected_of_kept[b] = 1 - table.transmitted_of_kept[b];
       table.transmits |= transmitted > 0;
-      table.inverse_exponent[b] = 1 / (table.brdf.exponent[b] + 1);
+      table.inverse_exponent[b] = is_mirror(material) ? 0 : 1 / (table.brdf.exponent[b] + 1);
       table.lobes[b] = laws.lobe(m, b);
     }
+    table.is_mirror = is_mirror(material);
+    if (table.is_mirror)
+      table.scattered_share = static_cast<std::uint16_t>(materials.size() + mirrors++);
     tables.push_back(std::move(table));
   }
   return tables;

@@ -92,6 +92,7 @@ PhotonTracer::PhotonTracer(const Scene& scene, const Level& level, const TraceSe
   kernel_settings_.max_path_m = settings.longest_path_s * settings.speed_mps;
   kernel_settings_.max_bounces = settings.max_bounces;
   kernel_settings_.seconds_per_m = 1 / settings.speed_mps;
+  kernel_settings_.images = settings_.images.get();
   kernel_settings_.offset_m = static_cast<float>(scene.offset_m());
   for (std::size_t b = 0; b < kBandCount; ++b)
     kernel_settings_.air_log2_loss_per_m[b] =

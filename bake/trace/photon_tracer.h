@@ -58,6 +58,9 @@ struct TraceSettings {
   // Estimated decay, for weight windows (weight_window.h); unknown: none.
   DecayModel decay{};
 
+  // Paths that leave no deposits, because image sources stand for them (bake/early); null: none.
+  std::shared_ptr<const ImageIndex> images{};
+
   // The set of portals that every photon starts with: the state of the level's portals.
   PortalSet first_portals{};
 };

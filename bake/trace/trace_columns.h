@@ -42,7 +42,7 @@ struct alignas(64) ShadeScratch {
   VectorColumn normal, mirror, direction;
   Column<float> u1, u2, cos_i, cos_o, log2_cos_a, ratio, loss_place_i, loss_place_o;
   Column<float> scattering, inverse_exponent;
-  Column<std::uint8_t> transmitted, rejected;
+  Column<std::uint8_t> transmitted, rejected, specular;
 };
 
 struct ShadeArguments {

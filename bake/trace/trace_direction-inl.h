@@ -96,8 +96,10 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
     scratch.direction[0][k] = direction.x;
     scratch.direction[1][k] = direction.y;
     scratch.direction[2][k] = direction.z;
-    const bool accepted = lambert || (cos_o > 0 && u3 * scratch.cos_i[k] <= cos_o);
+    const bool is_mirror = !(scratch.inverse_exponent[k] > 0);
+    const bool accepted = lambert || is_mirror || (cos_o > 0 && u3 * scratch.cos_i[k] <= cos_o);
     scratch.rejected[k] = accepted ? 0 : 1;
+    scratch.specular[k] = is_mirror && !lambert ? 1 : 0;
   }
 }
 
@@ -165,9 +167,14 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
     const KernelMaterial& material = materials[hit.material];
     const bool transmitted = scratch.transmitted[k] != 0;
     if (!(scratch.cos_o[k] > 0)) continue;
+    const bool specular = scratch.specular[k] != 0;
+    photon.is_specular &= specular && !transmitted;
     if (!material.same_in_all_bands || material.transmits) {
       BandVector q = load(photon.weight);
-      if (!material.same_in_all_bands) {
+      if (material.is_mirror) {
+        const BandVector scattering = load(material.brdf.scattering);
+        q *= specular ? 1 - scattering : scattering;
+      } else if (!material.same_in_all_bands) {
         const ReflectionTable& brdf = material.brdf;
         const float place_i = scratch.loss_place_i[k], place_o = scratch.loss_place_o[k];
         const auto row_i = static_cast<std::int32_t>(place_i);

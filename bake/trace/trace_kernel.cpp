@@ -61,6 +61,7 @@ void TraceTally::add(const TraceTally& other, double power_share) {
   for (std::size_t b = 0; b < kBandCount; ++b) {
     power_escaped[b] += other.power_escaped[b] * power_share;
     power_unfinished[b] += other.power_unfinished[b] * power_share;
+    power_of_images[b] += other.power_of_images[b] * power_share;
   }
 }
 

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "bake/trace/deposit.h"
+#include "bake/trace/image_index.h"
 #include "bake/trace/kernel_material.h"
 #include "bake/trace/scene.h"
 #include "common/bands.h"
@@ -36,6 +37,7 @@ struct alignas(64) KernelPhoton {
   std::array<float, 2> first_bounce{};  // third and fourth coordinate of the Sobol point
   std::uint16_t run = 0, index = 0;     // run within the call; index within the run
   bool is_copy = false;                 // of another photon of the run (weight_window.h)
+  bool is_specular = true;              // only mirrors have reflected it
   float deposit_times = 1;              // factor of the power of its next deposit; 0: it has none
   PortalSet portals{};                  // that the path has passed
 };
@@ -47,6 +49,8 @@ struct KernelSettings {
   double seconds_per_m = 1 / 343.2;
   Bands air_log2_loss_per_m{};  // attenuation of energy: 2^(-loss r)
   float offset_m = 0;           // offset of the next ray from the surface
+  // Paths that are left out, because image sources stand for them; null: none.
+  const ImageIndex* images = nullptr;
 };
 
 // Statistics of a run. Powers are per photon, in the units of Deposit::power.
@@ -55,6 +59,8 @@ struct TraceTally {
   double legs_m = 0;                                    // total distance between surfaces
   std::uint64_t legs = 0;
   std::array<double, kBandCount> power_escaped{}, power_unfinished{};
+  // Power that mirrors reflected on paths that image sources stand for, and that no deposit has.
+  std::array<double, kBandCount> power_of_images{};
 
   void add(const TraceTally& other, double power_share = 1);
 };

@@ -95,9 +95,21 @@ namespace {
   }
 }
 
+// Whether an image source stands for what a mirror reflects of the photon.
+bool is_of_image(const ShadeArguments& with, const KernelPhoton& photon, const SurfaceHit& hit,
+                 const Ray& ray) {
+  if (with.settings.images == nullptr || !photon.is_specular || with.bounce > kMaxImageOrder)
+    return false;
+  const Vec3 leaving = mirrored(Vec3(ray.direction), Vec3(hit.normal));
+  const Vec3 point_m =
+      Vec3(ray.origin_m) + Vec3(ray.direction) * static_cast<double>(hit.distance_m);
+  return with.settings.images->contains(with.runs[photon.run].emitter,
+                                        point_m - leaving * photon.travelled_m, photon.travelled_m);
+}
+
 CLAMOR_INLINE void write_deposit(const ShadeArguments& with, const KernelPhoton& photon,
-                                 std::uint32_t hit_index, BandVector power, float random,
-                                 bool transmitted) {
+                                 std::uint32_t hit_index, std::uint32_t material, BandVector power,
+                                 float random, bool transmitted) {
   const KernelRun& run = with.runs[photon.run];
   const SurfaceHit& hit = with.hits[hit_index];
   const Ray& ray = with.rays[hit_index];
@@ -109,7 +121,7 @@ CLAMOR_INLINE void write_deposit(const ShadeArguments& with, const KernelPhoton&
   deposit.delay_s = static_cast<float>(photon.travelled_m * with.settings.seconds_per_m);
   store(power, deposit.power);
   deposit.random = random;
-  deposit.material = static_cast<std::uint16_t>(hit.material);
+  deposit.material = static_cast<std::uint16_t>(material);
   deposit.photon = photon.index;
   deposit.emitter = run.emitter;
   deposit.portals = photon.portals;
@@ -145,11 +157,24 @@ CLAMOR_INLINE float thinning_factor(const KernelRun& run, const KernelPhoton& ph
     // Copies of a photon meet the same point once more, where one of them deposits for all.
     const float times = photon.deposit_times;
     photon.deposit_times = 1;
-    const float scale =
-        times * thinning_factor(run, photon, times * scratch.reflected[j], scratch.keep[j]);
     const BandVector left = load(scratch.left[j]);
+    BandVector reflected = left * load(material.reflected_of_kept);
+    float reflected_sum = scratch.reflected[j];
+    std::uint32_t deposited_as = hit.material;
+    if (material.is_mirror && is_of_image(with, photon, hit, with.rays[scratch.hit[j]])) {
+      const BandVector scattered = reflected * load(material.brdf.scattering);
+      Bands of_image;
+      store(reflected - scattered, of_image);
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        runs[photon.run].tally.power_of_images[b] += static_cast<double>(of_image[b]);
+      reflected = scattered;
+      reflected_sum = sum_of(scattered);
+      deposited_as = material.scattered_share;
+    }
+    const float scale =
+        times * thinning_factor(run, photon, times * reflected_sum, scratch.keep[j]);
     if (scale > 0)
-      write_deposit(with, photon, scratch.hit[j], left * load(material.reflected_of_kept) * scale,
+      write_deposit(with, photon, scratch.hit[j], deposited_as, reflected * scale,
                     scratch.random[j], false);
     if (material.transmits) {
       const BandVector part = left * load(material.transmitted_of_kept);
@@ -160,7 +185,7 @@ CLAMOR_INLINE float thinning_factor(const KernelRun& run, const KernelPhoton& ph
       const float transmitted_scale =
           times * thinning_factor(run, photon, times * sum_of(part), unit_of(bits[2]));
       if (transmitted_scale > 0)
-        write_deposit(with, photon, scratch.hit[j], part * transmitted_scale,
+        write_deposit(with, photon, scratch.hit[j], hit.material, part * transmitted_scale,
                       static_cast<float>((bits[0] >> 8) + 1) * 0x1p-24f, true);
     }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "formats/bake_file/bake_contents.h"
+#include "formats/bake_file/bake_root_images.h"
 #include "formats/bake_file/bake_root_portals.h"
 #include "formats/bake_file/first_leg.h"
 #include "formats/bake_file/page_layout.h"
@@ -127,6 +128,8 @@ Result<void> check_signals(const std::vector<Signal>& signals) {
 
 Result<void> check_bake(const BakeContents& contents) {
   if (const auto done = check_portals(contents.portals, contents.emitters.size()); !done.ok())
+    return done;
+  if (const auto done = check_images(contents.images, contents.emitters.size()); !done.ok())
     return done;
   const std::size_t emitters = contents.emitters.size() + contents.portals.emitters.size();
   if (const auto done = check_octree(contents.octree, contents, emitters); !done.ok()) return done;

@@ -10,6 +10,7 @@
 #include "common/result.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/baked_portals.h"
+#include "formats/bake_file/image_source.h"
 #include "formats/bake_file/octree_sink.h"
 #include "formats/bake_file/source_octree.h"
 #include "formats/level/emitter.h"
@@ -54,6 +55,7 @@ struct BakeContents {
   std::vector<std::vector<std::uint32_t>> signal_maps;  // one entry per signal
   BakedProbes probes;
   BakedPortals portals;  // empty without portals
+  std::vector<ImageSource> images{};
 };
 
 }  // namespace clamor

@@ -168,6 +168,8 @@ const std::vector<Emitter>& BakeFile::source_emitters() const {
   return state_->root.portals.emitters.empty() ? state_->root.emitters
                                                : state_->emitters_with_portals;
 }
+const std::vector<ImageSource>& BakeFile::images() const { return state_->root.images; }
+
 const BakedPortals& BakeFile::portals() const { return state_->root.portals; }
 const std::vector<PageEntry>& BakeFile::trees() const { return state_->root.trees; }
 const std::vector<std::vector<OctreeDepth>>& BakeFile::depths() const {

@@ -16,6 +16,7 @@
 namespace clamor {
 
 struct BakedPortals;  // baked_portals.h
+struct ImageSource;   // image_source.h
 struct BakeSettings;
 struct BakeStatistics;
 struct Emitter;
@@ -86,6 +87,8 @@ class BakeFile {
   // The emitters that sources refer to: emitters(), then the virtual ones of portals().
   const std::vector<Emitter>& source_emitters() const;
   const BakedPortals& portals() const;
+  // Early specular paths of the first of emitters().
+  const std::vector<ImageSource>& images() const;
   // The entry of the top node of each tree: instanced trees first, the level's tree last. Empty if
   // there are no sources.
   const std::vector<PageEntry>& trees() const;

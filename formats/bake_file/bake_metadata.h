@@ -19,6 +19,8 @@ struct BakeSettings {
   std::uint64_t sources = 0;  // maximum number of secondary sources; 0: 200 000 per room
   double roulette_exponent = 0.15;
   double longest_path_s = 10;
+  // Reflections of early specular paths, 0 to kMaxImageOrder; below 0: chosen by their cost.
+  int early_order = -1;
   Air air{};
 };
 

@@ -51,6 +51,19 @@ struct BakeRoot {
   probes @38 :Probes;                   # since 3.2
   movables @39 :List(Movable);          # since 3.2
   portals @40 :Portals;                 # since 3.2
+
+  earlyOrder @41 :UInt8;                # since 3.2
+  images @42 :List(Image);              # since 3.2
+}
+
+struct Image {
+  emitter @0 :UInt32;                   # virtual ones have no images
+  x @1 :Float64;
+  y @2 :Float64;
+  z @3 :Float64;
+  axisX @4 :Float32;
+  axisY @5 :Float32;
+  axisZ @6 :Float32;
 }
 
 struct Portals {

@@ -12,6 +12,7 @@
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_root.capnp.h"
 #include "formats/bake_file/bake_root_emitters.h"
+#include "formats/bake_file/bake_root_images.h"
 #include "formats/bake_file/bake_root_portals.h"
 #include "formats/bake_file/bake_root_values.h"
 #include "formats/bake_file/signal_section.h"
@@ -41,6 +42,7 @@ class RootReader {
   Result<void> read_movables();
   Result<void> read_emitters();
   Result<void> read_portals();
+  Result<void> read_images();
   Result<StoredTree> read_tree(::Tree::Reader stored);
   Result<void> read_trees();
   Result<StoredTree> read_probe_tree(::Tree::Reader stored);
@@ -73,11 +75,13 @@ Result<void> RootReader::read_settings() {
   settings.sources = root_.getSources();
   settings.roulette_exponent = root_.getRouletteKappa();
   settings.longest_path_s = root_.getLongestPathS();
+  settings.early_order = root_.getEarlyOrder();
   settings.air = {root_.getTemperatureC(), root_.getHumidityPercent(), root_.getPressureKpa()};
   const Air& air = settings.air;
   if (!(air.temperature_c > -100 && air.temperature_c < 1000 && air.humidity_percent >= 0 &&
         air.humidity_percent <= 100 && air.pressure_kpa > 0 && air.pressure_kpa < 1e5) ||
-      !std::isfinite(settings.roulette_exponent) || !std::isfinite(settings.longest_path_s))
+      settings.early_order > kMaxImageOrder || !std::isfinite(settings.roulette_exponent) ||
+      !std::isfinite(settings.longest_path_s))
     return Error("its settings are out of range");
 
   const auto bands_hz = root_.getBandsHz();
@@ -141,7 +145,7 @@ Result<void> RootReader::read_materials() {
     const std::string what = "material " + in_quotes(material.name);
     const auto absorption = read_bands(stored.getAbsorption(), 0, 1, what);
     const auto scattering = read_bands(stored.getScattering(), 0, 1, what);
-    const auto phong = read_bands(stored.getPhong(), 0, 1000, what);
+    const auto phong = read_bands(stored.getPhong(), 0, kMirrorExponent, what);
     const auto transmission = read_bands(stored.getTransmission(), 0, 1, what);
     for (const auto* bands : {&absorption, &scattering, &phong, &transmission})
       if (!bands->ok()) return bands->error();
@@ -185,6 +189,13 @@ Result<void> RootReader::read_emitters() {
   auto emitters = read_emitter_table(root_, contents_.signal_maps, end_);
   if (!emitters.ok()) return emitters.error();
   contents_.emitters = std::move(*emitters);
+  return {};
+}
+
+Result<void> RootReader::read_images() {
+  auto images = clamor::read_images(root_, contents_.emitters.size());
+  if (!images.ok()) return images.error();
+  contents_.images = std::move(*images);
   return {};
 }
 
@@ -366,8 +377,9 @@ Result<BakeRootContents> RootReader::read() {
   for (const auto part :
        {&RootReader::read_settings, &RootReader::read_provenance, &RootReader::read_statistics,
         &RootReader::read_materials, &RootReader::read_movables, &RootReader::read_signal_maps,
-        &RootReader::read_emitters, &RootReader::read_portals, &RootReader::read_trees,
-        &RootReader::read_probes, &RootReader::read_signals, &RootReader::read_geometry})
+        &RootReader::read_emitters, &RootReader::read_portals, &RootReader::read_images,
+        &RootReader::read_trees, &RootReader::read_probes, &RootReader::read_signals,
+        &RootReader::read_geometry})
     if (const auto done = (this->*part)(); !done.ok()) return done.error();
   return std::move(contents_);
 }

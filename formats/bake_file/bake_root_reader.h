@@ -15,6 +15,7 @@
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/geometry_section.h"
+#include "formats/bake_file/image_source.h"
 #include "formats/bake_file/page_links.h"
 #include "formats/bake_file/section_writer.h"
 #include "formats/level/emitter.h"
@@ -60,6 +61,7 @@ struct BakeRootContents {
   std::vector<std::vector<std::uint32_t>> signal_maps;
   StoredProbes probes;
   BakedPortals portals;
+  std::vector<ImageSource> images;
 };
 
 // `message` is the root, 8-byte aligned; sections must lie between the preamble and `end`. The

@@ -6,6 +6,7 @@
 #include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_root.capnp.h"
 #include "formats/bake_file/bake_root_emitters.h"
+#include "formats/bake_file/bake_root_images.h"
 #include "formats/bake_file/bake_root_portals.h"
 #include "formats/bake_file/bake_root_values.h"
 
@@ -22,6 +23,7 @@ void write_settings(BakeRoot::Builder root, const BakeContents& contents) {
   root.setSources(settings.sources);
   root.setRouletteKappa(settings.roulette_exponent);
   root.setLongestPathS(settings.longest_path_s);
+  root.setEarlyOrder(static_cast<std::uint8_t>(std::max(settings.early_order, 0)));
   root.setTemperatureC(settings.air.temperature_c);
   root.setHumidityPercent(settings.air.humidity_percent);
   root.setPressureKpa(settings.air.pressure_kpa);
@@ -191,6 +193,7 @@ std::vector<std::byte> encode_bake_root(const BakeContents& contents, const Bake
   write_trees(root, trees, contents.signal_maps);
   write_probes(root, contents.probes, probe_trees);
   write_portals(root, contents.portals);
+  write_images(root, contents.images);
   const auto words = capnp::messageToFlatArray(message);
   const auto chars = words.asBytes();
   const auto bytes = std::as_bytes(std::span(chars.begin(), chars.size()));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "formats/bake_file/baked_portals.h"
+#include "formats/bake_file/image_source.h"
 #include "formats/bake_file/page.h"
 
 namespace clamor {
@@ -39,7 +40,11 @@ class Reader {
     return {};
   }
 
-  ExpandedSources take() { return std::move(all_); }
+  ExpandedSources take() {
+    const std::vector<Source> images = image_sources(file_.images(), file_.emitters());
+    all_.sources.insert(all_.sources.end(), images.begin(), images.end());
+    return std::move(all_);
+  }
 
  private:
   struct PlacedTree {
@@ -117,6 +122,23 @@ class Reader {
 };
 
 }  // namespace
+
+std::vector<Source> image_sources(std::span<const ImageSource> images,
+                                  const std::vector<Emitter>& emitters) {
+  std::vector<Source> sources;
+  for (const ImageSource& image : images) {
+    const Emitter& emitter = emitters[image.emitter];
+    Source& source = sources.emplace_back();
+    source.emitter = image.emitter;
+    set_from_emitter(source, emitter);
+    source.is_image = true;
+    source.position_m = Vec3f(image.position_m);
+    source.normal = Vec3f(image.axis);
+    source.mirror = Vec3f(emitter.position_m);
+    source.u = 1;
+  }
+  return sources;
+}
 
 Result<ExpandedSources> read_expanded_sources(const BakeFile& file) {
   if (file.source_count() > kMaxExpandedSources)

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/result.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/image_source.h"
 #include "formats/level/emitter.h"
 
 namespace clamor {
@@ -17,9 +19,15 @@ struct ExpandedSources {
   std::vector<std::uint32_t> stored_as;  // per emitter: its index in the file's emitters()
 };
 
+// The sources of images, which are not in the pages of a file. An image is chosen whenever it is
+// loud enough, and then has its exact level: u is 1.
+std::vector<Source> image_sources(std::span<const ImageSource> images,
+                                  const std::vector<Emitter>& emitters);
+
 // All portals are open: sources of the closed state (portal.h) are left out. Without these, the
 // order is that of the sampler's source numbers: sources of a node, of its children, of its
-// instances. Memory is proportional to their number; more than kMaxExpandedSources are an Error.
+// instances; images come last. Memory is proportional to their number; more than
+// kMaxExpandedSources are an Error.
 inline constexpr std::uint64_t kMaxExpandedSources = 1 << 27;
 Result<ExpandedSources> read_expanded_sources(const BakeFile& file);
 

@@ -24,8 +24,11 @@ struct Source {
   float u = 1;               // permanent random number of priority sampling, in (0, 1]
   std::uint32_t emitter = 0;
   std::uint16_t material = 0;
-  std::int8_t polarity = 1;  // +1 or -1 at random, so that powers add on average
-  bool is_emitter = false;   // then the emitter table defines everything but u
+  std::int8_t polarity = 1;     // +1 or -1 at random, so that powers add on average
+  bool is_emitter : 1 = false;  // then the emitter table defines everything but u
+  // An emitter's mirror image (image_source.h), which radiates as an emitter does. It is at
+  // `position_m`, its axis is `normal`, and `mirror` holds the place of the emitter.
+  bool is_image : 1 = false;
 };
 
 }  // namespace clamor

@@ -85,7 +85,7 @@ int mirror_bits_for(std::span<const Material> materials) {
   float sharpest = 0;
   for (const Material& material : materials)
     for (std::size_t b = 0; b < kBandCount; ++b)
-      if (material.scattering[b] < 1) sharpest = std::max(sharpest, material.phong[b]);
+      if (material.scattering[b] < 1) sharpest = std::max(sharpest, heard_exponent(material, b));
   int bits = kMinMirrorBits;
   for (; sharpest > 100 && bits < kMaxMirrorBits; sharpest /= 4) ++bits;
   return bits;

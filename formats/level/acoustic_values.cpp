@@ -98,7 +98,7 @@ Result<AcousticMaterial> read_acoustic_material(const Json& json, const std::str
 
   const auto absorption = bands_member(fields, prefix + "absorption", 0, 1);
   const auto scattering = bands_member(fields, prefix + "scattering", 0, 1);
-  const auto phong = bands_member(fields, prefix + "phong", 0, kMaxExponent);
+  const auto phong = bands_member(fields, prefix + "phong", 0, kMirrorExponent);
   const auto transmission = bands_member(fields, prefix + "transmission", 0, 1);
   for (const char* note : {"name", "comment", "source", "extras", "extensions"}) fields.any(note);
   const auto ok = prefix.empty() ? fields.result_without_unknown() : fields.result();

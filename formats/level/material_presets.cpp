@@ -71,7 +71,7 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
     if (!absorption || !scattering) fields.fail("needs 'absorption' and 'scattering'");
     material.absorption = absorption.value_or(Bands{});
     material.scattering = scattering.value_or(Bands{});
-    if (const auto phong = eight_values(fields, "phong", 1000)) material.phong = *phong;
+    if (const auto phong = eight_values(fields, "phong", kMirrorExponent)) material.phong = *phong;
     if (const auto through = eight_values(fields, "transmission", 1))
       material.transmission = *through;
     if (const Json* aliases = fields.any("aliases"); aliases != nullptr && aliases->array())

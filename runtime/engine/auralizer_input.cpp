@@ -17,6 +17,7 @@ Result<AuralizerInput> read_tables(const BakeFile& file) {
   input.first_portal_emitter = file.emitters().size();
   input.materials = file.materials();
   if (!file.probes().places.empty()) input.materials.push_back(late_reflection_material());
+  input.images = image_sources(file.images(), file.emitters());
   input.air = file.settings().air;
   input.decay = file.statistics().decay;
   for (std::size_t i = 0; i < file.signal_count(); ++i) {
@@ -52,6 +53,7 @@ Result<AuralizerInput> read_auralizer_input(const BakeFile& file) {
   auto input = read_signals_and_tables(file);
   if (!input.ok()) return input;
   input->sources = std::move(all->sources);
+  input->images.clear();
   input->emitters = std::move(all->emitters);
   return input;
 }

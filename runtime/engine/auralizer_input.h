@@ -38,6 +38,8 @@ struct AuralizerInput {
   // The virtual emitters of these begin at this index of `emitters`.
   BakedPortals portals{};
   std::size_t first_portal_emitter = 0;
+  // Image sources, if the other sources are read in pages; a list of sources contains them.
+  std::vector<Source> images{};
 };
 
 // Reads tables and envelopes, but no signals, no pages and no geometry: there are no sources yet,

@@ -92,11 +92,19 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
     pool_ = std::make_unique<OctreePool>(radiation, max_weights_, file->trees(),
                                          file->signal_maps(), *loader_);
   } else {
+    if (occlusion_ == nullptr)
+      std::erase_if(input.sources, [](const Source& source) { return source.is_image; });
     auto sources = std::make_unique<SourceList>(radiation, weights_, std::move(input.sources));
     list = sources.get();
     pool_ = std::move(sources);
   }
+  // Which images are heard depends on what their paths meet.
+  if (occlusion_ != nullptr && !input.images.empty())
+    images_ = std::make_unique<SourceList>(radiation, weights_, std::move(input.images));
   add_moving(input, file, radiation, options);
+  if (images_ != nullptr || moving_list_ != nullptr)
+    joined_ =
+        std::make_unique<CombinedPool>(*pool_, moving_list_.get(), probes_.get(), images_.get());
   sampler_ = strategy_options_of(options).make_sampler(
       {radiation, weights_, joined_ != nullptr ? *joined_ : *pool_, list, occlusion_.get(),
        moving_list_.get(), static_cast<std::size_t>(std::max(options.voices, 0)),
@@ -154,7 +162,6 @@ void SamplingPipeline::add_moving(const AuralizerInput& input, const BakeFile* f
                                                     kinds_of(moving));
   if (file != nullptr && reflects_moving_sources(*file, options))
     add_probes(input, *file, radiation, options);
-  joined_ = std::make_unique<CombinedPool>(*pool_, *moving_list_, probes_.get());
 }
 
 // The reflections of moving sources. Their pages have a quarter of the memory on top.

@@ -104,7 +104,8 @@ class SamplingPipeline {
   std::unique_ptr<const ProbeBounds> probe_bounds_;
   std::unique_ptr<PageLoader> probe_loader_;
   std::unique_ptr<ProbePool> probes_;
-  std::unique_ptr<SourcePool> joined_;  // pool_, moving_list_ and probes_
+  std::unique_ptr<SourceList> images_;
+  std::unique_ptr<SourcePool> joined_;  // pool_, images_, moving_list_ and probes_
   std::unique_ptr<Sampler> sampler_;
 };
 

@@ -8,6 +8,7 @@
 #include "common/morton_order.h"
 #include "common/parallel_for.h"
 #include "runtime/occlusion/fresnel_zone.h"
+#include "runtime/occlusion/image_path.h"
 #include "runtime/occlusion/visibility_cache.h"
 
 namespace clamor {
@@ -194,14 +195,22 @@ std::vector<Bands> fine_visibility(const OcclusionGeometry& geometry, double spe
     for (std::size_t i = first; i < end; ++i) origins[i] = geometry.ray_origin(*sources[i]);
   });
   std::vector<LineOfSight> lines;
-  for (const auto& origin_m : origins)
-    if (origin_m) lines.push_back({*origin_m, Vec3f(place), speed_of_sound_mps});
+  for (std::size_t i = 0; i < origins.size(); ++i) {
+    if (sources[i]->is_image) origins[i].reset();
+    if (origins[i]) lines.push_back({*origins[i], Vec3f(place), speed_of_sound_mps});
+  }
   const std::vector<VisibilityEstimate> estimates =
       estimate_visibilities(geometry, lines, kMediumPaths, kFinePaths, threads);
   std::vector<Bands> visibility;
   std::size_t next = 0;
   for (const auto& origin_m : origins)
     visibility.push_back(origin_m ? estimates[next++].diffracted : Bands{});
+  parallel_for(sources.size(), kLinesPerTask, threads, [&](std::size_t first, std::size_t end) {
+    std::uint64_t rays = 0;
+    for (std::size_t i = first; i < end; ++i)
+      if (sources[i]->is_image)
+        visibility[i] = image_visibility(geometry, *sources[i], place, rays);
+  });
   return visibility;
 }
 

@@ -85,6 +85,9 @@ class OcclusionGeometry {
   Bands transmission(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays) const;
   bool transmits() const;  // whether any material does
 
+  // Share of the power that a material reflects as a mirror.
+  const Bands& mirror_reflection(std::size_t material) const { return mirrored_[material]; }
+
   // Share of the power transmitted through all movable parts on the segment; zero where there are
   // none, and where the level's own surfaces block it: what these transmit is in the bake.
   Bands transmission_of_parts(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays) const;
@@ -108,6 +111,7 @@ class OcclusionGeometry {
   std::vector<OccluderPlane> planes_;     // per triangle
   std::vector<std::uint16_t> materials_;  // per triangle
   std::vector<Bands> transmission_;       // per material
+  std::vector<Bands> mirrored_;           // per material
   bool transmits_ = false;
   std::unique_ptr<EmbreeMesh> embree_;  // null in a free field
   const PartScene* parts_ = nullptr;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "runtime/occlusion/fresnel_visibility.h"
+#include "runtime/occlusion/image_path.h"
 #include "runtime/occlusion/ray_timer.h"
 #include "runtime/propagation/source_number.h"
 
@@ -29,6 +30,7 @@ int paths_for(VisibilityPrecision precision) {
 Bands source_visibility(const OcclusionGeometry& geometry, double speed_of_sound_mps,
                         const Source& source, const Vec3& place, int paths_per_ring,
                         std::uint64_t& rays) {
+  if (source.is_image) return image_visibility(geometry, source, place, rays);
   ++rays;
   const auto origin_m = geometry.ray_origin(source);
   if (!origin_m) return Bands{};
@@ -48,6 +50,7 @@ Bands fine_visibility(const OcclusionGeometry& geometry, double speed_of_sound_m
     return source_visibility(geometry, speed_of_sound_mps, source, place, paths, rays);
   };
   const Bands first = estimate(kMediumPaths);
+  if (source.is_image) return first;
   return is_partial(first) ? estimate(kFinePaths) : first;
 }
 
@@ -101,6 +104,7 @@ VisibilityCache::Index VisibilityCache::add(std::uint64_t number, const Source& 
   VisibilityEntry& entry = entries_[index];
   entry.used = keyframe_;
   entry.is_direct = source.is_emitter || is_moving_source(number);
+  entry.is_image = source.is_image;
   const auto origin_m = geometry_.ray_origin(source);
   entry.has_origin = origin_m.has_value();
   if (origin_m) entry.origin_m = *origin_m;
@@ -154,6 +158,7 @@ void VisibilityCache::update(VisibilityEntry& entry, const Source& source) {
 }
 
 void VisibilityCache::test_line(VisibilityEntry& entry, const Source& source) {
+  if (source.is_image) return estimate(entry, source, VisibilityPrecision::kFine);
   const bool was_free = entry.line_is_free;
   follow(entry, source);
   entry.line_is_free = entry.has_origin && geometry_.is_free(entry.origin_m, Vec3f(place_));
@@ -191,12 +196,22 @@ void VisibilityCache::estimate(VisibilityEntry& entry, const Source& source,
                                VisibilityPrecision precision, int paths_per_ring) {
   follow(entry, source);
   VisibilityEstimate estimate;
-  if (entry.has_origin)
+  if (source.is_image)
+    estimate = estimate_of_image(source);
+  else if (entry.has_origin)
     estimate.diffracted =
         fresnel_visibility(geometry_, {entry.origin_m, Vec3f(place_), speed_of_sound_mps_},
                            paths_per_ring > 0 ? paths_per_ring : paths_for(precision),
                            estimate.rays, &estimate.line_is_free);
   store(entry, source, precision, estimate);
+}
+
+// An image is seen through mirrors, whatever is on the straight line.
+VisibilityEstimate VisibilityCache::estimate_of_image(const Source& source) const {
+  VisibilityEstimate estimate;
+  estimate.diffracted = image_visibility(geometry_, source, place_, estimate.rays);
+  estimate.line_is_free = true;
+  return estimate;
 }
 
 void VisibilityCache::store(VisibilityEntry& entry, const Source& source,
@@ -213,7 +228,7 @@ void VisibilityCache::store(VisibilityEntry& entry, const Source& source,
   entry.precision = precision;
   entry.estimated = keyframe_;
   update(entry, source);
-  if (options_.exact || !entry.has_origin) return;
+  if (options_.exact || !entry.has_origin || entry.is_image) return;
   grid_.add(source, place_, entry.line_is_free, entry.diffracted, keyframe_,
             was_stale ? parts_keyframe_ : 0);
   if (!was_predicted) return;
@@ -272,15 +287,19 @@ std::vector<Bands> VisibilityCache::estimate_now(std::span<const Wanted> sources
       continue;
     follow(entry, *one.source);
     needs_estimate.push_back(indices.size() - 1);
-    if (entry.has_origin) lines.push_back({entry.origin_m, Vec3f(place_), speed_of_sound_mps_});
+    if (entry.has_origin && !entry.is_image)
+      lines.push_back({entry.origin_m, Vec3f(place_), speed_of_sound_mps_});
   }
   const std::vector<VisibilityEstimate> estimates =
       estimate_visibilities(geometry_, lines, kMediumPaths);
   std::size_t next = 0;
   for (const std::size_t s : needs_estimate) {
     VisibilityEntry& entry = entries_[indices[s]];
-    store(entry, *sources[s].source, VisibilityPrecision::kMedium,
-          entry.has_origin ? estimates[next++] : VisibilityEstimate());
+    if (entry.is_image)
+      estimate(entry, *sources[s].source, VisibilityPrecision::kFine);
+    else
+      store(entry, *sources[s].source, VisibilityPrecision::kMedium,
+            entry.has_origin ? estimates[next++] : VisibilityEstimate());
     refine_direct(entry, *sources[s].source);
   }
   std::vector<Bands> visible;

@@ -195,6 +195,7 @@ class VisibilityCache {
   void estimate(VisibilityEntry& entry, const Source& source, VisibilityPrecision precision,
                 int paths_per_ring = 0);
   void refine_direct(VisibilityEntry& entry, const Source& source);
+  VisibilityEstimate estimate_of_image(const Source& source) const;
   void store(VisibilityEntry& entry, const Source& source, VisibilityPrecision precision,
              const VisibilityEstimate& estimate);
   std::size_t renew_direct(std::span<const Wanted> stale);

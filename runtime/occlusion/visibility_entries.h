@@ -34,6 +34,7 @@ struct alignas(64) VisibilityEntry {
   // test renews the visibility alone.
   bool is_stale : 1 = false, estimate_is_stale : 1 = false;
   bool is_direct : 1 = false;  // an emitter or a moving source
+  bool is_image : 1 = false;   // of one (image_path.h)
   Bands diffracted{};          // share of the power that passes beside the surfaces
   Bands visibility{};          // and what is transmitted through them, too
 };

@@ -42,7 +42,9 @@ void VisibilityCache::mark_stale(VisibilityEntry& entry) {
   const float length_m = glm::length(place_m - entry.origin_m);
   const float margin_m = std::sqrt(kNearDetour_m * (2 * length_m + kNearDetour_m)) / 2;
   const auto longest_m = static_cast<float>(2 * wavelength_m(0, speed_of_sound_mps_));
-  const bool is_near = changed_parts_.pass_near(entry.origin_m, place_m, margin_m);
+  // The path of an image runs anywhere between mirrors.
+  const bool is_near =
+      entry.is_image || changed_parts_.pass_near(entry.origin_m, place_m, margin_m);
   const bool is_in_zone = is_near || changed_parts_.are_reached(entry.origin_m, place_m,
                                                                 length_m + kMaxStretch * longest_m);
   if (!is_in_zone) return;

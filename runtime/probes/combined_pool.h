@@ -1,4 +1,5 @@
-// combined_pool.h: the sources of a level, moving sources, and the reflections of these.
+// combined_pool.h: the sources of a level, its image sources, moving sources, and the reflections
+// of these.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +13,10 @@ namespace clamor {
 
 class CombinedPool final : public SourcePool {
  public:
-  // `probes` may be null: moving sources are then heard directly only.
-  CombinedPool(SourcePool& static_pool, MovingSourceList& moving, ProbePool* probes = nullptr)
-      : static_(static_pool), moving_(moving), probes_(probes) {}
+  // Each of the latter may be null. Without `probes`, moving sources are heard directly only.
+  CombinedPool(SourcePool& static_pool, MovingSourceList* moving, ProbePool* probes = nullptr,
+               SourceList* images = nullptr)
+      : static_(static_pool), images_(images), moving_(moving), probes_(probes) {}
 
   void charge(WorkBudget* budget) override;
   bool refresh() override;
@@ -31,8 +33,11 @@ class CombinedPool final : public SourcePool {
   std::uint64_t size() const override;
 
  private:
+  void find_images(const Vec3& place, double threshold, std::vector<FoundSource>& found);
+
   SourcePool& static_;
-  MovingSourceList& moving_;
+  SourceList* images_;
+  MovingSourceList* moving_;
   ProbePool* probes_;
 };
 

@@ -33,6 +33,7 @@ std::vector<Arrival> energy_response(std::span<const Source> sources,
   std::vector<const Source*> heard;
   for (const Source& source : sources) {
     if (emitter && source.emitter != *emitter) continue;
+    if (source.is_image && surfaces == nullptr) continue;  // mirrors would have to be seen
     const Bands energy = received_intensity(source, emitters, laws, loss_per_m, listener_m);
     if (energy == Bands{}) continue;
     const double r_m = length(listener_m - Vec3(source.position_m));

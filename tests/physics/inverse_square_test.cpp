@@ -8,8 +8,8 @@
 #include "bake/bake.h"
 #include "bake/trace/photon_tracer.h"
 #include "common/air.h"
-#include "tests/rooms.h"
 #include "runtime/response/energy_response.h"
+#include "tests/rooms.h"
 
 namespace clamor {
 namespace {

@@ -14,10 +14,10 @@
 #include "common/random.h"
 #include "formats/bake_file/source_quantization.h"
 #include "formats/gltf/level_import.h"
-#include "tests/build_paths.h"
-#include "tests/sanitized.h"
 #include "runtime/response/energy_response.h"
 #include "runtime/response/impulse_response.h"
+#include "tests/build_paths.h"
+#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
@@ -38,6 +38,9 @@ Violin traced_violin() {
       import_level(std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb", {});
   EXPECT_TRUE(imported.ok());
   room.level = std::move(imported->level);
+  // Photons that mirrors reflect meet in fewer places, and the interference of few hides what is
+  // compared here.
+  for (Material& material : room.level.materials) material.phong = same_in_all_bands(kMirrorLobe);
   const Scene scene(room.level.mesh);
   TraceSettings settings;
   settings.speed_mps = speed_of_sound_mps(room.level.air);

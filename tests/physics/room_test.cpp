@@ -14,8 +14,8 @@
 #include "bake/bake.h"
 #include "common/random.h"
 #include "common/reflection.h"
-#include "tests/rooms.h"
 #include "runtime/response/energy_response.h"
+#include "tests/rooms.h"
 
 namespace clamor {
 namespace {

@@ -22,7 +22,7 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
     {"common", {}},
     {"formats", {"files", "audio", "level", "gltf", "bake_file", "blender"}},
     {"bake",
-     {"mesh", "trace", "octree", "instances", "journal", "portals", "report", "probes",
+     {"mesh", "trace", "early", "octree", "instances", "journal", "portals", "report", "probes",
       "examples"}},
     {"runtime",
      {"realtime",

@@ -39,9 +39,10 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
                                       const OcclusionGeometry* surfaces) {
   if (options.strategy == "all")
     return energy_response(sources, emitters, materials, air, listener_m, emitter, surfaces);
+  const bool occludes = surfaces != nullptr && uses_occlusion(options.strategy);
   std::vector<Source> of_emitter;
   for (const Source& source : sources)
-    if (source.emitter == emitter) of_emitter.push_back(source);
+    if (source.emitter == emitter && (occludes || !source.is_image)) of_emitter.push_back(source);
   std::vector<Emitter> playing = emitters;
   for (Emitter& one : playing) one.signal = 0;
   const RadiationModel radiation(playing, materials, air, late_boost);
@@ -52,7 +53,7 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
   const SignalWeights weights{{weight}};
   SourceList list(radiation, weights, std::move(of_emitter));
   std::optional<VisibilityCache> occlusion;
-  if (surfaces != nullptr && uses_occlusion(options.strategy))
+  if (occludes)
     occlusion.emplace(*surfaces, radiation.speed_of_sound_mps(), VisibilityOptions{.exact = true});
   const auto sampler =
       make_sampler(options, radiation, weights, list, occlusion ? &*occlusion : nullptr);

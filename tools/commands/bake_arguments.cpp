@@ -38,6 +38,10 @@ void add_bake_options(Arguments& parser, BakeRequest& request) {
                 "on or off: store groups of emitters that the level repeats once, as instances");
   parser.words("--instances", {"on", "off"});
   parser.option(
+      "--early-order", request.early_order,
+      "reflections by mirrors that are image sources, heard exactly and in phase: 0 to 3, "
+      "or auto, which takes 3 for up to 16 emitters and 0 for more than 256");
+  parser.option(
       "--kappa", request.kappa,
       "exponent of Russian roulette, 0 to 1: a path survives with probability (power after / "
       "power before)^kappa");

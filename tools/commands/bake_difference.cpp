@@ -134,6 +134,7 @@ void compare_settings(const BakeSettings& a, const BakeSettings& b, Differences&
   differences.compare("photons", a.photons, b.photons);
   differences.compare("most reflections", a.sources, b.sources);
   differences.compare("kappa", a.roulette_exponent, b.roulette_exponent);
+  differences.compare("order of images", a.early_order, b.early_order);
   differences.compare("longest path, s", a.longest_path_s, b.longest_path_s);
   differences.compare("temperature, C", a.air.temperature_c, b.air.temperature_c);
   differences.compare("humidity, %", a.air.humidity_percent, b.air.humidity_percent);

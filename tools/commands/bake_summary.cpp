@@ -73,6 +73,10 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
   const BakeStatistics& statistics = contents.statistics;
   if (statistics.photons_traced > 0) {
     print_energy(contents, err);
+    if (contents.settings.early_order > 0)
+      fmt::print(err, "  images   {} of up to {}\n",
+                 counted(contents.images.size(), "image source"),
+                 counted(static_cast<std::uint64_t>(contents.settings.early_order), "reflection"));
     print_decay(statistics.decay, err);
   }
   if (report.photons_reused > 0)

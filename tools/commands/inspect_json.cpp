@@ -63,6 +63,7 @@ void add_making(const BakeFile& file, const BakeOverview& overview, nlohmann::or
                       {"photons", settings.photons},
                       {"sources", settings.sources},
                       {"roulette_kappa", settings.roulette_exponent},
+                      {"early_order", settings.early_order},
                       {"longest_path_s", settings.longest_path_s},
                       {"temperature_c", settings.air.temperature_c},
                       {"humidity_percent", settings.air.humidity_percent},
@@ -114,6 +115,7 @@ void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
          {"directivity", emitter.directivity},
          {"signal", emitter.signal},
          {"delay_s", emitter.delay_s}});
+  json["images"] = file.images().size();
   std::uint64_t early = 0, late = 0;
   for (const StoredProbe& probe : file.probes().places) early += probe.tree.top.sources_below;
   for (const StoredTree& zone : file.probes().zones) late += zone.top.sources_below;

@@ -213,6 +213,13 @@ void print_probes(const BakeFile& file, std::ostream& out) {
       static_cast<double>(file.bytes().probes) / 1e3 / static_cast<double>(probes.places.size()));
 }
 
+void print_images(const BakeFile& file, std::ostream& out) {
+  if (file.images().empty()) return;
+  fmt::print(out, "\n{} of emitters in mirrors, of up to {}\n",
+             counted(file.images().size(), "image source"),
+             counted(static_cast<std::uint64_t>(file.settings().early_order), "reflection"));
+}
+
 void print_movable_parts(const BakeFile& file, std::ostream& out) {
   const std::vector<MovablePart>& parts = file.movable_parts();
   if (parts.empty()) return;
@@ -295,6 +302,7 @@ void print_tables(const BakeFile& file, const BakeOverview& overview, std::ostre
   print_emitters(file, overview, out);
   print_portals(file, out);
   print_materials(file, overview, out);
+  print_images(file, out);
   print_probes(file, out);
   print_movable_parts(file, out);
   if (file.top() != nullptr) {

@@ -94,6 +94,7 @@ class ProbeTruth {
     options.settings.photons = kTruthPhotons;
     options.settings.sources = kTruthSources;
     options.settings.seed = seed;
+    options.settings.early_order = 0;  // moving sources have no image sources
     auto contents = bake(level, options);
     if (!contents.ok()) return contents.error();
     return response(contents->octree.sources, place);

@@ -134,6 +134,7 @@ Result<BakedLevel> BakedLevel::open(const std::string& path) {
   if (!mesh.ok()) return mesh.error();
   BakedLevel level;
   level.settings_ = file->settings();
+  level.settings_.early_order = 0;  // the paper's experiments have no occlusion, nor images
   level.level_ = {file->provenance().level,    std::move(*mesh),           file->materials(),
                   std::move(tables->emitters), std::move(tables->signals), tables->air};
   return level;

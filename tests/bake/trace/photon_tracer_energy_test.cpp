@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "bake/early/image_search.h"
 #include "bake/trace/photon_tracer.h"
 #include "tests/rooms.h"
 
@@ -168,6 +171,44 @@ TEST(EnergyBalance, BalancesOnAverageForBandsWithDifferentBrdfs) {
     const double error = std::sqrt((squares[b] - sum[b] * sum[b]) / (kRuns - 1));
     EXPECT_NEAR(sum[b], 1, 4 * error) << "band " << b;
     EXPECT_LT(error, 0.005) << "band " << b;
+  }
+}
+
+// Power of paths that image sources stand for is that which mirrors reflect on them; all the rest
+// is in deposits.
+TEST(EnergyBalance, CountsThePowerOfImagesOnce) {
+  Material mirror = testing::uniform_material(0, 0, kMirrorExponent);
+  mirror.absorption = {0.02f, 0.05f, 0.1f, 0.15f, 0.2f, 0.3f, 0.4f, 0.5f};
+  mirror.scattering = {0.5f, 0.4f, 0.3f, 0.2f, 0.1f, 0.05f, 0.02f, 0};
+  const Level level = testing::shoebox({6, 4, 3}, mirror, {1.5, 2, 1.2});
+  const Scene scene(level.mesh);
+  const auto traced = [&](int order) {
+    TraceSettings settings{.roulette_exponent = 0, .max_bounces = 3};
+    if (order > 0)
+      settings.images = std::make_shared<const ImageIndex>(find_images(scene, level, order));
+    const PhotonTracer tracer(scene, level, settings);
+    TracedRuns runs;
+    const PhotonRun run{0, 0, 1000};
+    tracer.trace({&run, 1}, runs);
+    Power all{}, of_images = runs.runs()[0].tally.power_of_images;
+    for (const Deposit& deposit : runs.deposits())
+      for (std::size_t b = 0; b < kBandCount; ++b) all[b] += deposit.power[b];
+    for (std::size_t b = 0; b < kBandCount; ++b) all[b] += of_images[b];
+    return std::pair(all, of_images);
+  };
+  const auto [without, none] = traced(0);
+  EXPECT_EQ(none, Power{});
+  // One photon in 300 leads to an image that too few rays have found.
+  for (int order = 1; order <= 3; ++order) {
+    const auto [with, of_images] = traced(order);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      EXPECT_NEAR(with[b] / without[b], 1, 1e-5) << "order " << order << ", band " << b;
+      double expected = 0, left = 1000 * emitted_power(level.emitters[0], b);
+      for (int bounce = 0; bounce < order; ++bounce)
+        expected += left *=
+            static_cast<double>((1 - mirror.absorption[b]) * (1 - mirror.scattering[b]));
+      EXPECT_NEAR(of_images[b] / expected, 1, 0.03) << "order " << order << ", band " << b;
+    }
   }
 }
 

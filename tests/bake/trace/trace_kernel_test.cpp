@@ -121,6 +121,32 @@ TEST(TraceKernel, SamplesDirectionsFromTheBrdf) {
   }
 }
 
+// A mirror has one direction. What it scatters follows Lambert's law, and each band has its share.
+TEST(TraceKernel, MirrorsReflectInOneDirection) {
+  Material material = uniform_material(0, 0, kMirrorExponent);
+  material.scattering = {0, 0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f, 0.7f};
+  for (const double incidence_deg : {0.0, 30.0, 75.0, 89.0}) {
+    const double cos_i = std::cos(radians(incidence_deg));
+    const Departures departures = depart(material, cos_i, 7);
+    EXPECT_EQ(departures.lost, 0);
+    Bands mirrored{};
+    double scattered = 0, cosines = 0;
+    for (std::size_t i = 0; i < departures.directions.size(); ++i) {
+      const Vec3& out = departures.directions[i];
+      if (length(out - mirror_of(cos_i)) < 1e-6) {
+        for (std::size_t b = 0; b < kBandCount; ++b)
+          mirrored[b] += departures.weights[i][b] / static_cast<float>(kDraws);
+      } else {
+        ++scattered;
+        cosines += out.z;
+      }
+    }
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      EXPECT_NEAR(mirrored[b], 1 - material.scattering[b], 0.02) << incidence_deg << ", " << b;
+    EXPECT_NEAR(cosines / scattered, 2.0 / 3, 0.01) << incidence_deg;
+  }
+}
+
 // Directions follow the mixture of the bands' BRDFs under the path's weights. The new weights,
 // summed over any cell, give each band's own share of it.
 TEST(TraceKernel, SamplesTheMixtureOfBandsAndReweightsEachToItsBrdf) {

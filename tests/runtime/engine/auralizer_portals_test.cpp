@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "bake/octree/octree_builder.h"
+#include "common/random.h"
 #include "formats/bake_file/expanded_sources.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_input.h"

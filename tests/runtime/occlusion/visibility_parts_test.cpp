@@ -61,7 +61,8 @@ class Doorway {
   }
 
   Bands reference_of_emitter(const Vec3& place) const {
-    const auto emitter = std::ranges::find_if(world_.sources, &Source::is_emitter);
+    const auto emitter = std::ranges::find_if(
+        world_.sources, [](const Source& source) { return source.is_emitter; });
     return visibility(world_.surfaces, *emitter, place);
   }
   // The power of all sources.
