@@ -7,6 +7,9 @@
 // image stands for all paths that lead to it: in a corner, sound may meet the walls in either
 // order, depending on where it is heard. The runtime finds out which path leads to a listener, if
 // any (runtime/occlusion/image_path.h).
+//
+// Images are a list in the root of the file, not sources in its pages: an emitter has at most 512,
+// only few emitters have any, and pages round positions to 4 mm, which is half a sample of delay.
 #pragma once
 
 #include <cstdint>
