@@ -18,7 +18,8 @@ inline constexpr float kDefaultPhong = kMirrorExponent;
 // of which is exactly where a listener sees a mirror image; the lobe spreads the power of each over
 // listeners round it. 20 is the exponent of the paper's "specular" violin room (section 5.2).
 inline constexpr float kMirrorLobe = 20;
-inline constexpr float kSharpestLobe = 1000;  // the highest exponent of a lobe
+// The lobe of a mirror whose material is none in another band.
+inline constexpr float kSharpestLobe = 1000;
 
 struct Material {
   std::string name;
@@ -48,6 +49,22 @@ inline bool is_mirror(const Material& material) {
     reflects = true;
   }
   return reflects;
+}
+
+// Share of the power that a material reflects as a mirror; 0 if it is none.
+inline Bands mirror_reflection(const Material& material) {
+  Bands share{};
+  for (std::size_t b = 0; b < kBandCount && is_mirror(material); ++b)
+    share[b] = (1 - material.absorption[b]) * (1 - material.scattering[b]);
+  return share;
+}
+
+// A material that reflects by the cosine law.
+inline Material diffuse_material(const std::string& name) {
+  Material material;
+  material.name = name;
+  material.scattering = same_in_all_bands(1);
+  return material;
 }
 
 // The exponent of the lobe through which a listener hears a band. A material with some bands that

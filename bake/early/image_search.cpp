@@ -21,18 +21,9 @@ namespace {
 constexpr std::size_t kMaxRays = 65'536, kMinRays = 4096, kAllRays = 4 * kMaxRays;
 // An image needs one in so many rays, and at least two.
 constexpr std::size_t kRaysPerImage = 16'384;
-constexpr std::size_t kMaxImages = 512;   // of an emitter
+constexpr std::size_t kMaxImagesOfEmitter = 512;
 constexpr float kLeastReflected = 1e-3f;  // share of the power, in the loudest band
 constexpr std::size_t kBatch = 1024;
-
-// The share of the power that a mirror reflects, in the band of which it reflects the most.
-float most_mirrored(const Material& material) {
-  if (!is_mirror(material)) return 0;
-  float most = 0;
-  for (std::size_t b = 0; b < kBandCount; ++b)
-    most = std::max(most, (1 - material.absorption[b]) * (1 - material.scattering[b]));
-  return most;
-}
 
 // A ray under way.
 struct Path {
@@ -45,7 +36,8 @@ class Search {
  public:
   Search(const Scene& scene, const Level& level, int order)
       : scene_(scene), level_(level), order_(order) {
-    for (const Material& material : level.materials) mirrored_.push_back(most_mirrored(material));
+    for (const Material& material : level.materials)
+      max_mirrored_.push_back(std::ranges::max(mirror_reflection(material)));
   }
 
   std::vector<ImageSource> images_of(std::uint32_t emitter, std::size_t rays) const {
@@ -57,7 +49,7 @@ class Search {
     for (std::size_t i = 0; i < hits.size(); ++i)
       if (hits[i] >= std::max<std::size_t>(2, rays / kRaysPerImage)) kept.push_back(i);
     std::ranges::stable_sort(kept, std::greater<>(), [&](std::size_t i) { return hits[i]; });
-    kept.resize(std::min(kept.size(), kMaxImages));
+    kept.resize(std::min(kept.size(), kMaxImagesOfEmitter));
     std::vector<ImageSource> images;
     for (const std::size_t i : kept) images.push_back(index.images()[i]);
     return images;
@@ -83,7 +75,7 @@ class Search {
         const SurfaceHit& hit = hits[r];
         if (hit.material == SurfaceHit::kNone) continue;
         Path path = paths[r];
-        path.reflected *= mirrored_[hit.material];
+        path.reflected *= max_mirrored_[hit.material];
         if (path.reflected < kLeastReflected) continue;
         const Vec3 from_m(rays[r].origin_m), along(rays[r].direction), normal(hit.normal);
         const Vec3 point_m = from_m + along * static_cast<double>(hit.distance_m);
@@ -109,7 +101,8 @@ class Search {
   const Scene& scene_;
   const Level& level_;
   const int order_;
-  std::vector<float> mirrored_;  // by material
+  // By material: the share of the power that it reflects as a mirror, in its loudest band.
+  std::vector<float> max_mirrored_;
 };
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "common/fibonacci_hash.h"
+
 namespace clamor {
 
 namespace {
@@ -12,8 +14,8 @@ constexpr double kCell_m = 0.5;
 std::uint64_t cell_key(std::uint32_t emitter, std::int64_t x, std::int64_t y, std::int64_t z) {
   std::uint64_t key = emitter;
   for (const std::int64_t part : {x, y, z})
-    key = (key ^ static_cast<std::uint64_t>(part)) * 0x9e3779b97f4a7c15u;
-  return key ^ key >> 29;
+    key = fibonacci_hash(key ^ static_cast<std::uint64_t>(part));
+  return key;
 }
 
 std::int64_t cell_of(double place_m) {

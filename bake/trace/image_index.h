@@ -17,7 +17,6 @@ class ImageIndex {
   ImageIndex() = default;
   explicit ImageIndex(std::span<const ImageSource> images);
 
-  bool empty() const { return images_.empty(); }
   std::span<const ImageSource> images() const { return images_; }
 
   // Whether sound of an emitter that has travelled this far, and seems to come from `image_m`, is

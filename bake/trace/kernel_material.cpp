@@ -15,19 +15,14 @@ bool is_constant(const Bands& bands) {
 
 std::vector<Material> deposit_materials(std::span<const Material> materials) {
   std::vector<Material> all(materials.begin(), materials.end());
-  for (const Material& material : materials) {
-    if (!is_mirror(material)) continue;
-    Material& scattered = all.emplace_back(material);
-    scattered.name += " (scattered share)";
-    scattered.scattering = same_in_all_bands(1);
-  }
+  if (std::ranges::any_of(materials, is_mirror))
+    all.push_back(diffuse_material("scattered by mirrors"));
   return all;
 }
 
 std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials,
                                              const ReflectionLaws& laws) {
   std::vector<KernelMaterial> tables;
-  std::size_t mirrors = 0;
   for (std::size_t m = 0; m < materials.size(); ++m) {
     const Material& material = materials[m];
     assert(conserves_energy(material));
@@ -46,8 +41,7 @@ std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials
       table.lobes[b] = laws.lobe(m, b);
     }
     table.is_mirror = is_mirror(material);
-    if (table.is_mirror)
-      table.scattered_share = static_cast<std::uint16_t>(materials.size() + mirrors++);
+    table.scattered_share = static_cast<std::uint16_t>(materials.size());
     tables.push_back(std::move(table));
   }
   return tables;

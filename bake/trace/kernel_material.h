@@ -21,16 +21,16 @@ struct alignas(64) KernelMaterial {
   Bands inverse_exponent{};        // 1 / (p + 1)
   ReflectionTable brdf;            // of reflection and, around the other side, of transmission
   bool same_in_all_bands = false;  // the BRDF
-  // What is not scattered leaves in exactly the mirror direction. The scattered share of a deposit
-  // has a material of its own (deposit_materials()).
+  // A mirror reflects what it does not scatter in exactly the mirror direction. Deposits of what it
+  // scatters alone have a material of their own, the last of deposit_materials().
   bool is_mirror = false;
   std::uint16_t scattered_share = 0;
   bool transmits = false;
   std::array<const PhongLobe*, kBandCount> lobes{};  // null for a fully diffuse band
 };
 
-// The level's materials, which deposits and secondary sources have, and after these for each
-// mirror, in order, the material of its scattered share.
+// The materials of deposits and secondary sources: the level's, and behind these, if any of them is
+// a mirror, one for what mirrors scatter.
 std::vector<Material> deposit_materials(std::span<const Material> materials);
 
 // One per material of `laws`, which must outlive them.

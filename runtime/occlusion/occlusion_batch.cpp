@@ -190,27 +190,24 @@ std::vector<VisibilityEstimate> estimate_visibilities(const OcclusionGeometry& g
 std::vector<Bands> fine_visibility(const OcclusionGeometry& geometry, double speed_of_sound_mps,
                                    std::span<const Source* const> sources, const Vec3& place,
                                    unsigned threads) {
-  std::vector<std::optional<Vec3f>> origins(sources.size());
-  parallel_for(sources.size(), kLinesPerTask, threads, [&](std::size_t first, std::size_t end) {
-    for (std::size_t i = first; i < end; ++i) origins[i] = geometry.ray_origin(*sources[i]);
-  });
-  std::vector<LineOfSight> lines;
-  for (std::size_t i = 0; i < origins.size(); ++i) {
-    if (sources[i]->is_image) origins[i].reset();
-    if (origins[i]) lines.push_back({*origins[i], Vec3f(place), speed_of_sound_mps});
-  }
-  const std::vector<VisibilityEstimate> estimates =
-      estimate_visibilities(geometry, lines, kMediumPaths, kFinePaths, threads);
-  std::vector<Bands> visibility;
-  std::size_t next = 0;
-  for (const auto& origin_m : origins)
-    visibility.push_back(origin_m ? estimates[next++].diffracted : Bands{});
+  std::vector<Bands> visibility(sources.size());
+  std::vector<std::optional<Vec3f>> origins(sources.size());  // of the lines; images have none
   parallel_for(sources.size(), kLinesPerTask, threads, [&](std::size_t first, std::size_t end) {
     std::uint64_t rays = 0;
     for (std::size_t i = first; i < end; ++i)
       if (sources[i]->is_image)
         visibility[i] = image_visibility(geometry, *sources[i], place, rays);
+      else
+        origins[i] = geometry.ray_origin(*sources[i]);
   });
+  std::vector<LineOfSight> lines;
+  for (const auto& origin_m : origins)
+    if (origin_m) lines.push_back({*origin_m, Vec3f(place), speed_of_sound_mps});
+  const std::vector<VisibilityEstimate> estimates =
+      estimate_visibilities(geometry, lines, kMediumPaths, kFinePaths, threads);
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < origins.size(); ++i)
+    if (origins[i]) visibility[i] = estimates[next++].diffracted;
   return visibility;
 }
 

@@ -43,9 +43,7 @@ OcclusionGeometry::OcclusionGeometry(const Mesh& mesh, std::span<const Material>
   for (const Material& material : materials) {
     assert(conserves_energy(material));
     transmission_.push_back(material.transmission);
-    Bands& mirrored = mirrored_.emplace_back();
-    for (std::size_t b = 0; b < kBandCount && is_mirror(material); ++b)
-      mirrored[b] = (1 - material.absorption[b]) * (1 - material.scattering[b]);
+    mirrored_.push_back(clamor::mirror_reflection(material));
     for (const float share : material.transmission) transmits_ |= share > 0;
   }
   if (mesh.triangles.empty()) return;  // free field

@@ -91,12 +91,7 @@ double irradiance_of(const Source& stored, const Vec3& from_m) {
   return irradiance_from(Vec3(stored.position_m) - from_m, Vec3(stored.normal));
 }
 
-Material late_reflection_material() {
-  Material material;
-  material.name = "late reflections";
-  material.scattering = same_in_all_bands(1);
-  return material;
-}
+Material late_reflection_material() { return diffuse_material("late reflections"); }
 
 Source late_reflection(const Source& stored, const MovingRadiator& radiator,
                        std::uint16_t material) {
