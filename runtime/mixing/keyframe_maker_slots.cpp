@@ -70,7 +70,8 @@ void KeyframeMaker::assign_slots(std::span<const SampledSource> sample) {
 // it was.
 bool KeyframeMaker::keep(std::uint32_t s, const SampledSource& chosen) {
   Slot& slot = slots_[s];
-  if (chosen.moves && !follow(s, chosen)) return false;
+  slot.moves = slot.moves || chosen.moves;
+  if (slot.moves && !follow(s, chosen)) return false;
   slot.last_chosen = keyframe_count_;
   slot.scale.set_target(static_cast<float>(chosen.power_scale));
   slot.rank = static_cast<float>(chosen.rank);

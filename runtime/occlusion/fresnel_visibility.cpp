@@ -31,7 +31,8 @@ void cast(const OcclusionGeometry& geometry, const PathFrame& frame, FresnelZone
           std::size_t r, int count, std::uint64_t& rays) {
   ZoneRing& ring = zone.rings[r];
   for (; ring.cast < count; ++ring.cast) {
-    const DetourPath path(frame, zone.detour_m(r, ring.cast), path_azimuth(r, ring.cast));
+    const DetourPath path(frame, zone.detour_m(r, ring.cast), path_azimuth(r, ring.cast),
+                          path_chance(ring.cast));
     const auto free =
         frame.length_m > 0 ? is_free(geometry, frame.line, path, rays) : std::optional<bool>(true);
     if (!free) continue;
@@ -58,10 +59,12 @@ double wavelength_m(std::size_t band, double speed_of_sound_mps) {
 }
 
 std::optional<bool> path_is_free(const OcclusionGeometry& geometry, const LineOfSight& line,
-                                 double detour_m, double azimuth_rad, std::uint64_t& rays) {
+                                 double detour_m, double azimuth_rad, double chance,
+                                 std::uint64_t& rays) {
   const PathFrame frame(line);
   if (!(frame.length_m > 0)) return true;
-  return is_free(geometry, line, DetourPath(frame, detour_m, PathAzimuth(azimuth_rad)), rays);
+  return is_free(geometry, line, DetourPath(frame, detour_m, PathAzimuth(azimuth_rad), chance),
+                 rays);
 }
 
 Bands fresnel_visibility(const OcclusionGeometry& geometry, const LineOfSight& line,

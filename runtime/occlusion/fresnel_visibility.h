@@ -20,16 +20,25 @@
 //   S  0   0.01   0.06    0.275   0.375   0.5    0.74 and more
 //   a  0   0.15   0.185   0.295   0.39    0.59   1
 //
-// The fit is within 2.1 dB of the exact solution wherever that is above -15 dB, and zero below
-// -17 dB. The sum over zones with their phases (Kirchhoff's integral) was no better: 3.5 dB too low
-// near shadow boundaries, where a rigid screen adds its reflection, and twice as noisy for the same
-// number of rays. That sum is better at small openings, where an unoccluded fraction is too low: a
-// slit that passes -3 dB is estimated at -10 dB.
+// The fit is within 2.1 dB of the exact solution wherever that is above -15 dB. In deeper shadow, the
+// visibility is at least that of the paths of longer detours,
+//
+//   V = 0.36^2 sum over k of f_k^2 / 2^k,
+//
+// with f_k the unoccluded fraction of the paths with detours from 2^k to 2^(k + 1) wavelengths, as
+// far as the paths of the lowest band go.
+//
+// The sum over zones with their phases (Kirchhoff's integral) was no better: 3.5 dB too low near
+// shadow boundaries, where a rigid screen adds its reflection, and twice as noisy for the same number
+// of rays. At small openings an unoccluded fraction is too low: a slit that passes -3 dB is estimated
+// at -10 dB. Direct sounds take the edges of openings into account instead (direct_sound.h).
 //
 // Surfaces beside the path. A floor also cuts the zone but takes nothing from the direct sound: the
 // missing part is the image source's, which the bake accounts for. A surface therefore occludes
 // only if source and listener lie on different sides of its plane. A path that meets any other
-// surface is reflected at that surface. In a convex room no source is ever occluded.
+// surface is reflected at that surface. In a convex room no source is ever occluded. A listener who
+// steps through an opening crosses the plane of its wall, and there the wall begins to occlude:
+// first those paths that meet it at right angles, as seen by the listener.
 //
 // One set of paths serves all bands, because each band's zone lies within that of the next lower
 // band: rays sample the rings between the zones. Most rays go to rings with both free and blocked
@@ -58,9 +67,11 @@ float diffracted_amplitude(float free_fraction);
 double wavelength_m(std::size_t band, double speed_of_sound_mps);
 
 // Returns whether the path that is `detour_m` longer than the straight line, on the side given by
-// `azimuth_rad`, is unoccluded. Nothing if the path gets lost between surfaces.
+// `azimuth_rad`, is unoccluded. `chance` in [0, 1) decides where the listener is close behind the
+// plane of a wall. Nothing if the path gets lost between surfaces.
 std::optional<bool> path_is_free(const OcclusionGeometry& geometry, const LineOfSight& line,
-                                 double detour_m, double azimuth_rad, std::uint64_t& rays);
+                                 double detour_m, double azimuth_rad, double chance,
+                                 std::uint64_t& rays);
 
 // Paths per ring; rings that are not mixed get half of them. A coarse estimate is for sources that
 // matter as a group only. A medium one takes 70 rays on average in a furnished room, and 9 of 10

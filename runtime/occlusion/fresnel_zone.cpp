@@ -11,6 +11,10 @@ namespace {
 
 constexpr int kMaxReflections = 6;    // a path with more is lost
 constexpr double kInnerWeight = 0.7;  // of D(l) in S
+// Sine of the angle above a wall at which the listener sees paths that no longer pass it.
+constexpr double kGrazingSine = 0.5;
+// Fitted to the half-plane.
+constexpr float kLongDetourWeight = 0.36f;
 constexpr double kGoldenRatio = 0.6180339887498949;
 
 // A path bends at these fractions of the straight line from either end. The offset there is a fifth
@@ -31,6 +35,7 @@ double radical_inverse(std::uint32_t base, std::uint32_t i) {
 struct PathPattern {
   std::vector<PathAzimuth> azimuths;                // ring after ring
   std::array<double, kFinePaths> area_fractions{};  // of the ring's area, within the path
+  std::array<double, kFinePaths> chances{};
 };
 
 const PathPattern& path_pattern() {
@@ -42,6 +47,7 @@ const PathPattern& path_pattern() {
                                    (radical_inverse(2, i) + kGoldenRatio * static_cast<double>(r)));
     for (std::uint32_t i = 0; i < kFinePaths; ++i)
       made.area_fractions[i] = radical_inverse(3, i + 1);
+    for (std::uint32_t i = 0; i < kFinePaths; ++i) made.chances[i] = radical_inverse(5, i + 1);
     return made;
   }();
   return kPattern;
@@ -53,6 +59,8 @@ const PathAzimuth& path_azimuth(std::size_t ring, int i) {
   return path_pattern().azimuths[ring * kFinePaths + static_cast<std::size_t>(i)];
 }
 
+double path_chance(int i) { return path_pattern().chances[static_cast<std::size_t>(i)]; }
+
 PathFrame::PathFrame(const LineOfSight& of)
     : line(of),
       along_m(Vec3(of.to_m) - Vec3(of.from_m)),
@@ -61,7 +69,9 @@ PathFrame::PathFrame(const LineOfSight& of)
   if (length_m > 0) basis = basis_around(along_m / length_m);
 }
 
-DetourPath::DetourPath(const PathFrame& frame, double detour_m, const PathAzimuth& azimuth) {
+DetourPath::DetourPath(const PathFrame& frame, double detour_m, const PathAzimuth& azimuth,
+                       double of_chance)
+    : chance(of_chance) {
   const Vec3 from(frame.line.from_m);
   const double length_m = frame.length_m;
   const Vec3 aside = azimuth.cos * frame.basis.tangent + azimuth.sin * frame.basis.bitangent;
@@ -77,8 +87,13 @@ DetourPath::DetourPath(const PathFrame& frame, double detour_m, const PathAzimut
 
 PathHit DetourPath::hit(const OccluderPlane& wall, std::size_t segment, const LineOfSight& line) {
   const bool in_front = wall.height_m(line.from_m) > 0;
-  if (in_front != (wall.height_m(line.to_m) > 0)) return PathHit::kBlocked;
+  if (in_front != (wall.height_m(line.to_m) > 0) && !is_passed(wall, segment, line))
+    return PathHit::kBlocked;
   if (reflections++ == kMaxReflections) return PathHit::kLost;
+  if (in_front != (wall.height_m(line.to_m) > 0) && segment == kSegments) {
+    points_m[segment - 1] = line.to_m - 2 * wall.height_m(line.to_m) * wall.normal;
+    return PathHit::kReflected;
+  }
   bool reflected = false;
   for (std::size_t j = segment; j < kSegments; ++j) {
     const float height_m = wall.height_m(points_m[j]);
@@ -87,6 +102,21 @@ PathHit DetourPath::hit(const OccluderPlane& wall, std::size_t segment, const Li
     reflected = reflected || j == segment;
   }
   return reflected ? PathHit::kReflected : PathHit::kLost;
+}
+
+// A listener who steps through an opening in a wall crosses its plane, where the wall begins to
+// part the listener from the source. A path that meets the wall at a grazing angle, as seen by the
+// listener, is still reflected there as before. It has to pass the opening where the listener is,
+// so that nothing is heard through the wall itself.
+bool DetourPath::is_passed(const OccluderPlane& wall, std::size_t segment,
+                           const LineOfSight& line) const {
+  const Vec3f &a = points_m[segment - 1], &b = points_m[segment];
+  const float before_m = wall.height_m(a), behind_m = wall.height_m(b);
+  if (before_m == behind_m) return false;
+  const Vec3f point_m = a + before_m / (before_m - behind_m) * (b - a);
+  const float distance_m = glm::length(point_m - line.to_m);
+  const float sine = distance_m > 0 ? std::abs(wall.height_m(line.to_m)) / distance_m : 1;
+  return chance < 1 - static_cast<double>(sine) / kGrazingSine;
 }
 
 FresnelZone::FresnelZone(const PathFrame& frame) : length_m(frame.length_m) {
@@ -134,10 +164,19 @@ Bands FresnelZone::visibility() const {
   Bands visibility{};
   for (std::size_t b = 0; b < kBandCount; ++b) {
     const auto inner = static_cast<float>(kInnerWeight);
-    const float a = diffracted_amplitude(inner * free[b + 1] + (1 - inner) * free[b]);
+    const float a = std::max(diffracted_amplitude(inner * free[b + 1] + (1 - inner) * free[b]),
+                             amplitude_of_long_detours(b));
     visibility[b] = a * a;
   }
   return visibility;
+}
+
+// In a shadow, amplitudes fall as the inverse square root of the detour in wavelengths.
+float FresnelZone::amplitude_of_long_detours(std::size_t band) const {
+  float power = 0, weight = kLongDetourWeight * kLongDetourWeight;
+  for (std::size_t r = band + 1; r-- > 0; weight /= 2)
+    power += weight * rings[r].free_fraction() * rings[r].free_fraction();
+  return std::sqrt(power);
 }
 
 }  // namespace clamor

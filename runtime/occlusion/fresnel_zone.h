@@ -41,6 +41,9 @@ struct PathAzimuth {
 // Azimuth of the ring's i-th path. Any first few of them are spread evenly over the ring.
 const PathAzimuth& path_azimuth(std::size_t ring, int i);
 
+// Chance of the i-th path of any ring.
+double path_chance(int i);
+
 // Effect of a surface on a path that meets it. A reflected path may meet more surfaces behind; a
 // lost path got caught between surfaces and does not count.
 enum class PathHit : std::uint8_t { kReflected, kBlocked, kLost };
@@ -49,13 +52,18 @@ enum class PathHit : std::uint8_t { kReflected, kBlocked, kLost };
 struct DetourPath {
   static constexpr std::size_t kSegments = 4;
 
-  DetourPath(const PathFrame& frame, double detour_m, const PathAzimuth& azimuth);
+  // `chance` in [0, 1) decides about walls that part the listener from the source by little: paths
+  // with evenly spread chances make this gradual.
+  DetourPath(const PathFrame& frame, double detour_m, const PathAzimuth& azimuth, double chance);
 
   // Applies the first surface that a segment meets.
   PathHit hit(const OccluderPlane& wall, std::size_t segment, const LineOfSight& line);
 
+  bool is_passed(const OccluderPlane& wall, std::size_t segment, const LineOfSight& line) const;
+
   std::array<Vec3f, kSegments + 1> points_m;
   int reflections = 0;
+  double chance = 0;
 };
 
 // Tally of a ring's paths: cast, with a known outcome (counted), and unoccluded (free).
@@ -92,6 +100,7 @@ struct FresnelZone {
   std::array<double, kZoneRings + 1> area_m2_{};
   bool agree(std::size_t a, std::size_t b) const;
   std::array<float, kZoneRings> disc_fractions() const;
+  float amplitude_of_long_detours(std::size_t band) const;
 };
 
 }  // namespace clamor

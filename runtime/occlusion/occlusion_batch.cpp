@@ -7,6 +7,7 @@
 
 #include "common/morton_order.h"
 #include "common/parallel_for.h"
+#include "runtime/occlusion/direct_sound.h"
 #include "runtime/occlusion/fresnel_zone.h"
 #include "runtime/occlusion/image_path.h"
 #include "runtime/occlusion/visibility_cache.h"
@@ -94,7 +95,7 @@ class PacketEstimator {
       const LineState& one = *lanes_[l];
       ++ring(l, r).cast;
       free |= lane_if(!(one.frame.length_m > 0), l);
-      paths[l].emplace(one.frame, one.zone.detour_m(r, i), path_azimuth(r, i));
+      paths[l].emplace(one.frame, one.zone.detour_m(r, i), path_azimuth(r, i), path_chance(i));
     });
     under_way = lanes & ~free;
     std::array<PathSegment, kPacketRays> segments{};
@@ -205,9 +206,22 @@ std::vector<Bands> fine_visibility(const OcclusionGeometry& geometry, double spe
     if (origin_m) lines.push_back({*origin_m, Vec3f(place), speed_of_sound_mps});
   const std::vector<VisibilityEstimate> estimates =
       estimate_visibilities(geometry, lines, kMediumPaths, kFinePaths, threads);
+  std::vector<std::size_t> line_of(sources.size());
   std::size_t next = 0;
   for (std::size_t i = 0; i < origins.size(); ++i)
-    if (origins[i]) visibility[i] = estimates[next++].diffracted;
+    if (origins[i]) line_of[i] = next++;
+  parallel_for(sources.size(), kLinesPerTask, threads, [&](std::size_t first, std::size_t end) {
+    std::uint64_t rays = 0;
+    for (std::size_t i = first; i < end; ++i) {
+      if (!origins[i]) continue;
+      const VisibilityEstimate& zone = estimates[line_of[i]];
+      visibility[i] =
+          sources[i]->is_emitter
+              ? direct_sound(geometry, lines[line_of[i]], zone.diffracted, zone.line_is_free, rays)
+                    .visibility
+              : zone.diffracted;
+    }
+  });
   return visibility;
 }
 

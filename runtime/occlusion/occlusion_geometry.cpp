@@ -50,6 +50,7 @@ OcclusionGeometry::OcclusionGeometry(const Mesh& mesh, std::span<const Material>
   planes_.reserve(mesh.triangles.size());
   for (const auto& triangle : mesh.triangles) planes_.push_back(plane_of(mesh, triangle));
   embree_ = build_bvh(mesh, quality);
+  edges_ = DiffractingEdges(mesh);
   if (quality == BuildQuality::kFast) mesh_to_improve_ = &mesh;
 }
 
@@ -137,6 +138,12 @@ void OcclusionGeometry::first_surfaces(
     }
   }
   if (has_parts()) parts_->first_hits(segments, lanes, fractions, surfaces);
+}
+
+void OcclusionGeometry::find_edges(const Vec3& from_m, const Vec3& to_m, std::size_t count,
+                                   double longest_m, std::vector<EdgeBetween>& found) const {
+  edges_.find_nearest(from_m, to_m, count, longest_m, found);
+  if (has_parts()) parts_->find_edges(from_m, to_m, count, longest_m, found);
 }
 
 bool OcclusionGeometry::is_free(const Vec3f& from_m, const Vec3f& to_m) const {

@@ -8,7 +8,7 @@
 // counts as occluded, because sound heard through a wall would be worse.
 //
 // Threads: const functions may run on any number of threads at once.
-// Memory: about 200 bytes per triangle.
+// Memory: about 200 bytes per triangle, and 90 per edge that diffracts.
 #pragma once
 
 #include <cstddef>
@@ -24,6 +24,7 @@
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
 #include "formats/level/mesh.h"
+#include "runtime/occlusion/diffracting_edges.h"
 #include "runtime/occlusion/occluder_plane.h"
 #include "runtime/occlusion/path_segment.h"
 
@@ -85,6 +86,11 @@ class OcclusionGeometry {
   Bands transmission(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays) const;
   bool transmits() const;  // whether any material does
 
+  // Appends the edges with the shortest detours between two points, of the level and its parts, at
+  // most `count` and none longer than `longest_m`, in the order of detours.
+  void find_edges(const Vec3& from_m, const Vec3& to_m, std::size_t count, double longest_m,
+                  std::vector<EdgeBetween>& found) const;
+
   // Share of the power that a material reflects as a mirror.
   const Bands& mirror_reflection(std::size_t material) const { return mirrored_[material]; }
 
@@ -114,6 +120,7 @@ class OcclusionGeometry {
   std::vector<Bands> mirrored_;           // per material
   bool transmits_ = false;
   std::unique_ptr<EmbreeMesh> embree_;  // null in a free field
+  DiffractingEdges edges_;
   const PartScene* parts_ = nullptr;
   const Mesh* mesh_to_improve_ = nullptr;  // null: the BVH is final
   std::future<std::unique_ptr<EmbreeMesh>> better_;

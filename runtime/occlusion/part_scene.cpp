@@ -1,5 +1,6 @@
 #include "runtime/occlusion/part_scene.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -89,6 +90,43 @@ std::optional<PartScene::Hit> PartScene::first_hit(const Vec3f& from_m, const Ve
 
 bool PartScene::is_free(const Vec3f& from_m, const Vec3f& to_m) const {
   return empty() || !instances_->is_occluded(from_m, to_m);
+}
+
+void PartScene::find_edges(const Vec3& from_m, const Vec3& to_m, std::size_t count,
+                           double longest_m, std::vector<EdgeBetween>& found) const {
+  const double straight_m = length(to_m - from_m);
+  for (const Part& part : parts_) {
+    if (part.shape == nullptr) continue;
+    const Vec3 low_m(part.bounds.low_m), high_m(part.bounds.high_m);
+    const auto beyond_m = [&](const Vec3& point_m) {
+      return length(glm::max(glm::max(low_m - point_m, point_m - high_m), Vec3(0)));
+    };
+    if (beyond_m(from_m) + beyond_m(to_m) > straight_m + longest_m) continue;
+    const Matrix turn = part.axes / part.scale;
+    const auto to_part = [&](const Vec3& point_m) {
+      return glm::transpose(turn) * (point_m - part.position_m) / part.scale;
+    };
+    const std::size_t before = found.size();
+    part.shape->edges().find_nearest(to_part(from_m), to_part(to_m), count, longest_m / part.scale,
+                                     found);
+    const auto to_world = [&](Vec3f& point_m) {
+      point_m = Vec3f(part.position_m + part.axes * Vec3(point_m));
+    };
+    for (std::size_t i = before; i < found.size(); ++i) {
+      DiffractingEdge& edge = found[i].edge;
+      found[i].detour_m *= part.scale;
+      edge.width_m *= static_cast<float>(part.scale);
+      to_world(edge.from_m);
+      to_world(edge.to_m);
+      for (Vec3f* axis : {&edge.along, &edge.face, &edge.air}) *axis = Vec3f(turn * Vec3(*axis));
+    }
+    const auto is_shorter = [](const EdgeBetween& a, const EdgeBetween& b) {
+      return a.detour_m < b.detour_m;
+    };
+    std::inplace_merge(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(before),
+                       found.end(), is_shorter);
+    if (found.size() > count) found.resize(count);
+  }
 }
 
 void PartScene::first_hits(std::span<const PathSegment, kPacketRays> segments, std::uint32_t lanes,

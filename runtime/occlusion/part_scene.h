@@ -13,6 +13,7 @@
 
 #include "common/bands.h"
 #include "common/vec.h"
+#include "runtime/occlusion/diffracting_edges.h"
 #include "runtime/occlusion/moving_parts.h"
 #include "runtime/occlusion/occluder_plane.h"
 #include "runtime/occlusion/path_segment.h"
@@ -48,6 +49,11 @@ class PartScene {
   // The first hit of the segment between the fractions `near` and `far`.
   std::optional<Hit> first_hit(const Vec3f& from_m, const Vec3f& to_m, float near, float far) const;
   bool is_free(const Vec3f& from_m, const Vec3f& to_m) const;
+
+  // Adds the edges of parts to `found`, which is in the order of detours and stays so, with at most
+  // `count` edges.
+  void find_edges(const Vec3& from_m, const Vec3& to_m, std::size_t count, double longest_m,
+                  std::vector<EdgeBetween>& found) const;
 
   // Replaces the surfaces of the segments in `lanes` that a part hides. `fractions` are those of
   // the surfaces, 1 where there is none.

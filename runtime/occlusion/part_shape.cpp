@@ -15,7 +15,7 @@ Result<std::shared_ptr<const PartShape>> PartShape::make(const Mesh& mesh,
 }
 
 PartShape::PartShape(const Mesh& mesh, std::span<const Material> materials)
-    : materials_(mesh.materials), low_m_(mesh.vertices_m.front()), high_m_(low_m_) {
+    : edges_(mesh), materials_(mesh.materials), low_m_(mesh.vertices_m.front()), high_m_(low_m_) {
   for (const Material& material : materials) transmission_.push_back(material.transmission);
   for (const std::uint16_t material : materials_)
     for (const float share : transmission_[material]) transmits_ |= share > 0;

@@ -14,6 +14,7 @@
 #include "common/result.h"
 #include "common/vec.h"
 #include "formats/level/mesh.h"
+#include "runtime/occlusion/diffracting_edges.h"
 #include "runtime/occlusion/occluder_plane.h"
 
 namespace clamor {
@@ -34,6 +35,7 @@ class PartShape {
     return transmission_[materials_[triangle]];
   }
   bool transmits() const { return transmits_; }  // whether any material does
+  const DiffractingEdges& edges() const { return edges_; }
   std::size_t triangles() const { return planes_.size(); }
 
   // The corners of the bounding box, in the part's coordinates.
@@ -44,7 +46,8 @@ class PartShape {
   PartShape(const Mesh& mesh, std::span<const Material> materials);
 
   std::unique_ptr<EmbreeMesh> bvh_;
-  std::vector<OccluderPlane> planes_;     // per triangle
+  std::vector<OccluderPlane> planes_;  // per triangle
+  DiffractingEdges edges_;
   std::vector<std::uint16_t> materials_;  // per triangle
   std::vector<Bands> transmission_;       // per material
   bool transmits_ = false;

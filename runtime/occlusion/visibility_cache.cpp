@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "runtime/occlusion/direct_sound.h"
 #include "runtime/occlusion/fresnel_visibility.h"
 #include "runtime/occlusion/image_path.h"
 #include "runtime/occlusion/ray_timer.h"
@@ -34,13 +35,16 @@ Bands source_visibility(const OcclusionGeometry& geometry, double speed_of_sound
   ++rays;
   const auto origin_m = geometry.ray_origin(source);
   if (!origin_m) return Bands{};
-  return fresnel_visibility(geometry, {*origin_m, Vec3f(place), speed_of_sound_mps}, paths_per_ring,
-                            rays);
+  const LineOfSight line{*origin_m, Vec3f(place), speed_of_sound_mps};
+  bool line_is_free = true;
+  const Bands zone = fresnel_visibility(geometry, line, paths_per_ring, rays, &line_is_free);
+  if (!source.is_emitter) return zone;
+  return direct_sound(geometry, line, zone, line_is_free, rays).visibility;
 }
 
 bool is_partial(const Bands& visibility) {
   return std::any_of(visibility.begin(), visibility.end(),
-                     [](float share) { return share > 0 && share < 1; });
+                     [](float share) { return share > 0 && share != 1; });
 }
 
 Bands fine_visibility(const OcclusionGeometry& geometry, double speed_of_sound_mps,
@@ -50,7 +54,7 @@ Bands fine_visibility(const OcclusionGeometry& geometry, double speed_of_sound_m
     return source_visibility(geometry, speed_of_sound_mps, source, place, paths, rays);
   };
   const Bands first = estimate(kMediumPaths);
-  if (source.is_image) return first;
+  if (source.is_image || source.is_emitter) return first;
   return is_partial(first) ? estimate(kFinePaths) : first;
 }
 
@@ -103,7 +107,7 @@ VisibilityCache::Index VisibilityCache::add(std::uint64_t number, const Source& 
   const Index index = entries_.add(number);
   VisibilityEntry& entry = entries_[index];
   entry.used = keyframe_;
-  entry.is_direct = source.is_emitter || is_moving_source(number);
+  entry.is_direct = !source.is_image && (source.is_emitter || is_moving_source(number));
   entry.is_image = source.is_image;
   const auto origin_m = geometry_.ray_origin(source);
   entry.has_origin = origin_m.has_value();
@@ -116,6 +120,7 @@ void VisibilityCache::remove_unused() {
   const auto& kept = entries_.remove_unused([&](const VisibilityEntry& entry) {
     return keyframe_ - entry.used > kForgetUnused_keyframes;
   });
+  std::erase_if(bent_paths_, [this](const auto& one) { return find(one.first) == kUnknown; });
   for (const VisibilityEntry& entry : kept)
     if (entry.step != OcclusionUpperBounds::kUnoccluded && !is_moving_source(entry.number))
       upper_bounds_.set(entry.number, entry.step);
@@ -139,7 +144,7 @@ void VisibilityCache::update(VisibilityEntry& entry, const Source& source) {
         is_moving ? geometry_.transmission(entry.origin_m, Vec3f(place_), rays)
                   : geometry_.transmission_of_parts(entry.origin_m, Vec3f(place_), rays);
     for (std::size_t b = 0; b < kBandCount; ++b)
-      entry.visibility[b] += (1 - entry.diffracted[b]) * through[b];
+      entry.visibility[b] += std::max(0.0f, 1 - entry.diffracted[b]) * through[b];
     statistics_.rays += rays;
     rays_left_ -= static_cast<std::int64_t>(rays);
   }
@@ -162,6 +167,9 @@ void VisibilityCache::test_line(VisibilityEntry& entry, const Source& source) {
   const bool was_free = entry.line_is_free;
   follow(entry, source);
   entry.line_is_free = entry.has_origin && geometry_.is_free(entry.origin_m, Vec3f(place_));
+  // Direct sound over edges keeps its estimate for as long as the line stays as it was.
+  if (entry.is_over_edges && entry.line_is_free != was_free)
+    return estimate(entry, source, VisibilityPrecision::kFine);
   entry.precision = VisibilityPrecision::kLineTest;
   entry.is_stale = false;
   ++statistics_.line_tests;
@@ -180,6 +188,7 @@ void VisibilityCache::predict(VisibilityEntry& entry, const Source& source, bool
                       mean) &&
            !(entry.estimate_is_stale && mean.keyframe < parts_keyframe_);
   };
+  if (entry.is_over_edges) return;
   if (!entry.has_origin) {
     entry.diffracted = {};
   } else if (!is_known()) {
@@ -191,19 +200,48 @@ void VisibilityCache::predict(VisibilityEntry& entry, const Source& source, bool
   }
 }
 
-// Takes the precision's own number of paths unless there is another.
+// A direct sound that was heard over edges, or is to be fine, takes the edges into account.
 void VisibilityCache::estimate(VisibilityEntry& entry, const Source& source,
-                               VisibilityPrecision precision, int paths_per_ring) {
+                               VisibilityPrecision precision) {
   follow(entry, source);
+  const bool is_over_edges =
+      entry.is_direct && (entry.is_over_edges || precision == VisibilityPrecision::kFine);
+  if (is_over_edges) precision = VisibilityPrecision::kFine;
   VisibilityEstimate estimate;
   if (source.is_image)
     estimate = estimate_of_image(source);
   else if (entry.has_origin)
-    estimate.diffracted =
-        fresnel_visibility(geometry_, {entry.origin_m, Vec3f(place_), speed_of_sound_mps_},
-                           paths_per_ring > 0 ? paths_per_ring : paths_for(precision),
-                           estimate.rays, &estimate.line_is_free);
+    estimate.diffracted = fresnel_visibility(geometry_, line_to(entry),
+                                             is_over_edges ? kMediumPaths : paths_for(precision),
+                                             estimate.rays, &estimate.line_is_free);
+  if (is_over_edges && entry.has_origin) add_edges(entry, estimate);
   store(entry, source, precision, estimate);
+}
+
+LineOfSight VisibilityCache::line_to(const VisibilityEntry& entry) const {
+  return {entry.origin_m, Vec3f(place_), speed_of_sound_mps_};
+}
+
+// Replaces an estimate of a direct sound's zone by what arrives over edges.
+void VisibilityCache::add_edges(VisibilityEntry& entry, VisibilityEstimate& estimate) {
+  const DirectSound direct = direct_sound(geometry_, line_to(entry), estimate.diffracted,
+                                          estimate.line_is_free, estimate.rays);
+  estimate.diffracted = direct.visibility;
+  entry.is_over_edges = direct.is_over_edges;
+  if (direct.bent)
+    bent_paths_.insert_or_assign(entry.number, *direct.bent);
+  else
+    bent_paths_.erase(entry.number);
+}
+
+// What is transmitted straight through walls takes its share of the path.
+std::optional<BentPath> VisibilityCache::bent_path(std::uint64_t number) const {
+  const auto found = bent_paths_.find(number);
+  const Index index = find(number);
+  if (found == bent_paths_.end() || index == kUnknown) return std::nullopt;
+  const VisibilityEntry& entry = entries_[index];
+  const double bent = sum_of(entry.diffracted), all = sum_of(entry.visibility);
+  return all > 0 ? std::optional(blend(line_to(entry), found->second, bent / all)) : std::nullopt;
 }
 
 // An image is seen through mirrors, whatever is on the straight line.
@@ -228,7 +266,7 @@ void VisibilityCache::store(VisibilityEntry& entry, const Source& source,
   entry.precision = precision;
   entry.estimated = keyframe_;
   update(entry, source);
-  if (options_.exact || !entry.has_origin || entry.is_image) return;
+  if (options_.exact || !entry.has_origin || entry.is_image || entry.is_over_edges) return;
   grid_.add(source, place_, entry.line_is_free, entry.diffracted, keyframe_,
             was_stale ? parts_keyframe_ : 0);
   if (!was_predicted) return;
@@ -255,21 +293,14 @@ VisibilityCache::Index VisibilityCache::test_new(std::uint64_t number, const Sou
   return entry.occluded ? index | VisibilityEntries::kOccluded : index;
 }
 
-// Where parts move, edges sweep across the paths of direct sounds, which must not be heard in
-// steps.
-void VisibilityCache::refine_direct(VisibilityEntry& entry, const Source& source) {
-  if (geometry_.has_parts() && entry.is_direct && entry.precision < VisibilityPrecision::kFine)
-    estimate(entry, source, VisibilityPrecision::kFine);
-}
-
 const Bands& VisibilityCache::estimate_now(std::uint64_t number, const Source& source) {
   Index index = find(number);
   const bool known = index != kUnknown;
   if (!known) index = add(number, source);
   VisibilityEntry& entry = entries_[index];
   if (!known || entry.precision < VisibilityPrecision::kMedium || !is_current(entry, source))
-    estimate(entry, source, VisibilityPrecision::kMedium);
-  refine_direct(entry, source);
+    estimate(entry, source,
+             entry.is_direct ? VisibilityPrecision::kFine : VisibilityPrecision::kMedium);
   return entry.visibility;
 }
 
@@ -287,20 +318,21 @@ std::vector<Bands> VisibilityCache::estimate_now(std::span<const Wanted> sources
       continue;
     follow(entry, *one.source);
     needs_estimate.push_back(indices.size() - 1);
-    if (entry.has_origin && !entry.is_image)
-      lines.push_back({entry.origin_m, Vec3f(place_), speed_of_sound_mps_});
+    if (entry.has_origin && !entry.is_image) lines.push_back(line_to(entry));
   }
   const std::vector<VisibilityEstimate> estimates =
       estimate_visibilities(geometry_, lines, kMediumPaths);
   std::size_t next = 0;
   for (const std::size_t s : needs_estimate) {
     VisibilityEntry& entry = entries_[indices[s]];
-    if (entry.is_image)
+    if (entry.is_image) {
       estimate(entry, *sources[s].source, VisibilityPrecision::kFine);
-    else
-      store(entry, *sources[s].source, VisibilityPrecision::kMedium,
-            entry.has_origin ? estimates[next++] : VisibilityEstimate());
-    refine_direct(entry, *sources[s].source);
+      continue;
+    }
+    VisibilityEstimate estimate = entry.has_origin ? estimates[next++] : VisibilityEstimate();
+    if (entry.is_direct && entry.has_origin) add_edges(entry, estimate);
+    store(entry, *sources[s].source,
+          entry.is_direct ? VisibilityPrecision::kFine : VisibilityPrecision::kMedium, estimate);
   }
   std::vector<Bands> visible;
   for (const Index index : indices) visible.push_back(entries_[index].visibility);

@@ -12,7 +12,8 @@
 //              mean visibility of its neighbours (occlusion_grid.h).
 //   coarse     4 paths per ring (fresnel_visibility.h), for sources that matter as a group only
 //   medium     8 paths per ring, for sources of four times the mean weight or more
-//   fine       64 paths per ring, for sources that an edge partly occludes
+//   fine       64 paths per ring, for sources that an edge partly occludes; for direct sounds, the
+//              medium one and all edges near the path (direct_sound.h)
 //
 // Each keyframe has a budget of rays, twice as many where the whole scene changed at once, as it
 // does behind a door. The budget pays, in this order, for
@@ -51,13 +52,16 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "common/bands.h"
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
 #include "runtime/occlusion/changed_parts.h"
+#include "runtime/occlusion/direct_sound.h"
 #include "runtime/occlusion/occlusion_batch.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/occlusion_grid.h"
@@ -132,6 +136,9 @@ class VisibilityCache {
   const Bands& visibility(Index known) const { return entries_[known].visibility; }
   void prefetch_visibility(Index known) const { __builtin_prefetch(&visibility(known)); }
 
+  // How a known direct sound reaches the listener around edges; nothing if it comes straight.
+  std::optional<BentPath> bent_path(std::uint64_t number) const;
+
   // Upper bounds of all visibilities, for pools to cull by in this keyframe.
   const OcclusionUpperBounds& upper_bounds() const { return upper_bounds_; }
 
@@ -192,9 +199,9 @@ class VisibilityCache {
   void update(VisibilityEntry& entry, const Source& source);
   void test_line(VisibilityEntry& entry, const Source& source);
   void predict(VisibilityEntry& entry, const Source& source, bool line_changed);
-  void estimate(VisibilityEntry& entry, const Source& source, VisibilityPrecision precision,
-                int paths_per_ring = 0);
-  void refine_direct(VisibilityEntry& entry, const Source& source);
+  void estimate(VisibilityEntry& entry, const Source& source, VisibilityPrecision precision);
+  LineOfSight line_to(const VisibilityEntry& entry) const;
+  void add_edges(VisibilityEntry& entry, VisibilityEstimate& estimate);
   VisibilityEstimate estimate_of_image(const Source& source) const;
   void store(VisibilityEntry& entry, const Source& source, VisibilityPrecision precision,
              const VisibilityEstimate& estimate);
@@ -212,7 +219,8 @@ class VisibilityCache {
   VisibilityEntries entries_;
   OcclusionUpperBounds upper_bounds_;
   OcclusionGrid grid_;
-  ChangedParts changed_parts_;  // since the last keyframe
+  std::unordered_map<std::uint64_t, BentPath> bent_paths_;  // by source number
+  ChangedParts changed_parts_;                              // since the last keyframe
   Vec3 place_{};
   std::uint32_t keyframe_ = 0;
   std::uint32_t parts_keyframe_ = 0;  // the last in which parts had changed

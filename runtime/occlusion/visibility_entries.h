@@ -33,10 +33,11 @@ struct alignas(64) VisibilityEntry {
   // The visibility and the last estimate are stale once a movable part has crossed the path. A line
   // test renews the visibility alone.
   bool is_stale : 1 = false, estimate_is_stale : 1 = false;
-  bool is_direct : 1 = false;  // an emitter or a moving source
-  bool is_image : 1 = false;   // of one (image_path.h)
-  Bands diffracted{};          // share of the power that passes beside the surfaces
-  Bands visibility{};          // and what is transmitted through them, too
+  bool is_direct : 1 = false;      // an emitter or a moving source
+  bool is_image : 1 = false;       // of one (image_path.h)
+  bool is_over_edges : 1 = false;  // a direct sound that the last estimate heard over edges
+  Bands diffracted{};              // share of the power that passes beside the surfaces
+  Bands visibility{};              // and what is transmitted through them, too
 };
 
 // A flat hash map from source numbers to entries. An index stays valid until remove_unused(), and

@@ -22,9 +22,7 @@ constexpr float kMaxStretch = 3.2f;
 constexpr float kNearDetour_m = 0.35f;
 
 constexpr std::int64_t kMaxRaysPerEstimate = 600;  // of a medium one
-// The budget of direct sounds, in budgets of a keyframe, and the rays that a path per ring takes on
-// average beside a door.
-constexpr std::int64_t kDirectBudgets = 8, kRaysPerPath = 26;
+constexpr std::int64_t kDirectBudgets = 8;         // of direct sounds, in budgets of a keyframe
 
 }  // namespace
 
@@ -57,21 +55,15 @@ void VisibilityCache::mark_stale(VisibilityEntry& entry) {
   if (!is_moving_source(entry.number)) upper_bounds_.set(entry.number, entry.step);
 }
 
-// Estimates direct sounds with as many paths as there are rays for, so that an edge that sweeps
-// across a path is not heard in steps: a fine estimate for each of 40 doors, a third of the paths
-// for each of 100. Returns how many there are, which come first in `stale`.
+// Estimates direct sounds with all edges, as long as there are rays, so that an edge that sweeps
+// across a path is not heard in steps. Returns how many there are, which come first in `stale`.
 std::size_t VisibilityCache::renew_direct(std::span<const Wanted> stale) {
   std::size_t count = 0;
   while (count < stale.size() && entries_[stale[count].index].is_direct) ++count;
   std::int64_t rays = kDirectBudgets * std::int64_t{options_.rays_per_keyframe};
   for (std::size_t i = 0; i < count && rays > 0; ++i) {
-    const auto share = rays / static_cast<std::int64_t>(count - i);
-    const int paths =
-        static_cast<int>(std::clamp<std::int64_t>(share / kRaysPerPath, kMediumPaths, kFinePaths));
     const std::int64_t before = rays_left_;
-    estimate(entries_[stale[i].index], *stale[i].source,
-             paths == kFinePaths ? VisibilityPrecision::kFine : VisibilityPrecision::kMedium,
-             paths);
+    estimate(entries_[stale[i].index], *stale[i].source, VisibilityPrecision::kFine);
     rays -= before - std::exchange(rays_left_, before);
   }
   return count;

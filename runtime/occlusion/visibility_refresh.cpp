@@ -59,7 +59,8 @@ void VisibilityCache::collect_tasks(std::span<const Wanted> wanted, double tau, 
       refresh_.tasks.stale.push_back({std::max(weight, tau) * age, index, one.source, significant});
     else if (entry.precision < VisibilityPrecision::kMedium)
       refresh_.tasks.coarse.push_back({priority, index, one.source});
-    else if (entry.precision < VisibilityPrecision::kFine && is_partial(entry.diffracted))
+    else if (entry.precision < VisibilityPrecision::kFine &&
+             (is_partial(entry.diffracted) || (entry.is_direct && !entry.line_is_free)))
       refresh_.tasks.partial.push_back({priority, index, one.source});
   }
   refresh_.mean_weight = weight_sum / std::max<double>(1, static_cast<double>(statistics_.wanted));

@@ -197,7 +197,8 @@ void CandidateSet::keep_highest_priorities() {
   std::make_heap(heap.begin(), heap.end(), std::greater<>());
 }
 
-// Applies the visibility to a candidate. Returns its priority.
+// Applies the visibility to a candidate. Returns its priority. Pools search without occlusion, so
+// what an edge adds to a direct sound does not count.
 double CandidateSet::apply_visibility(std::uint32_t c, double unoccluded_priority) {
   Candidate& candidate = candidates_[c];
   const FoundSource& found = source_of(candidate);
@@ -206,7 +207,7 @@ double CandidateSet::apply_visibility(std::uint32_t c, double unoccluded_priorit
     wanted_.push_back({unoccluded_priority, found.number, candidate.visibility, found.source});
   double w = 0;
   for (std::size_t b = 0; b < kBandCount; ++b)
-    w += static_cast<double>(band_weights_[c][b]) * visibility[b];
+    w += static_cast<double>(band_weights_[c][b]) * std::min(1.0f, visibility[b]);
   candidate.weight = w;
   candidate.priority = w * candidate.priority_per_weight;
   candidate.is_occlusion_applied = true;

@@ -1,5 +1,6 @@
 // priority_sampler.cpp: the k sources of highest priority.
 #include <algorithm>
+#include <deque>
 #include <optional>
 #include <utility>
 
@@ -13,6 +14,34 @@ namespace clamor {
 namespace {
 
 constexpr double kPrefetchAhead_s = 0.5;
+
+// The rotation that turns one unit vector to another by the shortest way.
+Quaternion turn_between(const Vec3& from, const Vec3& to) {
+  const double cosine = dot(from, to);
+  if (cosine < -1 + 1e-9) {
+    const Vec3 axis = basis_around(from).tangent;
+    return {0, axis.x, axis.y, axis.z};
+  }
+  const Vec3 axis = cross(from, to);
+  return glm::normalize(Quaternion(1 + cosine, axis.x, axis.y, axis.z));
+}
+
+// Lets a direct sound be heard from where it comes around an edge: there it has the distance of its
+// way, and emission and movement are turned so that they are as in the direction in which it left.
+void bend(SampledSource& sampled, const BentPath& path, const Vec3& place_m, Source& source) {
+  const Vec3 away_m = place_m - Vec3(path.heard_at_m);
+  const double straight_m = length(place_m - Vec3(source.position_m)), way_m = length(away_m);
+  if (!(straight_m > 0 && way_m > 0)) return;
+  const Quaternion turn = turn_between(Vec3(path.leaves), away_m / way_m);
+  source.position_m = path.heard_at_m;
+  source.normal = Vec3f(turn * Vec3(source.normal));
+  sampled.source = &source;
+  sampled.velocity_mps = Vec3f(turn * Vec3(sampled.velocity_mps));
+  sampled.moves = true;
+  // The visibility is relative to the straight line's distance.
+  const auto nearer = static_cast<float>(way_m * way_m / (straight_m * straight_m));
+  for (float& share : sampled.visibility) share *= nearer;
+}
 
 class PrioritySampler final : public Sampler {
  public:
@@ -106,6 +135,7 @@ class PrioritySampler final : public Sampler {
   // Makes the sample of the k highest candidates, `tau` being the next priority.
   void publish(double tau) {
     sample_.clear();
+    bent_sources_.clear();
     for (std::size_t c = 0; c < std::min(inputs_.voices, candidates_.size()); ++c) {
       const Candidate& chosen = candidates_[c];
       const FoundSource& found = candidates_.source_of(chosen);
@@ -122,6 +152,9 @@ class PrioritySampler final : public Sampler {
       sample_.push_back({found.number, scale, &source, found.signal, visibility,
                          chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
       if (found.voice != 0) sample_.back().set_moving(found);
+      if (chosen.is_occlusion_applied && (source.is_emitter || found.voice != 0))
+        if (const auto path = inputs_.occlusion->bent_path(found.number))
+          bend(sample_.back(), *path, moment_->place_m, bent_sources_.emplace_back(source));
     }
     // Pools without instances mostly find sources in this order.
     const auto by_number = [](const auto& a, const auto& b) { return a.number < b.number; };
@@ -149,6 +182,7 @@ class PrioritySampler final : public Sampler {
   bool unfinished_ = false;               // another call may improve sample_
   std::uint64_t bounded_keyframes_ = 0;
   std::vector<SampledSource> sample_;
+  std::deque<Source> bent_sources_;  // copies that sample_ refers to
 };
 
 }  // namespace

@@ -67,7 +67,7 @@ struct SampledSource {
   // Fraction of k below which the source would not be chosen: 0 is dropped last, 1 is dropped next.
   // Below 0 if unknown.
   double rank = -1;
-  bool moves = false;
+  bool moves = false;    // a moving source, or one that is heard around edges
   Vec3f velocity_mps{};  // of a moving source, when the sound left it
   double start_s = 0;    // of a moving source's sound, on top of the source's delay
 

@@ -4,86 +4,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
-#include <numbers>
 
 #include <gtest/gtest.h>
 
 #include "common/random.h"
 #include "tests/rooms.h"
+#include "tests/runtime/occlusion/half_plane_reference.h"
 #include "tests/runtime/occlusion/visibility_reference.h"
 
 namespace clamor {
 namespace {
 
-using Complex = std::complex<double>;
-constexpr double kSound_mps = 343.2, kPi = std::numbers::pi;
-
-// --- The exact field behind a rigid half-plane --------------------------------------------------
-//
-// H. M. Macdonald. A Class of Diffraction Problems. Proc. London Math. Soc. 14, 1915; in J. J.
-// Bowman, T. B. A. Senior, P. L. E. Uslenghi. Electromagnetic and Acoustic Scattering by Simple
-// Shapes, 1969, section 8.3: a point source at (r0, phi0, 0) and a half-plane at phi = 0 give
-//
-//   p = e^(ikR) / R  F(kR, xi) + e^(ikR') / R' F(kR', xi'),   F(x, xi) = I(xi) / I(infinity),
-//   I(xi) = integral from -xi to infinity of H_1(x + m^2) / sqrt(2 x + m^2) dm,
-//   xi = 2 sqrt(k r r0 / (R1 + R)) cos((phi - phi0) / 2),  xi' with phi + phi0 and R',
-//
-// R the distance to the source, R' to its image, R1 round the edge. The path of integration leaves
-// the real axis at 45 degrees, where the integrand falls as exp(-s^2).
-
-// Hankel's asymptotic series with five terms; the error is 1e-3 at |z| = 3.
-Complex hankel1(Complex z) {
-  const Complex i(0, 1);
-  constexpr double kTerms[] = {3.0 / 8, -15.0 / 128, 315.0 / 3072, -14175.0 / 98304};
-  Complex sum = 1, power = 1;
-  for (const double term : kTerms) {
-    power *= i / z;
-    sum += term * power;
-  }
-  return std::sqrt(2.0 / (kPi * z)) * std::exp(i * (z - 3 * kPi / 4)) * sum;
-}
-
-Complex integral_from(double x, double start) {  // start >= 0
-  const Complex turn = std::polar(1.0, kPi / 4);
-  constexpr double kStep = 0.02, kEnd = 5;
-  Complex sum = 0;
-  for (double s = kStep / 2; s < kEnd; s += kStep) {
-    const Complex m = start + s * turn;
-    sum += hankel1(x + m * m) / std::sqrt(2 * x + m * m);
-  }
-  return sum * kStep * turn;
-}
-
-Complex macdonald(double x, double xi) {
-  const Complex whole = 2.0 * integral_from(x, 0);
-  return xi <= 0 ? integral_from(x, -xi) / whole : 1.0 - integral_from(x, xi) / whole;
-}
-
-// Power behind the half-plane x = 0, y < 0, relative to a free field, averaged over an octave.
-double exact_power(const Vec3& from_m, const Vec3& to_m, std::size_t band) {
-  const auto angle = [](const Vec3& at) {  // from the half-plane, on the source's side
-    const double phi = std::atan2(-at.x, -at.y);
-    return phi < 0 ? phi + 2 * kPi : phi;
-  };
-  const double r0 = std::hypot(from_m.x, from_m.y), r = std::hypot(to_m.x, to_m.y);
-  const double direct_m = length(to_m - from_m);
-  const double image_m = length(to_m - Vec3(-from_m.x, from_m.y, from_m.z));
-  const double round_m = std::hypot(r + r0, to_m.z - from_m.z);
-  constexpr int kSteps = 6;
-  double power = 0;
-  for (int step = 0; step < kSteps; ++step) {
-    const double hz = 1000 * std::exp2(static_cast<double>(band) - 4.5 + (step + 0.5) / kSteps);
-    const double k = 2 * kPi * hz / kSound_mps;
-    const auto radiation = [&](double distance_m, double phi) {
-      const double xi = 2 * std::sqrt(k * r * r0 / (round_m + distance_m)) * std::cos(phi / 2);
-      return std::polar(1 / distance_m, k * distance_m) * macdonald(k * distance_m, xi);
-    };
-    power += std::norm(radiation(direct_m, angle(to_m) - angle(from_m)) +
-                       radiation(image_m, angle(to_m) + angle(from_m)));
-  }
-  return power / kSteps * direct_m * direct_m;
-}
+using testing::exact_power;
+using testing::half_plane;
+using testing::integral_from;
+using testing::kSound_mps;
+using testing::macdonald;
 
 TEST(HalfPlaneReference, HasHalfTheAmplitudeAtItsEdgeAndAllOfItFarAway) {
   // At the shadow boundary the incident wave contributes exactly a half.
@@ -94,15 +30,6 @@ TEST(HalfPlaneReference, HasHalfTheAmplitudeAtItsEdgeAndAllOfItFarAway) {
   const double at_3 = 3 * std::abs(integral_from(3, 0)),
                at_500 = 500 * std::abs(integral_from(500, 0));
   EXPECT_NEAR(at_3 / at_500, 1, 2e-3);
-}
-
-// A sheet at x = 0, y < 0, so large that only one edge matters.
-Mesh half_plane() {
-  Mesh mesh;
-  mesh.vertices_m = {{0, 0, -1000}, {0, 0, 1000}, {0, -1000, 1000}, {0, -1000, -1000}};
-  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
-  mesh.materials = {0, 0};
-  return mesh;
 }
 
 double decibels(double power) { return 10 * std::log10(std::max(power, 1e-12)); }
@@ -130,6 +57,27 @@ TEST(FresnelVisibility, IsWithin3DecibelsOfTheExactHalfPlaneDownToMinus15Decibel
           }
         }
   EXPECT_GT(count, 1000);
+}
+
+// At walking speed, 2.8 cm are 20 ms.
+TEST(FresnelVisibility, FallsByLessThan3DecibelsPer20MillisecondsOnAWalkIntoAShadow) {
+  const OcclusionGeometry geometry(half_plane(), std::vector<Material>(1));
+  Bands last{};
+  for (double y = 2; y > -6; y -= 0.028) {
+    const Vec3 from(-3, -0.5, 0.3), to(2, y, -0.2);
+    std::uint64_t rays = 0;
+    const Bands visible = fresnel_visibility(geometry, {from, to, kSound_mps}, kFinePaths, rays);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const double exact_db = decibels(exact_power(from, to, b));
+      if (exact_db > -33) {
+        EXPECT_NEAR(decibels(visible[b]), exact_db, 4) << b << " at " << y;
+      }
+      if (y < 2) {
+        EXPECT_LT(std::abs(decibels(visible[b]) - decibels(last[b])), 3) << b << " at " << y;
+      }
+    }
+    last = visible;
+  }
 }
 
 // A room of 10 x 8 x 3 m: a wall across at x = 5 m with a door of 1 x 2 m, a pillar in one half and
@@ -200,8 +148,25 @@ TEST(FresnelVisibility, BehindAPillarIsLowInHighBandsAndHighInLowOnes) {
   const Bands visible = fresnel_visibility(
       geometry, {{2.2f, 0.5f, 1.5f}, {2.2f, 5.5f, 1.5f}, kSound_mps}, kFinePaths, rays);
   EXPECT_GT(visible[0], 0.9f);
-  EXPECT_LT(visible[7], 0.1f);
+  EXPECT_LT(visible[7], 0.15f);
   for (std::size_t b = 1; b < kBandCount; ++b) EXPECT_LE(visible[b], visible[b - 1] + 0.05f);
+}
+
+// The listener steps through the plane of a wall in its doorway, from 20 cm before it to 40 cm
+// behind it.
+TEST(FresnelVisibility, ChangesByLessThanADecibelPerStepThroughADoorsPlane) {
+  const OcclusionGeometry geometry(furnished(), std::vector<Material>(1));
+  for (const Vec3f& from_m : {Vec3f(1, 4.4f, 1), Vec3f(0.01f, 4, 1.2f)}) {
+    Bands last = same_in_all_bands(1);
+    for (double x = 4.8; x < 5.4; x += 0.015) {
+      std::uint64_t rays = 0;
+      const Bands visible =
+          fresnel_visibility(geometry, {from_m, Vec3f(x, 4.0, 1.2), kSound_mps}, kFinePaths, rays);
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        EXPECT_LT(std::abs(decibels(visible[b]) - decibels(last[b])), 1) << b << " at " << x;
+      last = visible;
+    }
+  }
 }
 
 TEST(FresnelVisibility, ThroughAClosedWallIsZeroInEveryBand) {

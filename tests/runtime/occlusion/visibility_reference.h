@@ -29,8 +29,8 @@ inline double slow_visibility(const OcclusionGeometry& geometry, const LineOfSig
   for (std::uint32_t i = 1; i <= paths; ++i) {
     const double area_m2 = 2 * wave_m * (2 * distance_m + 2 * wave_m) * halton(2, i);
     const double detour_m = std::sqrt(distance_m * distance_m + area_m2) - distance_m;
-    const auto free =
-        path_is_free(geometry, line, detour_m, 2 * std::numbers::pi * halton(3, i), rays);
+    const auto free = path_is_free(geometry, line, detour_m, 2 * std::numbers::pi * halton(3, i),
+                                   halton(5, i), rays);
     if (!free) continue;
     ++wide;
     wide_free += *free;
@@ -38,9 +38,26 @@ inline double slow_visibility(const OcclusionGeometry& geometry, const LineOfSig
     ++narrow;
     narrow_free += *free;
   }
+  double longer = 0;  // power by the paths of long detours
+  for (std::size_t k = 0; k <= band; ++k) {
+    const double least_m = wave_m * std::exp2(static_cast<double>(k));
+    const double inner_m2 = least_m * (2 * distance_m + least_m);
+    const double outer_m2 = 2 * least_m * (2 * distance_m + 2 * least_m);
+    int counted = 0, passed = 0;
+    for (std::uint32_t i = 1; i <= paths / 4; ++i) {
+      const double area_m2 = inner_m2 + (outer_m2 - inner_m2) * halton(2, i);
+      const double detour_m = std::sqrt(distance_m * distance_m + area_m2) - distance_m;
+      const auto free = path_is_free(geometry, line, detour_m, 2 * std::numbers::pi * halton(3, i),
+                                     halton(5, i), rays);
+      counted += free.has_value();
+      passed += free.value_or(false);
+    }
+    const double amplitude = 0.36 * passed / std::max(counted, 1);
+    longer += amplitude * amplitude * std::exp2(-static_cast<double>(k));
+  }
   const float a = diffracted_amplitude(static_cast<float>(0.7 * narrow_free / std::max(narrow, 1) +
                                                           0.3 * wide_free / std::max(wide, 1)));
-  return static_cast<double>(a) * a;
+  return std::max(static_cast<double>(a) * a, longer);
 }
 
 }  // namespace clamor::testing

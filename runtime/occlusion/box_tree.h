@@ -1,0 +1,121 @@
+// box_tree.h: a tree of axis-aligned boxes, for searches that rays cannot do.
+//
+// Items are sorted along a Morton curve, and eight neighbours at a time have a box around them, as
+// have eight boxes, and so on.
+//
+// Threads: any; nothing changes after the constructor.   Memory: 36 bytes per item.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <queue>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "common/morton_order.h"
+#include "common/vec.h"
+
+namespace clamor {
+
+struct Box {
+  Vec3f low_m{}, high_m{};
+};
+
+class BoxTree {
+ public:
+  BoxTree() = default;
+
+  explicit BoxTree(std::span<const Box> items) {
+    std::vector<Vec3> middles_m;
+    for (const Box& item : items) middles_m.push_back(0.5 * (Vec3(item.low_m) + Vec3(item.high_m)));
+    std::vector<Box> boxes;
+    for (const std::size_t item : morton_order(middles_m)) {
+      items_.push_back(static_cast<std::uint32_t>(item));
+      boxes.push_back(items[item]);
+    }
+    while (boxes.size() > 0) {
+      const bool is_root = boxes.size() == 1 && !levels_.empty();
+      if (is_root) break;
+      boxes = grouped(boxes);
+      levels_.push_back(boxes);
+    }
+  }
+
+  // Calls visit(item) for all items in boxes for which touches(box) holds.
+  template <class Touches, class Visit>
+  void find(const Touches& touches, const Visit& visit) const {
+    if (!levels_.empty()) find(levels_.size(), 0, touches, visit);
+  }
+
+  // Calls visit(item, distance) in the order of distances until it returns false or distances
+  // exceed `limit`. distance_to_box(box) is a lower bound of the distances of the items within, and
+  // distance_to_item(item) is nothing for items to be left out.
+  template <class ToBox, class ToItem, class Visit>
+  void find_nearest(double limit, const ToBox& distance_to_box, const ToItem& distance_to_item,
+                    const Visit& visit) const {
+    if (levels_.empty()) return;
+    using Next = std::tuple<double, std::size_t, std::size_t>;  // distance, level, index
+    std::priority_queue<Next, std::vector<Next>, std::greater<>> queue;
+    queue.push({0, levels_.size(), 0});
+    while (!queue.empty()) {
+      const auto [distance, level, index] = queue.top();
+      queue.pop();
+      if (distance > limit) return;
+      if (level == 0) {
+        if (!visit(index, distance)) return;
+        continue;
+      }
+      for_children(level, index, [&, level = level](std::size_t child) {
+        if (level > 1) {
+          queue.push({distance_to_box(levels_[level - 2][child]), level - 1, child});
+          return;
+        }
+        const std::size_t item = items_[child];
+        if (const std::optional<double> to_item = distance_to_item(item))
+          queue.push({*to_item, 0, item});
+      });
+    }
+  }
+
+ private:
+  static constexpr std::size_t kGroup = 8;
+
+  static std::vector<Box> grouped(const std::vector<Box>& boxes) {
+    std::vector<Box> groups;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      if (i % kGroup == 0) groups.push_back(boxes[i]);
+      groups.back().low_m = glm::min(groups.back().low_m, boxes[i].low_m);
+      groups.back().high_m = glm::max(groups.back().high_m, boxes[i].high_m);
+    }
+    return groups;
+  }
+
+  // The children of a box of level l are boxes of level l - 1, of level 0 items_.
+  template <class Act>
+  void for_children(std::size_t level, std::size_t index, const Act& act) const {
+    const std::size_t all = level == 1 ? items_.size() : levels_[level - 2].size();
+    for (std::size_t i = index * kGroup; i < std::min(all, (index + 1) * kGroup); ++i) act(i);
+  }
+
+  template <class Touches, class Visit>
+  void find(std::size_t level, std::size_t index, const Touches& touches,
+            const Visit& visit) const {
+    if (!touches(levels_[level - 1][index])) return;
+    for_children(level, index, [&](std::size_t child) {
+      if (level > 1)
+        find(level - 1, child, touches, visit);
+      else
+        visit(items_[child]);
+    });
+  }
+
+  std::vector<std::uint32_t> items_;      // in Morton order
+  std::vector<std::vector<Box>> levels_;  // level 1 and up
+};
+
+}  // namespace clamor

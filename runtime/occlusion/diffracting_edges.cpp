@@ -1,0 +1,337 @@
+#include "runtime/occlusion/diffracting_edges.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+namespace clamor {
+
+namespace {
+
+using std::numbers::pi;
+constexpr double kMinLength_m = 0.02;
+constexpr double kSameLine_m = 0.0015;  // corners are rounded to millimetres
+// Air of less than this beyond 180 degrees is that of a plane whose corners were rounded.
+constexpr double kMinBend_rad = 5 * pi / 180;
+// Corners of walls have an air of about 270 degrees, and ends of walls are at most so wide.
+constexpr double kCornerLow_rad = 1.4 * pi, kCornerHigh_rad = 1.6 * pi, kMaxWidth_m = 1;
+constexpr float kWide_m = std::numeric_limits<float>::infinity();
+constexpr float kPost = 2;  // a post is at most so much wider one way than the other
+constexpr float kParallel = 0.999f;
+constexpr double kSameFace = 0.98;
+constexpr double kOnFace_rad = 0.01;  // from a face to points on it, as rounded
+
+// The faces at an edge, by the corner that is not on it.
+struct FacesAtEdge {
+  Vec3 from_m{}, to_m{};
+  std::vector<Vec3> corners_m;
+};
+
+// A side of a face, with its ends in order.
+struct Side {
+  Vec3f from_m{}, to_m{}, corner_m{};
+};
+
+bool comes_before(const Vec3f& a, const Vec3f& b) {
+  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+}
+
+Side side_between(Vec3f a, Vec3f b, const Vec3f& corner_m) {
+  if (comes_before(b, a)) std::swap(a, b);
+  return {a, b, corner_m};
+}
+
+std::vector<FacesAtEdge> group(std::vector<Side> sides) {
+  const auto key = [](const Side& side) {
+    return std::tie(side.from_m.x, side.from_m.y, side.from_m.z, side.to_m.x, side.to_m.y,
+                    side.to_m.z, side.corner_m.x, side.corner_m.y, side.corner_m.z);
+  };
+  std::sort(sides.begin(), sides.end(),
+            [&](const Side& a, const Side& b) { return key(a) < key(b); });
+  std::vector<FacesAtEdge> edges;
+  for (std::size_t i = 0; i < sides.size(); ++i) {
+    const Side& side = sides[i];
+    if (i == 0 || side.from_m != sides[i - 1].from_m || side.to_m != sides[i - 1].to_m)
+      edges.push_back({Vec3(side.from_m), Vec3(side.to_m), {}});
+    edges.back().corners_m.emplace_back(side.corner_m);
+  }
+  return edges;
+}
+
+std::vector<FacesAtEdge> faces_at_edges(const Mesh& mesh) {
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles)
+    for (std::size_t c = 0; c < 3; ++c)
+      sides.push_back(side_between(mesh.vertices_m[triangle[c]],
+                                   mesh.vertices_m[triangle[(c + 1) % 3]],
+                                   mesh.vertices_m[triangle[(c + 2) % 3]]));
+  return group(std::move(sides));
+}
+
+// Returns whether a segment may come as near to the box as points on it lie to its line.
+bool is_near_segment(const Box& box, const Vec3& middle_m, const Vec3& along, double half_m) {
+  const Vec3 centre_m = 0.5 * (Vec3(box.low_m) + Vec3(box.high_m));
+  const Vec3 extent_m = 0.5 * (Vec3(box.high_m) - Vec3(box.low_m)) + Vec3(kSameLine_m);
+  const Vec3 away_m = middle_m - centre_m;
+  for (glm::length_t axis = 0; axis < 3; ++axis)
+    if (std::abs(away_m[axis]) > extent_m[axis] + half_m * std::abs(along[axis])) return false;
+  const Vec3 across_m = glm::abs(cross(along, away_m)), reach = glm::abs(along);
+  return across_m.x <= extent_m.y * reach.z + extent_m.z * reach.y &&
+         across_m.y <= extent_m.x * reach.z + extent_m.z * reach.x &&
+         across_m.z <= extent_m.x * reach.y + extent_m.y * reach.x;
+}
+
+// Adds the edge if it diffracts. Returns whether it does.
+bool add_edge(const FacesAtEdge& faces, std::vector<DiffractingEdge>& edges) {
+  const double length_m = length(faces.to_m - faces.from_m);
+  if (!(length_m >= kMinLength_m)) return false;
+  const Vec3 along = (faces.to_m - faces.from_m) / length_m;
+  const Basis basis = basis_around(along);
+  std::vector<double> angles;
+  for (const Vec3& corner_m : faces.corners_m) {
+    const Vec3 into_m = corner_m - faces.from_m;
+    const double x = dot(into_m, basis.tangent), y = dot(into_m, basis.bitangent);
+    if (x != 0 || y != 0) angles.push_back(std::atan2(y, x));
+  }
+  if (angles.empty()) return false;
+  std::sort(angles.begin(), angles.end());
+  double widest = 0, start = 0;
+  for (std::size_t i = 0; i < angles.size(); ++i) {
+    const double next = i + 1 < angles.size() ? angles[i + 1] : angles[0] + 2 * pi;
+    if (next - angles[i] <= widest) continue;
+    widest = next - angles[i];
+    start = angles[i];
+  }
+  if (widest < pi + kMinBend_rad) return false;
+  const Vec3 face = std::cos(start) * basis.tangent + std::sin(start) * basis.bitangent;
+  const Vec3 air = std::cos(start) * basis.bitangent - std::sin(start) * basis.tangent;
+  edges.push_back({Vec3f(faces.from_m), Vec3f(faces.to_m), Vec3f(along), Vec3f(face), Vec3f(air),
+                   static_cast<float>(widest)});
+  return true;
+}
+
+// Divides edges where the end of another lies on them, and groups their faces anew: a wall whose
+// side is longer than the jamb that joins it makes a corner with the jamb.
+std::vector<FacesAtEdge> divided(const std::vector<FacesAtEdge>& edges) {
+  std::vector<Vec3f> ends_m;
+  for (const FacesAtEdge& edge : edges) {
+    ends_m.emplace_back(edge.from_m);
+    ends_m.emplace_back(edge.to_m);
+  }
+  std::sort(ends_m.begin(), ends_m.end(), comes_before);
+  ends_m.erase(std::unique(ends_m.begin(), ends_m.end()), ends_m.end());
+  std::vector<Box> points;
+  for (const Vec3f& end_m : ends_m) points.push_back({end_m, end_m});
+  const BoxTree tree(points);
+  std::vector<Side> sides;
+  std::vector<std::pair<double, Vec3f>> cuts;  // by distance from the edge's first end
+  for (const FacesAtEdge& edge : edges) {
+    const double length_m = length(edge.to_m - edge.from_m);
+    const Vec3 along = (edge.to_m - edge.from_m) / length_m;
+    cuts.assign({{0, Vec3f(edge.from_m)}, {length_m, Vec3f(edge.to_m)}});
+    const Vec3 middle_m = 0.5 * (edge.from_m + edge.to_m);
+    tree.find([&](const Box& box) { return is_near_segment(box, middle_m, along, 0.5 * length_m); },
+              [&](std::size_t end) {
+                const Vec3 to_end_m = Vec3(ends_m[end]) - edge.from_m;
+                const double z = dot(to_end_m, along);
+                if (z > kSameLine_m && z < length_m - kSameLine_m &&
+                    length(to_end_m - z * along) < kSameLine_m)
+                  cuts.emplace_back(z, ends_m[end]);
+              });
+    std::sort(cuts.begin(), cuts.end(),
+              [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (std::size_t c = 1; c < cuts.size(); ++c)
+      for (const Vec3& corner_m : edge.corners_m)
+        sides.push_back(side_between(cuts[c - 1].second, cuts[c].second, Vec3f(corner_m)));
+  }
+  return group(std::move(sides));
+}
+
+double distance_m(const Vec3& point_m, const Box& box) {
+  const Vec3 low_m(box.low_m), high_m(box.high_m);
+  return length(glm::max(glm::max(low_m - point_m, point_m - high_m), Vec3(0)));
+}
+
+// The shortest path from one point over the edge to the other.
+double shortest_path_m(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m) {
+  const Vec3 start_m(edge.from_m), along(edge.along);
+  const double end_m = length(Vec3(edge.to_m) - start_m);
+  const double z_from = dot(from_m - start_m, along), z_to = dot(to_m - start_m, along);
+  const double r_from = length(from_m - start_m - z_from * along);
+  const double r_to = length(to_m - start_m - z_to * along);
+  const double z = r_from + r_to > 0 ? (z_from * r_to + z_to * r_from) / (r_from + r_to) : z_from;
+  const double on_edge_m = std::clamp(z, 0.0, end_m);
+  return std::hypot(r_from, z_from - on_edge_m) + std::hypot(r_to, z_to - on_edge_m);
+}
+
+bool is_corner(const DiffractingEdge& edge) {
+  return edge.air_rad > kCornerLow_rad && edge.air_rad < kCornerHigh_rad;
+}
+
+Vec3 along_face(const DiffractingEdge& edge, std::size_t which) {
+  if (which == 0) return Vec3(edge.face);
+  const auto angle = static_cast<double>(edge.air_rad);
+  return std::cos(angle) * Vec3(edge.face) + std::sin(angle) * Vec3(edge.air);
+}
+
+// Width of a face of one edge that ends at the other, if they are the two edges of the end of a
+// wall; infinite otherwise.
+float width_between_m(const DiffractingEdge& edge, std::size_t face, const DiffractingEdge& other) {
+  if (!is_corner(other) || std::abs(glm::dot(edge.along, other.along)) < kParallel) return kWide_m;
+  const Vec3 along(edge.along), across = along_face(edge, face);
+  const Vec3 start_m = Vec3(other.from_m) - Vec3(edge.from_m),
+             end_m = Vec3(other.to_m) - Vec3(edge.from_m);
+  const double width_m = dot(start_m, across);
+  if (!(width_m > kSameLine_m && width_m < kMaxWidth_m)) return kWide_m;
+  if (length(start_m - width_m * across - dot(start_m, along) * along) > 2 * kSameLine_m)
+    return kWide_m;
+  const double length_m = length(Vec3(edge.to_m) - Vec3(edge.from_m));
+  const double low = std::min(dot(start_m, along), dot(end_m, along));
+  const double high = std::max(dot(start_m, along), dot(end_m, along));
+  const double longer_m = std::max(length_m, high - low);
+  if (std::min(high, length_m) - std::max(low, 0.0) < 0.5 * longer_m) return kWide_m;
+  const Vec3 into = along_face(edge, 1 - face);
+  for (std::size_t of_other = 0; of_other < 2; ++of_other)
+    if (dot(along_face(other, of_other), across) < -kSameFace &&
+        dot(along_face(other, 1 - of_other), into) > kSameFace)
+      return static_cast<float>(width_m);
+  return kWide_m;
+}
+
+// The border of a sheet in the middle of a narrow face.
+DiffractingEdge sheet_between(const DiffractingEdge& edge, std::size_t face, float width_m,
+                              bool is_post) {
+  DiffractingEdge sheet = edge;
+  const Vec3 along(edge.along), into = along_face(edge, 1 - face);
+  const Vec3 across = normalize(along_face(edge, face) - dot(along_face(edge, face), into) * into);
+  const Vec3f to_middle_m(0.5 * static_cast<double>(width_m) * across);
+  sheet.from_m += to_middle_m;
+  sheet.to_m += to_middle_m;
+  sheet.face = Vec3f(into);
+  sheet.air = Vec3f(across);
+  sheet.air_rad = static_cast<float>(2 * pi);
+  sheet.width_m = width_m;
+  sheet.is_sheet = true;
+  sheet.is_post = is_post;
+  return sheet;
+}
+
+std::vector<Box> boxes_of(const std::vector<DiffractingEdge>& edges) {
+  std::vector<Box> boxes;
+  for (const DiffractingEdge& edge : edges)
+    boxes.push_back({glm::min(edge.from_m, edge.to_m), glm::max(edge.from_m, edge.to_m)});
+  return boxes;
+}
+
+// Returns whether the edge may bend sound from one point to the other, alone or after another edge.
+bool may_bend(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m) {
+  return edge.is_between(from_m, to_m) && (edge.is_in_air(from_m) || edge.is_in_air(to_m));
+}
+
+}  // namespace
+
+double DiffractingEdge::angle_rad(const Vec3& point_m) const {
+  const Vec3 to_point_m = point_m - Vec3(from_m);
+  const double angle = std::atan2(dot(to_point_m, Vec3(air)), dot(to_point_m, Vec3(face)));
+  return angle < 0 ? angle + 2 * pi : angle;
+}
+
+double DiffractingEdge::angle_in_air_rad(const Vec3& point_m) const {
+  const double angle = angle_rad(point_m), end = static_cast<double>(air_rad);
+  if (angle <= end) return angle;
+  return angle - end < 2 * pi - angle ? end : 0;
+}
+
+bool DiffractingEdge::is_in_air(const Vec3& point_m) const {
+  const double angle = angle_rad(point_m);
+  return angle <= static_cast<double>(air_rad) + kTie_rad || angle > 2 * pi - kTie_rad;
+}
+
+bool DiffractingEdge::is_on_face(const Vec3& point_m) const {
+  const double angle = angle_rad(point_m);
+  return std::abs(angle) < kOnFace_rad || 2 * pi - angle < kOnFace_rad ||
+         std::abs(angle - static_cast<double>(air_rad)) < kOnFace_rad;
+}
+
+bool DiffractingEdge::is_between(const Vec3& a_m, const Vec3& b_m) const {
+  const double a = angle_rad(a_m), b = angle_rad(b_m), second = static_cast<double>(air_rad);
+  const auto is_before_second = [second](double angle) {
+    return angle <= second && second - angle < pi;
+  };
+  return (a < pi) != (b < pi) || is_before_second(a) != is_before_second(b);
+}
+
+DiffractingEdges::DiffractingEdges(const Mesh& mesh) {
+  std::vector<FacesAtEdge> sharp;
+  std::vector<DiffractingEdge> found;
+  for (FacesAtEdge& faces : faces_at_edges(mesh))
+    if (add_edge(faces, found)) sharp.push_back(std::move(faces));
+  for (const FacesAtEdge& faces : divided(sharp)) add_edge(faces, edges_);
+  tree_ = BoxTree(boxes_of(edges_));
+  const std::size_t corners = edges_.size();
+  add_ends_of_walls();
+  if (edges_.size() > corners) tree_ = BoxTree(boxes_of(edges_));
+}
+
+void DiffractingEdges::add_ends_of_walls() {
+  struct End {
+    std::size_t edge, face, other;
+    float width_m;
+  };
+  std::vector<End> ends;
+  for (std::size_t e = 0; e < edges_.size(); ++e) {
+    DiffractingEdge& edge = edges_[e];
+    if (!is_corner(edge)) continue;
+    const Box near{glm::min(edge.from_m, edge.to_m) - static_cast<float>(kMaxWidth_m),
+                   glm::max(edge.from_m, edge.to_m) + static_cast<float>(kMaxWidth_m)};
+    const auto touches = [&](const Box& box) {
+      return glm::all(glm::lessThanEqual(box.low_m, near.high_m)) &&
+             glm::all(glm::lessThanEqual(near.low_m, box.high_m));
+    };
+    tree_.find(touches, [&](std::size_t other) {
+      if (other <= e) return;
+      for (std::size_t face = 0; face < 2; ++face) {
+        const float width_m = width_between_m(edge, face, edges_[other]);
+        if (!(width_m < kWide_m)) continue;
+        ends.push_back({e, face, other, width_m});
+        for (const std::size_t corner : {e, other})
+          edges_[corner].width_m = std::min(edges_[corner].width_m, width_m);
+      }
+    });
+  }
+  // The wide faces of a wall are no ends.
+  std::erase_if(ends, [this](const End& end) {
+    return end.width_m > kPost * std::min(edges_[end.edge].width_m, edges_[end.other].width_m);
+  });
+  std::vector<int> faces(edges_.size());  // that are ends, by edge
+  for (const End& end : ends)
+    for (const std::size_t corner : {end.edge, end.other}) ++faces[corner];
+  for (const End& end : ends)
+    edges_.push_back(sheet_between(edges_[end.edge], end.face, end.width_m, faces[end.edge] > 1));
+}
+
+void DiffractingEdges::find_nearest(const Vec3& from_m, const Vec3& to_m, std::size_t count,
+                                    double longest_m, std::vector<EdgeBetween>& found) const {
+  if (count == 0) return;
+  const double straight_m = length(to_m - from_m);
+  const std::size_t end = found.size() + count;
+  tree_.find_nearest(
+      straight_m + longest_m,
+      [&](const Box& box) { return distance_m(from_m, box) + distance_m(to_m, box); },
+      [&](std::size_t edge) {
+        return may_bend(edges_[edge], from_m, to_m)
+                   ? std::optional(shortest_path_m(edges_[edge], from_m, to_m))
+                   : std::nullopt;
+      },
+      [&](std::size_t edge, double path_m) {
+        found.push_back({path_m - straight_m, edges_[edge]});
+        return found.size() < end;
+      });
+}
+
+}  // namespace clamor

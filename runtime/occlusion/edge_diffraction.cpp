@@ -1,0 +1,442 @@
+#include "runtime/occlusion/edge_diffraction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+namespace clamor {
+
+namespace {
+
+using Complex = std::complex<double>;
+using std::numbers::pi;
+
+// Rays pass the edge at this distance in the air, and go on as far, so that a surface that touches
+// the edge blocks them.
+constexpr double kOffset_m = 0.005;
+// Nodes of the integral are evenly spaced in t, z = z_apex + scale sinh(t).
+constexpr double kStep = 0.2, kZoneFraction = 0.5;
+constexpr int kMaxNodes = 400;
+constexpr double kSlowTurn_rad = 0.3;  // of the phase between nodes
+// Points of the edge that rays look at, in steps of t.
+constexpr double kSightStep = 0.8;
+constexpr int kMinSights = 6, kMaxSights = 40, kBisections = 6;
+constexpr double kInset_m = 0.01;       // from the ends of the edge
+constexpr double kMinAngle_rad = 1e-4;  // to the boundary of a shadow
+// An edge that ends at a surface at about a right angle goes on as its image in it.
+constexpr double kMirrorReach_m = 0.02, kMirrorCosine = 0.95;
+// A wedge with more air is a sheet. The sound reflected by a wedge's face is diffracted where the
+// face's plane is this far behind.
+constexpr double kSheet_rad = 6.2, kFade_rad = pi / 18;
+// A wall end is a sheet where it is narrower than the first fraction of the wave, two corners where
+// it is wider than the second.
+constexpr double kNarrow = 0.5, kBroad = 2;
+constexpr int kPathIterations = 6;      // to find the shortest path over two edges
+constexpr double kMinBetween_m = 1e-4;  // nearer edges are one
+
+// Of a tone, in radians per metre. Tones are a third of an octave apart, around the bands' centres.
+double wave_number(std::size_t tone, double speed_of_sound_mps) {
+  const double octave = (static_cast<double>(tone) - 1) / static_cast<double>(kTonesPerBand);
+  return 2 * pi * 62.5 * std::exp2(octave) / speed_of_sound_mps;
+}
+
+// The edge between a source and a listener in cylindrical coordinates.
+class Wedge {
+ public:
+  // With `is_reflected`, also the sound that the faces reflect is diffracted; otherwise only as far
+  // as neither face can reflect it from one point to the other.
+  Wedge(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m, bool is_reflected)
+      : index_(pi / static_cast<double>(edge.air_rad)), straight_m_(length(to_m - from_m)) {
+    const Vec3 start_m(edge.from_m), along(edge.along);
+    z_from_m_ = dot(from_m - start_m, along);
+    z_to_m_ = dot(to_m - start_m, along);
+    r_from_m_ = length(from_m - start_m - z_from_m_ * along);
+    r_to_m_ = length(to_m - start_m - z_to_m_ * along);
+    const double a = edge.angle_in_air_rad(from_m), b = edge.angle_in_air_rad(to_m);
+    const auto air = static_cast<double>(edge.air_rad);
+    const auto behind = [&](double angle) {
+      return is_reflected || air > kSheet_rad ? 1 : std::clamp((angle - pi) / kFade_rad, 0.0, 1.0);
+    };
+    add(pi + a - b, 1);
+    add(pi - a + b, 1);
+    add(pi - a - b, behind(std::max(a, b)));
+    add(pi + a + b, behind(air - std::min(a, b)));
+  }
+
+  bool is_singular() const { return !(r_from_m_ > 1e-6 && r_to_m_ > 1e-6 && straight_m_ > 0); }
+  double apex_m() const {
+    return (z_from_m_ * r_to_m_ + z_to_m_ * r_from_m_) / (r_from_m_ + r_to_m_);
+  }
+  // Length of the edge around its apex within which the integrand changes little: less near the
+  // boundary of a shadow, and less than the shortest wave's first zone.
+  double scale_m(double shortest_wave_m) const {
+    const double reach_m = r_from_m_ * r_to_m_ / (r_from_m_ + r_to_m_);
+    return std::min(reach_m * boundary_rad_, kZoneFraction * std::sqrt(shortest_wave_m * reach_m));
+  }
+
+  double detour_m(double z) const {
+    return std::hypot(r_from_m_, z - z_from_m_) + std::hypot(r_to_m_, z - z_to_m_) - straight_m_;
+  }
+
+  // The integrand without its phase, per metre.
+  double density(double z) const {
+    const double m = std::hypot(r_from_m_, z - z_from_m_), l = std::hypot(r_to_m_, z - z_to_m_);
+    const double cosh_eta =
+        std::max(1.0, (m * l + (z - z_from_m_) * (z - z_to_m_)) / (r_from_m_ * r_to_m_));
+    const double sinh_half = std::sinh(index_ * std::acosh(cosh_eta) / 2);
+    double beta = 0;
+    for (const Term& term : terms_) {
+      const double sin_half = std::sin(term.phi / 2);
+      beta += term.weight * std::sin(term.phi) /
+              (2 * (sinh_half * sinh_half + sin_half * sin_half) + 1e-300);
+    }
+    return -index_ / (4 * pi) * beta * straight_m_ / (m * l);
+  }
+
+ private:
+  struct Term {
+    double phi, weight;
+  };
+
+  void add(double angle_rad, double weight) {
+    // Right at the boundary of a shadow, the smallest step to one side of it.
+    double phi = index_ * angle_rad;
+    const double from_boundary = std::remainder(phi, 2 * pi), least = kMinAngle_rad * index_;
+    if (std::abs(from_boundary) < least)
+      phi += (from_boundary < -kTie_rad ? -least : least) - from_boundary;
+    if (weight > 0)
+      boundary_rad_ = std::min(boundary_rad_, std::max(std::abs(from_boundary), least) / index_);
+    terms_[count_++] = {phi, weight};
+  }
+
+  double index_, straight_m_;
+  double z_from_m_ = 0, z_to_m_ = 0, r_from_m_ = 0, r_to_m_ = 0;
+  std::array<Term, 4> terms_{};
+  std::size_t count_ = 0;
+  double boundary_rad_ = pi;
+};
+
+struct Node {
+  double t = 0, density = 0, detour_m = 0;
+  Tones phase{};
+};
+
+// The integral along an edge. Between nodes, the density and the phase are taken as linear.
+class EdgeIntegral {
+ public:
+  EdgeIntegral(const Wedge& wedge, const EdgeInAir& edge, double speed_of_sound_mps)
+      : wedge_(wedge), edge_(edge), apex_m_(wedge.apex_m()) {
+    for (std::size_t j = 0; j < kTonesPerBand; ++j)
+      wave_numbers_[j] = wave_number(j, speed_of_sound_mps);
+    scale_m_ = wedge.scale_m(2 * pi / wave_number(kTones - 1, speed_of_sound_mps));
+  }
+
+  double t_of(double z) const { return std::asinh((z - apex_m_) / scale_m_); }
+  double z_of(double t) const { return apex_m_ + scale_m_ * std::sinh(t); }
+
+  // Adds the part from t0 to t1.
+  void add(double t0, double t1) {
+    const int steps = std::clamp(static_cast<int>(std::ceil((t1 - t0) / kStep)), 1, kMaxNodes);
+    Node last = node(t0);
+    for (int i = 1; i <= steps; ++i) {
+      const Node next = node(t0 + (t1 - t0) * i / steps);
+      add(last, next);
+      last = next;
+    }
+  }
+
+  const Tones& sum() const { return sum_; }
+
+ private:
+  Node node(double t) const {
+    const double z = z_of(t);
+    Node made{
+        t, wedge_.density(z) * scale_m_ * std::cosh(t) * edge_.weight(z), wedge_.detour_m(z), {}};
+    for (std::size_t j = 0; j < kTonesPerBand; ++j) {
+      Complex phase = std::polar(1.0, wave_numbers_[j] * made.detour_m);
+      for (std::size_t i = j; i < kTones; i += kTonesPerBand) {
+        made.phase[i] = phase;
+        phase *= phase;
+      }
+    }
+    return made;
+  }
+
+  void add(const Node& a, const Node& b) {
+    const double width = b.t - a.t, turn_m = b.detour_m - a.detour_m;
+    for (std::size_t j = 0; j < kTonesPerBand; ++j) {
+      double x = wave_numbers_[j] * turn_m;
+      for (std::size_t i = j; i < kTones; i += kTonesPerBand, x *= 2) {
+        const Complex first = a.density * a.phase[i], second = b.density * b.phase[i];
+        if (std::abs(x) < kSlowTurn_rad)
+          sum_[i] += 0.5 * width * (first + second);
+        else
+          sum_[i] += width * ((second - first) * Complex(0, -1 / x) +
+                              (b.density - a.density) * (b.phase[i] - a.phase[i]) / (x * x));
+      }
+    }
+  }
+
+  const Wedge& wedge_;
+  const EdgeInAir& edge_;
+  double apex_m_, scale_m_ = 1;
+  std::array<double, kTonesPerBand> wave_numbers_{};
+  Tones sum_{};
+};
+
+// Parts of the integral's range that are in sight.
+struct Sight {
+  std::vector<std::pair<double, double>> parts;
+  std::optional<double> nearest;  // of the points seen, the one with the shortest path
+};
+
+template <class IsSeen>
+Sight find_sight(double first, double last, const IsSeen& is_seen) {
+  Sight sight;
+  const auto see = [&](double t) {
+    const bool seen = is_seen(t);
+    if (seen && (!sight.nearest || std::abs(t) < std::abs(*sight.nearest))) sight.nearest = t;
+    return seen;
+  };
+  const int samples =
+      std::clamp(static_cast<int>((last - first) / kSightStep), kMinSights, kMaxSights);
+  double start = first, before = first;
+  bool was_seen = see(first);
+  if (first < 0 && last > 0) see(0);
+  for (int i = 1; i <= samples; ++i) {
+    const double t = first + (last - first) * i / samples;
+    if (see(t) != was_seen) {
+      double low = before, high = t;
+      for (int step = 0; step < kBisections; ++step) {
+        const double middle = 0.5 * (low + high);
+        (see(middle) == was_seen ? low : high) = middle;
+      }
+      const double change = 0.5 * (low + high);
+      if (was_seen) sight.parts.emplace_back(start, change);
+      start = change;
+      was_seen = !was_seen;
+    }
+    before = t;
+  }
+  if (was_seen) sight.parts.emplace_back(start, last);
+  return sight;
+}
+
+// The integral over a whole edge, relative to a spherical wave at the end of the shortest path.
+Tones whole_edge(const EdgeInAir& edge, const Vec3& from_m, const Vec3& to_m, double path_m,
+                 double speed_of_sound_mps) {
+  const Wedge wedge(edge.edge(), from_m, to_m, true);
+  if (wedge.is_singular()) return {};
+  EdgeIntegral integral(wedge, edge, speed_of_sound_mps);
+  integral.add(integral.t_of(edge.first_m()), integral.t_of(edge.last_m()));
+  Tones relative = integral.sum();
+  const double straight_m = length(to_m - from_m);
+  for (std::size_t i = 0; i < kTones; ++i)
+    relative[i] *= std::polar(path_m / straight_m,
+                              -wave_number(i, speed_of_sound_mps) * (path_m - straight_m));
+  return relative;
+}
+
+// A sheet blocks the straight line where the corner does that is farther in the line's way.
+DiffractingEdge at_blocking_corner(const DiffractingEdge& sheet, const Vec3& from_m,
+                                   const Vec3& to_m) {
+  const Vec3f aside_m = 0.5f * sheet.width_m * sheet.air;
+  DiffractingEdge corners[] = {sheet, sheet};
+  double depth_rad[2];
+  for (int c = 0; c < 2; ++c) {
+    corners[c].from_m += c == 0 ? aside_m : -aside_m;
+    corners[c].to_m += c == 0 ? aside_m : -aside_m;
+    depth_rad[c] = std::abs(corners[c].angle_rad(from_m) - corners[c].angle_rad(to_m));
+  }
+  return corners[depth_rad[0] < depth_rad[1] ? 1 : 0];
+}
+
+// Of the two sheets across each other that stand for a post, the one across the path counts.
+double share_of_direction(const DiffractingEdge& edge, const Vec3& path_m) {
+  const double over = dot(path_m, Vec3(edge.air)), beside = dot(path_m, Vec3(edge.face));
+  return over * over / std::max(over * over + beside * beside, 1e-12);
+}
+
+// Where a path from one point to another passes the edge.
+double crossing_m(const EdgeInAir& edge, const Vec3& from_m, const Vec3& to_m) {
+  const Wedge wedge(edge.edge(), from_m, to_m, true);
+  return wedge.is_singular() ? 0 : std::clamp(wedge.apex_m(), 0.0, edge.length_m());
+}
+
+Vec3 point_m(const EdgeInAir& edge, double z) {
+  return Vec3(edge.edge().from_m) + z * Vec3(edge.edge().along);
+}
+
+// Returns whether the edge bends sound from one point to the other: both are in the air, or one of
+// them on a face.
+bool bends(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m, const Vec3& on_edge) {
+  const auto is_beside = [&](const Vec3& point_m) {
+    return edge.is_in_air(point_m) || (point_m == on_edge && edge.is_on_face(point_m));
+  };
+  return edge.is_between(from_m, to_m) && is_beside(from_m) && is_beside(to_m);
+}
+
+}  // namespace
+
+Bands power_of(const Tones& pressure) {
+  Bands power{};
+  for (std::size_t i = 0; i < kTones; ++i)
+    power[i / kTonesPerBand] += static_cast<float>(std::norm(pressure[i]) / kTonesPerBand);
+  return power;
+}
+
+EdgeInAir::EdgeInAir(const OcclusionGeometry& geometry, const DiffractingEdge& edge,
+                     std::uint64_t& rays)
+    : geometry_(geometry),
+      edge_(edge),
+      start_m_(edge.from_m),
+      length_m_(length(Vec3(edge.to_m) - Vec3(edge.from_m))),
+      rays_(rays) {
+  const double half_air = 0.5 * static_cast<double>(edge.air_rad);
+  start_m_ +=
+      kOffset_m * (std::cos(half_air) * Vec3(edge.face) + std::sin(half_air) * Vec3(edge.air));
+  if (edge.is_sheet)
+    aside_m_ = (0.5 * static_cast<double>(edge.width_m) + kOffset_m) * Vec3(edge.air);
+  before_m_ = is_mirrored(0, -1) ? length_m_ : 0;
+  beyond_m_ = is_mirrored(length_m_, 1) ? length_m_ : 0;
+}
+
+double EdgeInAir::weight(double z) const {
+  const double u = z < 0 ? -z / before_m_ : z > length_m_ ? (z - length_m_) / beyond_m_ : 0;
+  return 0.5 + 0.5 * std::cos(pi * std::min(u, 1.0));
+}
+
+Vec3 EdgeInAir::place_m(double z) const {
+  if (z < 0) z = -z;
+  if (z > length_m_) z = 2 * length_m_ - z;
+  const double inset_m = std::min(kInset_m, 0.1 * length_m_);
+  return start_m_ + std::clamp(z, inset_m, length_m_ - inset_m) * Vec3(edge_.along);
+}
+
+double EdgeInAir::share(std::size_t tone, double speed_of_sound_mps) const {
+  const double waves =
+      static_cast<double>(edge_.width_m) * wave_number(tone, speed_of_sound_mps) / (2 * pi);
+  const double corners =
+      std::clamp(std::log2(waves / kNarrow) / std::log2(kBroad / kNarrow), 0.0, 1.0);
+  return edge_.is_sheet ? 1 - corners : corners;
+}
+
+// Over a sheet, sound passes one corner and then the other.
+bool EdgeInAir::is_seen_from(const Vec3& from_m, double z) const {
+  const Vec3 point = place_m(z);
+  if (!edge_.is_sheet) return is_free(from_m, point);
+  const double side = dot(from_m - point, aside_m_) < 0 ? -1 : 1;
+  return is_free(from_m, point + side * aside_m_);
+}
+
+bool EdgeInAir::is_open(double z) const {
+  if (!edge_.is_sheet) return true;
+  ++rays_;
+  const Vec3 point = place_m(z);
+  return geometry_.is_free(Vec3f(point - aside_m_), Vec3f(point + aside_m_));
+}
+
+bool EdgeInAir::is_free(const Vec3& from_m, const Vec3& point_m) const {
+  ++rays_;
+  return geometry_.is_free(Vec3f(from_m), Vec3f(point_m + kOffset_m * normalize(point_m - from_m)));
+}
+
+// Returns whether a surface crosses the end of the edge, on both sides of a sheet.
+bool EdgeInAir::is_mirrored(double z, double direction) const {
+  const Vec3 reach_m = direction * kMirrorReach_m * Vec3(edge_.along);
+  const Vec3 back_m = -std::min(1.0, 0.2 * length_m_ / kMirrorReach_m) * reach_m;
+  const auto is_crossed = [&](const Vec3& end_m) {
+    ++rays_;
+    const auto surface = geometry_.first_surface(Vec3f(end_m + back_m), Vec3f(end_m + reach_m));
+    return surface && std::abs(dot(Vec3(surface->normal), Vec3(edge_.along))) > kMirrorCosine;
+  };
+  const Vec3 end_m = start_m_ + z * Vec3(edge_.along);
+  return is_crossed(end_m + aside_m_) && (!edge_.is_sheet || is_crossed(end_m - aside_m_));
+}
+
+EdgeSound sound_over_edge(const EdgeInAir& edge, const Vec3& from_m, const Vec3& to_m,
+                          double speed_of_sound_mps) {
+  EdgeSound sound;
+  const DiffractingEdge faces =
+      edge.edge().is_sheet ? at_blocking_corner(edge.edge(), from_m, to_m) : edge.edge();
+  const Wedge wedge(faces, from_m, to_m, false);
+  if (wedge.is_singular()) return sound;
+  EdgeIntegral integral(wedge, edge, speed_of_sound_mps);
+  const bool source_is_beside = faces.is_in_air(from_m), listener_is_beside = faces.is_in_air(to_m);
+  const Sight sight =
+      find_sight(integral.t_of(edge.first_m()), integral.t_of(edge.last_m()), [&](double t) {
+        const double z = integral.z_of(t);
+        const bool by_source = source_is_beside && edge.is_seen_from(from_m, z);
+        const bool by_listener = listener_is_beside && (by_source || !sound.is_seen_by_listener) &&
+                                 edge.is_seen_from(to_m, z);
+        sound.is_seen_by_source |= by_source;
+        sound.is_seen_by_listener |= by_listener;
+        return by_source && by_listener && edge.is_open(z);
+      });
+  if (!sight.nearest) return sound;
+  for (const auto& [first, last] : sight.parts) integral.add(first, last);
+  const double post = faces.is_post ? share_of_direction(faces, to_m - from_m) : 1;
+  const double z = integral.z_of(*sight.nearest);
+  sound.is_heard = true;
+  sound.pressure = integral.sum();
+  for (std::size_t i = 0; i < kTones; ++i)
+    sound.pressure[i] *= post * edge.share(i, speed_of_sound_mps);
+  sound.first_m = sound.last_m =
+      Vec3(faces.from_m) + std::clamp(z, 0.0, edge.length_m()) * Vec3(faces.along);
+  sound.path_m = wedge.detour_m(z) + length(to_m - from_m);
+  return sound;
+}
+
+EdgeSound sound_over_edges(const OcclusionGeometry& geometry, const EdgeInAir& first,
+                           const EdgeInAir& second, const Vec3& from_m, const Vec3& to_m,
+                           double speed_of_sound_mps, std::uint64_t& rays) {
+  EdgeSound sound;
+  // A sheet stands for corners, and does not go with them.
+  if (first.edge().is_sheet != second.edge().is_sheet && std::isfinite(first.edge().width_m) &&
+      std::isfinite(second.edge().width_m))
+    return sound;
+  double z1 = 0.5 * first.length_m(), z2 = 0.5 * second.length_m();
+  for (int i = 0; i < kPathIterations; ++i) {
+    z1 = crossing_m(first, from_m, point_m(second, z2));
+    z2 = crossing_m(second, point_m(first, z1), to_m);
+  }
+  const Vec3 a = point_m(first, z1), b = point_m(second, z2);
+  const double before_m = length(a - from_m), between_m = length(b - a), after_m = length(to_m - b);
+  if (!(before_m > 0 && between_m > kMinBetween_m && after_m > 0)) return sound;
+  if (!bends(first.edge(), from_m, b, b) || !bends(second.edge(), a, to_m, a)) return sound;
+  if (!first.is_seen_from(from_m, z1) || !second.is_seen_from(to_m, z2)) return sound;
+  if (!first.is_open(z1) || !second.is_open(z2)) return sound;
+  ++rays;
+  if (!geometry.is_free(Vec3f(first.place_m(z1)), Vec3f(second.place_m(z2)))) return sound;
+
+  const Vec3 onward = (b - a) / between_m;
+  const double path_m = before_m + between_m + after_m, straight_m = length(to_m - from_m);
+  Vec3 target_m = a + (between_m + after_m) * onward, start_m = b - (before_m + between_m) * onward;
+  const bool first_bends_more = length(target_m - from_m) < length(to_m - start_m);
+  if (first_bends_more)
+    start_m = a;
+  else
+    target_m = b;
+  const Tones p1 =
+      whole_edge(first, from_m, target_m, before_m + length(target_m - a), speed_of_sound_mps);
+  const Tones p2 =
+      whole_edge(second, start_m, to_m, length(b - start_m) + after_m, speed_of_sound_mps);
+  const bool share_a_face = first.edge().is_on_face(b) && second.edge().is_on_face(a);
+  const auto share = [&](std::size_t tone) {
+    const double of_first = first.share(tone, speed_of_sound_mps);
+    return share_a_face ? 0.5 * of_first : of_first * second.share(tone, speed_of_sound_mps);
+  };
+  for (std::size_t i = 0; i < kTones; ++i)
+    sound.pressure[i] = p1[i] * p2[i] *
+                        std::polar(share(i) * straight_m / path_m,
+                                   wave_number(i, speed_of_sound_mps) * (path_m - straight_m));
+  sound.is_heard = true;
+  sound.first_m = a;
+  sound.last_m = b;
+  sound.path_m = path_m;
+  return sound;
+}
+
+}  // namespace clamor
