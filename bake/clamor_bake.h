@@ -249,6 +249,9 @@ typedef struct clamor_bake_options {
   int32_t (*progress)(void* user, const clamor_bake_progress* progress);
   /* Called for each sentence of the report; `kind` is CLAMOR_BAKE_NOTE or CLAMOR_BAKE_WARNING. */
   void (*message)(void* user, uint32_t kind, const char* sentence);
+  uint32_t has_early_order; /* 0: the order is 3 for up to 16 emitters, and 0 for more than 256 */
+  uint32_t early_order;     /* reflections by mirrors that are image sources, heard exactly and in
+                               phase, 0 to 3; 0: photons trace all reflections */
 } clamor_bake_options;
 
 typedef struct clamor_bake_report {

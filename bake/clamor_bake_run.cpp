@@ -16,6 +16,7 @@
 #include "bake/level_bake.h"
 #include "common/c_structures.h"
 #include "common/version.h"
+#include "formats/bake_file/image_source.h"
 
 namespace {
 
@@ -48,6 +49,8 @@ const char* complaint(const clamor_bake_options& options) {
   if (has_goal && (options.photons > 0 || options.sources > 0))
     return "a goal sets the photons and sources, so leave them 0";
   if (options.goal_error_db > 0 && options.goal_s > 0) return "give one goal, not both";
+  if (options.has_early_order != 0 && options.early_order > unsigned{clamor::kMaxImageOrder})
+    return "early_order must lie between 0 and 3";
   return nullptr;
 }
 
@@ -59,6 +62,7 @@ clamor::BakeRequest request_of(const ApplicationLevel& level, const clamor_bake_
   if (options.photons > 0) request.photons = std::to_string(options.photons);
   if (options.sources > 0) request.sources = std::to_string(options.sources);
   if (options.no_instances != 0) request.instances = "off";
+  if (options.has_early_order != 0) request.early_order = std::to_string(options.early_order);
   request.simplify_m = options.simplify_m;
   if (options.roulette_exponent > 0) request.kappa = options.roulette_exponent;
   if (options.longest_path_s > 0) request.longest_s = options.longest_path_s;

@@ -58,6 +58,8 @@ TEST_F(BakeLibraryErrors, SaysWhyItCannotBakeAndLeavesNoFile) {
   refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "threads", [](auto& o) { o.threads = 1025; });
   refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "photons", [](auto& o) { o.photons = ~0ull; });
   refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "goal", [](auto& o) { o.goal_s = 1; });
+  refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "early_order",
+          [](auto& o) { o.has_early_order = 1, o.early_order = 4; });
   refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "simplify_m",
           [](auto& o) { o.simplify_m = std::nan(""); });
   refused(level, out, CLAMOR_BAKE_ERROR_MEMORY, "1 MB", [](auto& o) { o.memory_bytes = 1e6; });

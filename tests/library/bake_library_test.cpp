@@ -2,6 +2,7 @@
 // program.
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -48,6 +49,10 @@ TEST_F(BakeLibrary, WritesTheBytesOfTheCommandToAFileAndIntoMemory) {
          options.simplify_m = 0.05, options.no_instances = 1;
          options.roulette_exponent = 0.3, options.longest_path_s = 0.5;
        }},
+      {"--photons 1000 --sources 1000 --early-order 0",
+       [](auto& options) { options.has_early_order = 1; }},
+      {"--photons 1000 --sources 1000 --early-order 1",
+       [](auto& options) { options.has_early_order = options.early_order = 1; }},
       {"--until 20dB",
        [](auto& options) { options.photons = options.sources = 0, options.goal_error_db = 20; }}};
   for (const Case& one : cases) {
@@ -61,6 +66,18 @@ TEST_F(BakeLibrary, WritesTheBytesOfTheCommandToAFileAndIntoMemory) {
     EXPECT_TRUE(bytes_of(out) == expected) << one.words;
     EXPECT_TRUE(in_memory(level, options) == expected) << one.words;
   }
+}
+
+TEST_F(BakeLibrary, TakesOptionsOfAnOlderVersionAsTheyWereMeant) {
+  const BakedLevel level = box_of_triangles();
+  const std::string by_default = in_memory(level, few_photons());
+  clamor_bake_options options = few_photons();
+  options.early_order = 1;  // has no effect without has_early_order
+  EXPECT_TRUE(in_memory(level, options) == by_default);
+  options.has_early_order = 1;
+  EXPECT_FALSE(in_memory(level, options) == by_default);
+  options.bytes = offsetof(clamor_bake_options, has_early_order);
+  EXPECT_TRUE(in_memory(level, options) == by_default);
 }
 
 TEST_F(BakeLibrary, ReadsALevelWithTheOptionsOfTheCommand) {

@@ -489,7 +489,12 @@ static class CSharpBinding
             Require(CodeOf(() => room.AddTriangles(Corners(1, 1, 1), new[] { 0, 1, 8 }, wall)) == -1, "vertex");
             Require(CodeOf(() => room.AddSound(new BakeSound { Path = folder + "/none.wav" })) == -3, "file");
             Require(BakeLevel.Presets.Contains("plaster"), "presets");
+            Require(CodeOf(() => room.Bake(path, new BakeOptions { EarlyOrder = 4 })) == -1, "order");
+            Require(CodeOf(() => room.Bake(path, new BakeOptions { EarlyOrder = -1 })) == -1, "order");
+            byte[] without;
+            room.Bake(out without, new BakeOptions { Photons = 1000, Sources = 1000, EarlyOrder = 0 });
             room.Bake(out bytes, new BakeOptions { Photons = 1000, Sources = 1000 });
+            Require(!Same(bytes, without), "none is another order than the default");
         }
         Require(CodeOf(() => BakeLevel.Read(folder + "/none.glb")) == -3, "no such level");
         using (var clamor = new Context(true))

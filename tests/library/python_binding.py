@@ -272,7 +272,10 @@ def bake(gltf_path, baked_path, folder):
         room.add_emitter(room.add_sound(noise, 44100, name="noise"), [2, 1.2, 3], directivity=1)
         assert failure(room.bake, photons=10**8, progress=lambda now: False).code == -10
         assert failure(room.bake, photons=10**8, progress=lambda now: 1 / 0, kind=ZeroDivisionError)
+        assert failure(room.bake, early_order=4).code == -1
+        assert failure(room.bake, early_order=-1).code == -1
         baked, report = room.bake(photons=1000, sources=1000)
+        assert room.bake(photons=1000, sources=1000, early_order=0)[0] != baked
         assert "'plaster'" in str(failure(room.add_material, "plastr"))
         assert failure(room.add_triangles, np.zeros((3, 3)), [[0, 1, 3]], wall, kind=ValueError)
         assert failure(room.add_sound, folder + "/none.wav").code == -3

@@ -103,13 +103,14 @@ namespace Clamor
         [StructLayout(LayoutKind.Sequential)]
         public struct clamor_bake_options
         {
-            public const uint Size = 120;
+            public const uint Size = 128;
             public uint bytes, threads;
             public ulong seed, photons, sources;
             public double goal_error_db, goal_s, simplify_m, roulette_exponent, longest_path_s;
             public ulong memory_bytes;
             public uint no_instances, strict;
             public IntPtr journal, user, progress, message;
+            public uint has_early_order, early_order;
         }
 
         [StructLayout(LayoutKind.Sequential)]

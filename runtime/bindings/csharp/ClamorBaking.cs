@@ -79,6 +79,7 @@ namespace Clamor
         public long Seed, Photons, Sources, MemoryBytes;
         public double GoalErrorDb, GoalS, SimplifyM, RouletteExponent, LongestPathS;
         public bool NoInstances, Strict;
+        public int? EarlyOrder;  // 0 is none, null the default
         public string Journal;
 
         // Called about ten times a second; false cancels the bake. What it throws cancels the bake,
@@ -321,7 +322,9 @@ namespace Clamor
                 goal_s = options.GoalS, simplify_m = options.SimplifyM,
                 roulette_exponent = options.RouletteExponent, longest_path_s = options.LongestPathS,
                 memory_bytes = (ulong)options.MemoryBytes, no_instances = options.NoInstances ? 1u : 0u,
-                strict = options.Strict ? 1u : 0u };
+                strict = options.Strict ? 1u : 0u,
+                has_early_order = options.EarlyOrder.HasValue ? 1u : 0u,
+                early_order = (uint)options.EarlyOrder.GetValueOrDefault() };
         }
 
         private static BakeReport FromNative(BakeNative.clamor_bake_report r)

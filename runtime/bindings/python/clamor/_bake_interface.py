@@ -90,7 +90,8 @@ class clamor_bake_options(Structure):
                 ("goal_s", c_double), ("simplify_m", c_double), ("roulette_exponent", c_double),
                 ("longest_path_s", c_double), ("memory_bytes", c_uint64),
                 ("no_instances", c_uint32), ("strict", c_uint32), ("journal", c_char_p),
-                ("user", c_void_p), ("progress", ProgressFunction), ("message", MessageFunction)]
+                ("user", c_void_p), ("progress", ProgressFunction), ("message", MessageFunction),
+                ("has_early_order", c_uint32), ("early_order", c_uint32)]
 
 
 class clamor_bake_report(Structure):

@@ -207,7 +207,7 @@ def bake(level: Union[BakeLevel, Path], path: Optional[Path] = None, *, threads:
          seed: int = 0, photons: int = 0, sources: int = 0, goal_error_db: float = 0,
          goal_s: float = 0, simplify_m: float = 0, roulette_exponent: float = 0,
          longest_path_s: float = 0, memory_bytes: int = 0, instances: bool = True,
-         strict: bool = False, journal: Optional[Path] = None,
+         strict: bool = False, journal: Optional[Path] = None, early_order: Optional[int] = None,
          progress: Optional[Callable[[BakeProgress], Any]] = None) -> Any:
     """Bakes a level, with the bytes of `clamor bake` of the same level and options.
 
@@ -220,6 +220,8 @@ def bake(level: Union[BakeLevel, Path], path: Optional[Path] = None, *, threads:
         simplify_m: removes triangles and moves no surface further than this.
         roulette_exponent, longest_path_s, memory_bytes, instances, strict, journal: as in
             clamor_bake.h.
+        early_order: reflections by mirrors that are image sources, 0 to 3; None: 3 for up to 16
+            emitters, and 0 for more than 256.
         progress: called about ten times a second with a BakeProgress on the calling thread. If it
             returns False or raises, the bake is cancelled; what it raised is raised again.
 
@@ -230,7 +232,8 @@ def bake(level: Union[BakeLevel, Path], path: Optional[Path] = None, *, threads:
                     goal_error_db=goal_error_db, goal_s=goal_s, simplify_m=simplify_m,
                     roulette_exponent=roulette_exponent, longest_path_s=longest_path_s,
                     memory_bytes=memory_bytes, no_instances=not instances, strict=strict,
-                    journal=utf8(journal))
+                    journal=utf8(journal), has_early_order=early_order is not None,
+                    early_order=early_order or 0)
     if isinstance(level, BakeLevel):
         return _run(level, path, settings, progress)
     with BakeLevel(level) as read:
