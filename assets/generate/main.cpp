@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "concert_hall.h"
 #include "crowd.h"
 #include "presentation_room.h"
 #include "sound.h"
@@ -23,8 +24,8 @@ using clamor::Result;
 
 constexpr std::string_view kHelp = R"(make_assets [--check] <folder>
 
-Writes stadium.glb, stadium_paper.glb, stadium_walk.json, violin_room.glb and their sounds into the
-folder.
+Writes stadium.glb, stadium_paper.glb, stadium_walk.json, violin_room.glb, concert_hall.glb and their
+sounds into the folder.
 
   --check   writes nothing; compares the folder with what would be written (levels byte by byte,
             sounds sample by sample) and fails where they differ
@@ -85,6 +86,7 @@ Result<void> make(const std::filesystem::path& folder, bool check) {
                               clamor::assets::make_stadium(paper, clamor::assets::kPaperStarts)));
   results.push_back(put_level("stadium_walk.json", clamor::assets::make_stadium_walk()));
   results.push_back(put_level("violin_room.glb", clamor::assets::make_presentation_room()));
+  results.push_back(put_level("concert_hall.glb", clamor::assets::make_concert_hall()));
   results.push_back(put_sound("violin", clamor::assets::make_violin_phrase()));
   for (const auto* sounds : {&paper, &crowd})
     for (const auto& sound : *sounds) results.push_back(put_sound(sound.name, sound.samples));

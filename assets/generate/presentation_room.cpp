@@ -13,7 +13,6 @@ namespace clamor::assets {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kPodium_m = 0.2;
 
 // The room's planes: walls, window and door edges, panelling, ceiling field, lights.
@@ -32,7 +31,7 @@ struct Range {
 constexpr Range kWindows[] = {{-4.6, -2.9}, {-2, -0.3}, {0.6, 2.3}, {3.2, 4.9}};  // along z
 constexpr Range kWindowHeight{0.9, 2.7};
 constexpr Range kDoors[] = {{-5.4, -4.5}, {3.8, 4.8}};
-constexpr double kDoorHeight_m = 2.1;
+constexpr double kRoomDoorHeight_m = 2.1;
 
 template <class Ranges>
 bool any_holds(const Ranges& ranges, double value_m) {
@@ -60,7 +59,7 @@ Cell wall_at(const ShellMaterials& m, Side side, const Vec3& p) {
       if (kWindowHeight.holds(p.y) && any_holds(kWindows, p.z)) return {m.glass, 0.18};
       return {m.plaster};
     case Side::kLeft:
-      if (p.y < kDoorHeight_m && any_holds(kDoors, p.z)) return {m.door, 0.08};
+      if (p.y < kRoomDoorHeight_m && any_holds(kDoors, p.z)) return {m.door, 0.08};
       return {p.y < 0.9 ? m.panelling : m.plaster};
     case Side::kFront:
       return {p.y < 0.9 ? m.panelling : m.plaster};
@@ -132,13 +131,14 @@ void place_furniture(GltfWriter& gltf, const FurnitureMaterials& m) {
   gltf.node("fixtures", gltf.mesh("fixtures", make_fixtures(m)));
   place_chairs(gltf, m);
   gltf.node("piano", gltf.mesh("piano", make_piano(m)), {1.3, kPodium_m, -4.9});
-  gltf.node("lectern", gltf.mesh("lectern", make_lectern(m)), {-2.6, kPodium_m, -4.0}, kPi);
+  gltf.node("lectern", gltf.mesh("lectern", make_lectern(m)), {-2.6, kPodium_m, -4.0},
+            std::numbers::pi);
   gltf.node("music_stand", gltf.mesh("music_stand", make_music_stand(m)), {-0.45, kPodium_m, -3.75},
             0.5);
   gltf.node("table", gltf.mesh("table", make_table(m, 0.8, 1.8)), {-4.0, 0, 0.6});
   const int shelf = gltf.mesh("shelf", make_shelf(m));
-  gltf.node("shelf_1", shelf, {-4.48, 0, -2.4}, -kPi / 2);
-  gltf.node("shelf_2", shelf, {-4.48, 0, 2.6}, -kPi / 2);
+  gltf.node("shelf_1", shelf, {-4.48, 0, -2.4}, -std::numbers::pi / 2);
+  gltf.node("shelf_2", shelf, {-4.48, 0, 2.6}, -std::numbers::pi / 2);
   const int drape = gltf.mesh("drape", make_drape(m, 0.54, 2.75));
   for (const Range& window : kWindows) {
     gltf.node("drape", drape, {4.42, 0.1, window.from_m - 0.36});
@@ -160,14 +160,14 @@ std::string make_presentation_room() {
 
   // The violinist faces the audience (+Z). The violin is 1.5 m above the podium, just in front.
   gltf.node("violinist", gltf.mesh("violinist", make_violinist(furniture)), {0, kPodium_m, -4.4},
-            kPi);
+            std::numbers::pi);
   const EmitterNode violin{
       .sound_uri = "sounds/violin.flac",
       // Nearly omnidirectional on the G string, a beam of half a sphere at 8 kHz.
       .directivity = {0, 0, 0.1f, 0.25f, 0.6f, 1.1f, 1.8f, 2.6f},
       .gain_db = 0,
       .random_delay_s = 0};
-  gltf.emitter_node("violin", violin, {0.15, kPodium_m + 1.5, -4.05}, kPi);
+  gltf.emitter_node("violin", violin, {0.15, kPodium_m + 1.5, -4.05}, std::numbers::pi);
   return gltf.glb();
 }
 

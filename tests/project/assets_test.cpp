@@ -140,8 +140,25 @@ TEST(ViolinRoom, HasOneViolinThatBecomesMoreDirectionalWithFrequency) {
   EXPECT_EQ(chairs, 40u);
 }
 
+TEST(ConcertHall, HasAboutAThousandTrianglesThatScatterATenth) {
+  const Json level = json_of_glb(kAssets / "levels" / "concert_hall.glb");
+  ASSERT_TRUE(level.is_object());
+  std::size_t triangles = 0;
+  for (const Json& mesh : level.at("meshes"))
+    for (const Json& part : mesh.at("primitives"))
+      triangles +=
+          at_index(level.at("accessors"), part.at("indices")).at("count").get<std::size_t>() / 3;
+  EXPECT_GT(triangles, 1000u);
+  EXPECT_LT(triangles, 1500u);
+  for (const Json& material : level.at("materials"))
+    for (const double share :
+         material.at("extensions").at("CLAMOR_materials_acoustic").at("scattering"))
+      EXPECT_NEAR(share, 0.1, 1e-6);
+}
+
 TEST(Levels, AreCompleteOnDiskAndSayHowEverySurfaceSounds) {
-  for (const char* name : {"stadium.glb", "stadium_paper.glb", "violin_room.glb"}) {
+  for (const char* name :
+       {"stadium.glb", "stadium_paper.glb", "violin_room.glb", "concert_hall.glb"}) {
     const fs::path folder = kAssets / "levels";
     const Json level = json_of_glb(folder / name);
     ASSERT_TRUE(level.is_object()) << name;

@@ -13,7 +13,6 @@
 #include "common/decay_curve.h"
 #include "common/random.h"
 #include "common/reflection.h"
-#include "common/sphere.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/baked_portals.h"
@@ -261,16 +260,6 @@ PlaceDifference difference(const PlaceResponse& truth, const PlaceResponse& othe
                                             other.reflected[b] - other.early[b]);
   }
   return result;
-}
-
-// Whether no surface is nearer than this, in some directions.
-bool is_clear(const OcclusionGeometry& surfaces, const Vec3& place_m, double clearance_m) {
-  constexpr std::uint32_t kDirections = 64;
-  for (std::uint32_t d = 0; d < kDirections; ++d)
-    if (!surfaces.is_free(Vec3f(place_m),
-                          Vec3f(place_m + clearance_m * spread_direction(d, kDirections))))
-      return false;
-  return true;
 }
 
 // Places between probes that see each other, off by up to half a metre. They do not depend on the

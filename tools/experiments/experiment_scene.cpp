@@ -134,7 +134,6 @@ Result<BakedLevel> BakedLevel::open(const std::string& path) {
   if (!mesh.ok()) return mesh.error();
   BakedLevel level;
   level.settings_ = file->settings();
-  level.settings_.early_order = 0;  // the paper's experiments have no occlusion, nor images
   level.level_ = {file->provenance().level,    std::move(*mesh),           file->materials(),
                   std::move(tables->emitters), std::move(tables->signals), tables->air};
   return level;
@@ -158,6 +157,7 @@ Result<std::unique_ptr<ExperimentScene>> BakedLevel::rebake(std::uint64_t source
   options.settings = settings_;
   options.settings.sources = sources;
   options.settings.photons = 0;
+  options.settings.early_order = 0;
   auto contents = bake(level_, options);
   if (!contents.ok()) return contents.error();
   return std::make_unique<ExperimentScene>(AuralizerInput{std::move(contents->octree.sources),

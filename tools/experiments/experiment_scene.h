@@ -74,10 +74,13 @@ class ExperimentScene {
   std::shared_ptr<SourceList> list_;
 };
 
-// The level of a bake file, to be baked again with other materials.
+// The level of a bake file, to be baked again with other materials or settings.
 class BakedLevel {
  public:
   static Result<BakedLevel> open(const std::string& path);
+
+  const Level& level() const { return level_; }
+  const BakeSettings& settings() const { return settings_; }
 
   // Gives all surfaces Phong lobes of these exponents without scattering; 0 is diffuse.
   void set_phong(const Bands& exponents);
@@ -85,7 +88,8 @@ class BakedLevel {
   // Makes all emitters play a single impulse.
   void set_impulse();
 
-  // Bakes with about that many secondary sources. Deterministic.
+  // Bakes with about that many secondary sources, without image sources: the paper's experiments
+  // have no occlusion. Deterministic.
   Result<std::unique_ptr<ExperimentScene>> rebake(std::uint64_t sources) const;
 
  private:

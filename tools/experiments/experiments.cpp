@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "common/sphere.h"
+#include "runtime/occlusion/occlusion_geometry.h"
 #include "tools/strategies/strategies.h"
 
 namespace clamor {
@@ -57,6 +59,15 @@ int colour_of(const std::string& strategy) {
   for (std::size_t i = 0; i < kStrategies.size(); ++i)
     if (kStrategies[i].name == strategy) return static_cast<int>(i);
   return Chart::kGrey;
+}
+
+bool is_clear(const OcclusionGeometry& surfaces, const Vec3& place_m, double clearance_m) {
+  constexpr std::uint32_t kDirections = 64;
+  for (std::uint32_t d = 0; d < kDirections; ++d)
+    if (!surfaces.is_free(Vec3f(place_m),
+                          Vec3f(place_m + clearance_m * spread_direction(d, kDirections))))
+      return false;
+  return true;
 }
 
 double quantile(std::vector<double> values, double share) {

@@ -14,6 +14,8 @@
 
 namespace clamor {
 
+class OcclusionGeometry;
+
 struct ExperimentOptions {
   std::string level;
   std::optional<Vec3> listener_m;  // unset: ExperimentScene::default_listener_m()
@@ -22,6 +24,7 @@ struct ExperimentOptions {
   int readings = 60;               // readings of loudness, at each speed
   int voices = 2000;               // k while moving
   int seeds = 100;                 // samples per strategy and k, if nothing is rendered
+  int bakes = 6;                   // with other seeds
   int rolls = 19;                  // number of exact renderings with other phases
   bool quick = false;              // few sources and few k: a smoke test
 };
@@ -34,10 +37,14 @@ Result<ReportPage> octave_bands_experiment(const ExperimentOptions& options, std
 Result<ReportPage> convergence_experiment(const ExperimentOptions& options, std::ostream& err);
 Result<ReportPage> walk_experiment(const ExperimentOptions& options, std::ostream& err);
 Result<ReportPage> probes_experiment(const ExperimentOptions& options, std::ostream& err);
+Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostream& err);
 Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostream& err);
 
 // Part of the motion experiment: time per keyframe.
 Result<ReportTable> keyframe_times(const ExperimentOptions& options, std::ostream& err);
+
+// Whether no surface is nearer to a place than this, in some directions.
+bool is_clear(const OcclusionGeometry& surfaces, const Vec3& place_m, double clearance_m);
 
 // Returns 0 for no values.
 double quantile(std::vector<double> values, double share);

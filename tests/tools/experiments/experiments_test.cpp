@@ -61,6 +61,24 @@ INSTANTIATE_TEST_SUITE_P(Each, Experiment,
                            return name;
                          });
 
+TEST(Experiments, OfSeedsJudgeEachParameterOfEnergiesAndOfAWaveform) {
+  const Folder folder;
+  const std::string report = folder / "report";
+  const Outcome run = clamor({"experiment", "seeds", baked_level(folder), "-o", report, "--quick"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto tables = nlohmann::json::parse(read(report + "/seeds.json"))["tables"];
+  EXPECT_EQ(tables["shift"].size(), 12u);
+  ASSERT_EQ(tables["spread"].size(), 24u);
+  for (std::size_t i = 0; i < 24; ++i) {
+    const auto& row = tables["spread"][i];
+    EXPECT_EQ(row["photons"], i % 2 == 0 ? 1000 : 4000);
+    // 400 sources know a band's level to about a decibel.
+    if (row["parameter"] != "G") continue;
+    EXPECT_GT(row["1000_hz"], 0.001) << row;
+    EXPECT_LT(row["1000_hz"], 5) << row;
+  }
+}
+
 // Each exchange uses up one factor epsilon of the changes of a weight. New sources start counting
 // at zero, so there are fewer exchanges, but not many fewer while steps are small against epsilon.
 TEST(Experiments, OfAWalkFindThatAdaptiveDiffusionExchangesNoMoreThanItsRuleAsksFor) {

@@ -1,0 +1,228 @@
+// experiment_seeds.cpp: how much the room parameters of one bake depend on its seed.
+//
+// The level in the file is baked with several seeds, with the photons of the file and with four
+// times as many; sources stay as many as the file has. Places are those of a measurement after ISO
+// 3382-1: at the height of ears, a metre from all surfaces, in sight of the emitter.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <ostream>
+#include <tuple>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "bake/bake.h"
+#include "common/random.h"
+#include "formats/bake_file/expanded_sources.h"
+#include "formats/level/level.h"
+#include "runtime/occlusion/occlusion_geometry.h"
+#include "runtime/response/impulse_response.h"
+#include "tools/analysis/room_parameters.h"
+#include "tools/experiments/experiments.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kLowestJudged = 1, kHighestJudged = 6;  // 125 Hz to 4 kHz
+constexpr std::size_t kSeedPlaces = 6;
+constexpr std::uint64_t kManyTimes = 4;  // the photons of the file
+
+// A parameter with its just-noticeable difference (ISO 3382-1, annex A): a share of the value, or
+// an absolute one.
+struct Judged {
+  const char* name;
+  RoomParameters::Value RoomParameters::*value;
+  double noticeable;
+  bool is_share;
+};
+constexpr std::array<Judged, 6> kJudged = {{{"T30", &RoomParameters::t30_s, 0.05, true},
+                                            {"EDT", &RoomParameters::edt_s, 0.05, true},
+                                            {"C80", &RoomParameters::c80_db, 1, false},
+                                            {"D50", &RoomParameters::d50, 0.05, false},
+                                            {"Ts", &RoomParameters::ts_s, 0.01, false},
+                                            {"G", &RoomParameters::g_db, 1, false}}};
+
+struct SeedResult {
+  RoomParameters of_energy, of_waveform;
+};
+
+// Places by seed.
+using SeedResults = std::vector<std::vector<SeedResult>>;
+
+// Places that are drawn in the bounds of the level.
+std::vector<Vec3> listening_places(const OcclusionGeometry& surfaces, const Mesh& mesh,
+                                   const Vec3& emitter_m, std::size_t count) {
+  Vec3 low_m(1e9), high_m(-1e9);
+  for (const Vec3f& vertex_m : mesh.vertices_m) {
+    low_m = glm::min(low_m, Vec3(vertex_m));
+    high_m = glm::max(high_m, Vec3(vertex_m));
+  }
+  std::vector<Vec3> places_m;
+  for (std::uint32_t draw = 0; places_m.size() < count && draw < 1'000'000; ++draw) {
+    const RandomBits bits = philox(0x73656564, {draw, 0, 0, 0});
+    const Vec3 place_m =
+        low_m + (high_m - low_m) * Vec3(unit(bits[0]), unit(bits[1]), unit(bits[2]));
+    if (length(place_m - emitter_m) < 2 || !surfaces.is_free(Vec3f(emitter_m), Vec3f(place_m)) ||
+        surfaces.is_free(Vec3f(place_m), Vec3f(place_m - Vec3(0, 1.5, 0))) ||
+        !is_clear(surfaces, place_m, 1))
+      continue;
+    places_m.push_back(place_m);
+  }
+  return places_m;
+}
+
+Result<std::vector<SeedResult>> baked_with(const Level& level, const BakeSettings& settings,
+                                           const OcclusionGeometry& surfaces,
+                                           std::span<const Vec3> places_m) {
+  BakeOptions options;
+  options.settings = settings;
+  const auto contents = bake(level, options);
+  if (!contents.ok()) return contents.error();
+  std::vector<Source> sources = contents->octree.sources;
+  const auto images = image_sources(contents->images, contents->emitters);
+  sources.insert(sources.end(), images.begin(), images.end());
+  const Bands at_10m = free_field_energy_at_10m(level.emitters[0]);
+  std::vector<SeedResult> results(places_m.size());
+  for (std::size_t p = 0; p < places_m.size(); ++p) {
+    const auto arrivals = energy_response(sources, contents->emitters, contents->materials,
+                                          level.air, places_m[p], 0, &surfaces);
+    const auto waveform = impulse_response(arrivals, whole_response_frames(arrivals));
+    results[p] = {room_parameters(arrivals, at_10m),
+                  room_parameters(std::span<const float>(waveform), at_10m)};
+  }
+  return results;
+}
+
+struct OverSeeds {
+  double mean = 0, deviation = 0;
+};
+
+// Over the seeds; nothing if one of them has no value.
+std::optional<OverSeeds> over_seeds(const SeedResults& results, std::size_t place,
+                                    RoomParameters SeedResult::*kind, const Judged& judged,
+                                    std::size_t band) {
+  OverSeeds over;
+  std::vector<double> values;
+  for (const auto& places : results) {
+    const auto& value = (places[place].*kind.*judged.value)[band];
+    if (!value) return std::nullopt;
+    values.push_back(*value);
+  }
+  const auto n = static_cast<double>(values.size());
+  for (const double value : values) over.mean += value / n;
+  for (const double value : values) over.deviation += (value - over.mean) * (value - over.mean);
+  over.deviation = std::sqrt(over.deviation / (n - 1));
+  return over;
+}
+
+// Deviation over the seeds in just-noticeable differences, root mean square over the places, in
+// each octave.
+std::vector<ReportTable::Cell> deviations(const SeedResults& results,
+                                          RoomParameters SeedResult::*kind, const Judged& judged) {
+  std::vector<ReportTable::Cell> cells;
+  for (std::size_t b = kLowestJudged; b <= kHighestJudged; ++b) {
+    double squares = 0;
+    int count = 0;
+    for (std::size_t p = 0; p < results[0].size(); ++p)
+      if (const auto over = over_seeds(results, p, kind, judged, b)) {
+        const double unit = judged.noticeable * (judged.is_share ? over->mean : 1);
+        squares += over->deviation / unit * over->deviation / unit;
+        ++count;
+      }
+    cells.emplace_back(count > 0 ? ReportTable::Cell(std::sqrt(squares / count))
+                                 : ReportTable::Cell(std::string()));
+  }
+  return cells;
+}
+
+// Difference that more photons make to the mean over seeds and places, in just-noticeable
+// differences.
+std::vector<ReportTable::Cell> shifts(const SeedResults& from, const SeedResults& to,
+                                      RoomParameters SeedResult::*kind, const Judged& judged) {
+  std::vector<ReportTable::Cell> cells;
+  for (std::size_t b = kLowestJudged; b <= kHighestJudged; ++b) {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t p = 0; p < from[0].size(); ++p) {
+      const auto a = over_seeds(from, p, kind, judged, b), c = over_seeds(to, p, kind, judged, b);
+      if (!a || !c) continue;
+      sum += (c->mean - a->mean) / (judged.noticeable * (judged.is_share ? a->mean : 1));
+      ++count;
+    }
+    cells.emplace_back(count > 0 ? ReportTable::Cell(sum / count)
+                                 : ReportTable::Cell(std::string()));
+  }
+  return cells;
+}
+
+std::vector<std::string> octave_columns(std::vector<std::string> first) {
+  for (std::size_t b = kLowestJudged; b <= kHighestJudged; ++b)
+    first.push_back(fmt::format("{:g}_hz", kBandCentres_hz[b]));
+  return first;
+}
+
+void add_octaves(ReportTable& table, std::vector<ReportTable::Cell> first,
+                 const std::vector<ReportTable::Cell>& rest) {
+  first.insert(first.end(), rest.begin(), rest.end());
+  table.rows.push_back(std::move(first));
+}
+
+}  // namespace
+
+Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostream& err) {
+  auto read = BakedLevel::open(options.level);
+  if (!read.ok()) return read.error();
+  const Level& level = read->level();
+  if (level.emitters.empty()) return Error(options.level + ": it has no emitters");
+  const OcclusionGeometry surfaces(level.mesh, level.materials);
+  const std::vector<Vec3> places_m =
+      options.listener_m ? std::vector<Vec3>{*options.listener_m}
+                         : listening_places(surfaces, level.mesh, level.emitters[0].position_m,
+                                            options.quick ? 1 : kSeedPlaces);
+  if (places_m.empty())
+    return Error(options.level +
+                 ": no place at the height of ears is a metre from all surfaces and sees the "
+                 "first emitter; name one with --listener");
+  const int bakes = options.quick ? 2 : options.bakes;
+  BakeSettings settings = read->settings();
+  if (options.quick) settings.photons = 1000, settings.sources = kQuickSources;
+  const std::array<std::uint64_t, 2> photons = {settings.photons, kManyTimes * settings.photons};
+  std::array<SeedResults, 2> by_photons;
+  for (std::size_t n = 0; n < photons.size(); ++n) {
+    settings.photons = photons[n];
+    for (int seed = 1; seed <= bakes; ++seed) {
+      settings.seed = static_cast<std::uint64_t>(seed);
+      auto result = baked_with(level, settings, surfaces, places_m);
+      if (!result.ok()) return result.error();
+      by_photons[n].push_back(std::move(*result));
+      err << fmt::format("  {} photons, seed {} of {}\n", photons[n], seed, bakes);
+    }
+  }
+  ReportTable spread{"spread",
+                     "Standard deviation over the seeds, in just-noticeable differences",
+                     octave_columns({"parameter", "of", "photons"}),
+                     {}};
+  ReportTable shift{
+      "shift",
+      "What four times the photons change in the mean, in just-noticeable differences",
+      octave_columns({"parameter", "of"}),
+      {}};
+  for (const auto& [of, kind] : {std::pair("energies", &SeedResult::of_energy),
+                                 std::pair("one waveform", &SeedResult::of_waveform)})
+    for (const Judged& judged : kJudged) {
+      for (std::size_t n = 0; n < photons.size(); ++n)
+        add_octaves(spread, {judged.name, of, static_cast<double>(photons[n])},
+                    deviations(by_photons[n], kind, judged));
+      add_octaves(shift, {judged.name, of}, shifts(by_photons[0], by_photons[1], kind, judged));
+    }
+  ReportPage page("seeds", "Room parameters of one bake",
+                  fmt::format("{}: {} seeds, {} places", options.level, bakes, places_m.size()));
+  page.table(spread);
+  page.table(shift);
+  return page;
+}
+
+}  // namespace clamor
