@@ -1,5 +1,6 @@
 #include "concert_hall.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "gltf_writer.h"

@@ -11,6 +11,7 @@
 #include <iomanip>
 #include <iostream>
 #include <numbers>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>

@@ -8,7 +8,9 @@
 #include <cmath>
 #include <optional>
 #include <ostream>
-#include <tuple>
+#include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
