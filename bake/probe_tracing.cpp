@@ -7,6 +7,7 @@
 
 #include "bake/octree/octree_builder.h"
 #include "bake/octree/patch_radius.h"
+#include "bake/probes/diffuse_late_field.h"
 #include "bake/trace/pilot.h"
 #include "formats/bake_file/first_leg.h"
 #include "formats/bake_file/source_quantization.h"
@@ -104,9 +105,10 @@ ProbeCollector::ProbeCollector(const Scene& scene, const Level& level, const Pro
       tracer_(tracer),
       plan_(plan),
       sources_per_probe_(sources_per_probe),
-      portals_(portals) {
+      portals_(portals),
+      laws_(level.materials) {
   begin_place();
-  if (!zones.sizes.empty()) late_.emplace(zone_sources(zones.sizes[0], sources_per_probe_));
+  begin_zone();
 }
 
 bool ProbeCollector::is_first_reflection(const Deposit& deposit) const {
@@ -142,8 +144,6 @@ void ProbeCollector::add(const TracedRun& run, std::span<const Deposit> deposits
     sources.push_back(secondary_source(deposit, is_late ? late_share : early_share));
     ProbePortalSets& sets = is_late ? late_sets_ : early_sets_;
     sources.back().emitter = sets.with_set(first_leg(deposit), deposit.portals);
-    // Late sound leaves a surface in all directions alike, and needs no mirror direction.
-    if (is_late) sources.back().mirror = sources.back().normal;
   }
   early_->add(early_sources_, order);
   late_->add(late_sources_, order);
@@ -153,23 +153,28 @@ void ProbeCollector::begin_place() {
   early_.emplace(sources_per_probe_, SourceThinning::Weight::kSquareRoot);
 }
 
-std::vector<Source> ProbeCollector::sources_of(SourceThinning& thinning,
-                                               ProbePortalSets& sets) const {
-  std::vector<Source> sources = thinning.take();
+void ProbeCollector::begin_zone() {
+  const std::size_t zone = finished_.zones.size();
+  if (zone < zones_.sizes.size())
+    late_.emplace(zone_sources(zones_.sizes[zone], sources_per_probe_));
+}
+
+std::vector<Source> ProbeCollector::completed(std::vector<Source> sources,
+                                              ProbePortalSets& sets) const {
   sets.finish(sources, portals_);
   set_patch_radii(sources);
   return sources;
 }
 
 void ProbeCollector::finish_place() {
-  const std::size_t zone = finished_.zones.size();
-  finished_.places.push_back(sources_of(*early_, early_sets_));
+  finished_.places.push_back(completed(early_->take(), early_sets_));
   begin_place();
-  if (++places_in_zone_ < zones_.sizes[zone]) return;
+  if (++places_in_zone_ < zones_.sizes[finished_.zones.size()]) return;
   places_in_zone_ = 0;
-  finished_.zones.push_back(sources_of(*late_, late_sets_));
-  if (zone + 1 < zones_.sizes.size())
-    late_.emplace(zone_sources(zones_.sizes[zone + 1], sources_per_probe_));
+  std::vector<Source> late = late_->take();
+  make_diffuse(late, scene_, laws_);
+  finished_.zones.push_back(completed(std::move(late), late_sets_));
+  begin_zone();
 }
 
 ProbeSources ProbeCollector::take() {

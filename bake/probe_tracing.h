@@ -24,6 +24,7 @@
 #include "bake/probes/probe_zones.h"
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
+#include "common/reflection.h"
 #include "common/vec.h"
 #include "formats/bake_file/bake_contents.h"
 #include "formats/level/level.h"
@@ -74,8 +75,10 @@ class ProbeCollector {
  private:
   bool is_first_reflection(const Deposit& deposit) const;
   std::uint32_t first_leg(const Deposit& deposit) const;
-  std::vector<Source> sources_of(SourceThinning& thinning, ProbePortalSets& sets) const;
+  // With the portals that their paths have passed, and patch radii.
+  std::vector<Source> completed(std::vector<Source> sources, ProbePortalSets& sets) const;
   void begin_place();
+  void begin_zone();
   void finish_place();
 
   const Scene& scene_;
@@ -85,6 +88,7 @@ class ProbeCollector {
   const BakePlan& plan_;
   const std::uint32_t sources_per_probe_;
   PortalSetTable& portals_;
+  const ReflectionLaws laws_;
   ProbeSources finished_;
   std::optional<SourceThinning> early_, late_;  // of the next place and zone
   ProbePortalSets early_sets_, late_sets_;      // of their sources

@@ -22,8 +22,7 @@
 //
 // The late reflections of a zone (bake/probes/probe_zones.h) come from all its probes together, and
 // stand for those of a source anywhere in it: only the directivity applies. They radiate by the
-// cosine law, as surfaces do in a diffuse field whatever their reflection law is: a listener is in
-// few of the lobes, so fewer sources give the same accuracy.
+// cosine law, with powers that the bake has made for it (bake/probes/diffuse_late_field.h).
 //
 // Moving the first vertex of a path and reweighing it is the reconnection shift of gradient-domain
 // and resampled path tracing (M. Kettunen et al. Gradient-Domain Path Tracing. ACM TOG 34(4),
