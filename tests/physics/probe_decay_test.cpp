@@ -14,7 +14,7 @@
 namespace clamor {
 namespace {
 
-constexpr std::size_t kBand = 3;
+constexpr std::size_t kProbeBand = 3;
 constexpr double kFrom_s = 0.1, kUntil_s = 0.5;
 
 // Energies around two moments, in a box that hides nothing, mean of places in its middle.
@@ -38,7 +38,7 @@ LateEnergy late_energy(std::span<const Source> sources, std::span<const Material
                               length(listener_m - Vec3(source.position_m)) / speed_mps;
         if (std::abs(time_s - kFrom_s) > 0.025 && std::abs(time_s - kUntil_s) > 0.05) continue;
         const double received = static_cast<double>(
-            received_intensity(source, emitters, laws, loss_per_m, listener_m)[kBand]);
+            received_intensity(source, emitters, laws, loss_per_m, listener_m)[kProbeBand]);
         if (std::abs(time_s - kFrom_s) < 0.025) energy.at_first += received;
         if (std::abs(time_s - kUntil_s) < 0.05) energy.at_last += received;
       }

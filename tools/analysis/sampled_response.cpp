@@ -61,12 +61,13 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
   std::vector<SampledSource> sample(chosen.begin(), chosen.end());
   if (occlusion) {
     // Occlusion is coarse for choosing, as in a player, and fine for the response, as for all
-    // sources.
+    // sources. Direct sounds around edges are fine already.
     std::vector<const Source*> looked_at;
     for (const SampledSource& one : sample) looked_at.push_back(one.source);
     const std::vector<Bands> visible =
         fine_visibility(*surfaces, radiation.speed_of_sound_mps(), looked_at, listener_m);
-    for (std::size_t i = 0; i < sample.size(); ++i) sample[i].visibility = visible[i];
+    for (std::size_t i = 0; i < sample.size(); ++i)
+      if (!sample[i].moves) sample[i].visibility = visible[i];
   }
   std::vector<Arrival> arrivals = arrivals_of(sample, radiation, playing, listener_m);
   std::erase_if(arrivals, [](const Arrival& arrival) { return arrival.energy == Bands{}; });
