@@ -33,7 +33,6 @@ class WaysAround {
         rays_(rays) {
     geometry.find_edges(from_m_, to_m_, kMaxEdges, kLongestDetour_m, found_);
     edges_.reserve(found_.size());
-    for (const EdgeBetween& one : found_) edges_.emplace_back(geometry, one.edge, rays);
     add_single_edges();
     add_pairs();
   }
@@ -61,9 +60,10 @@ class WaysAround {
 
   void add_single_edges() {
     const double lowest_m = kReach * wavelength_m(0, speed_of_sound_mps_);
-    for (std::size_t i = 0; i < edges_.size(); ++i) {
+    for (std::size_t i = 0; i < found_.size(); ++i) {
       if (heard_ && found_[i].detour_m > nearest_heard_m_ + lowest_m) return;
-      EdgeSound sound = sound_over_edge(edges_[i], from_m_, to_m_, speed_of_sound_mps_);
+      const EdgeInAir& edge = edges_.emplace_back(geometry_, found_[i].edge, rays_);
+      EdgeSound sound = sound_over_edge(edge, from_m_, to_m_, speed_of_sound_mps_);
       if (sound.is_seen_by_source && seen_by_source_.size() < kMaxOfPair)
         seen_by_source_.push_back(i);
       if (sound.is_seen_by_listener && seen_by_listener_.size() < kMaxOfPair)
