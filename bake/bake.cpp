@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cassert>
+#include <chrono>
 #include <cmath>
+#include <optional>
 
 #include <tbb/blocked_range.h>
 #include <tbb/info.h>
@@ -23,11 +25,14 @@
 #include "bake/octree/patch_radius.h"
 #include "bake/portals/portal_sets.h"
 #include "bake/probe_bake.h"
+#include "bake/probe_tracing.h"
+#include "bake/probes/probe_zones.h"
 #include "bake/report/decay_estimate.h"
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
 #include "common/random.h"
 #include "common/version.h"
+#include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/page.h"
 #include "formats/bake_file/source_quantization.h"
@@ -135,6 +140,10 @@ std::uint64_t probe_photons(const BakePlan& plan, const BakeOptions& options) {
                                                                : plan.wanted_photons;
 }
 
+std::string in_megabytes(std::uint64_t bytes) {
+  return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
+}
+
 // Decides where the octree is sorted. Fails if the plan exceeds the memory limit.
 Result<SortStorage> check_memory(const Level& level, const BakePlan& plan,
                                  const BakeOptions& options) {
@@ -151,34 +160,71 @@ Result<SortStorage> check_memory(const Level& level, const BakePlan& plan,
   BakePlan bare = plan;
   bare.sources = 0;
   const std::uint64_t least = needs(bare, last);
-  const auto megabytes = [](std::uint64_t bytes) {
-    return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
-  };
   const std::string advice =
       least < options.memory_bytes
           ? "--sources " +
                 std::to_string((options.memory_bytes - least) * plan.sources / (needed - least)) +
                 " would fit"
-          : "the level itself needs " + megabytes(least);
-  return Error("the bake needs about " + megabytes(needed) + " of memory, more than the " +
-               megabytes(options.memory_bytes) + " it may have; " + advice);
+          : "the level itself needs " + in_megabytes(least);
+  return Error("the bake needs about " + in_megabytes(needed) + " of memory, more than the " +
+               in_megabytes(options.memory_bytes) + " it may have; " + advice);
+}
+
+// A shard keeps no sources, so it needs far less memory than a bake.
+std::uint64_t shard_memory_bytes(const Level& level, const BakePlan& plan,
+                                 const BakeSettings& settings, int threads) {
+  BakePlan of_shard = plan;
+  of_shard.sources = 0;
+  return bake_memory_bytes(level, of_shard, threads) +
+         DecayEstimate::max_bytes(settings.longest_path_s);
+}
+
+Result<void> check_shard_memory(const Level& level, const BakePlan& plan,
+                                const BakeOptions& options) {
+  const std::uint64_t needed =
+      shard_memory_bytes(level, plan, options.settings, tbb::this_task_arena::max_concurrency());
+  if (options.memory_bytes == 0 || needed <= options.memory_bytes) return {};
+  return Error("a shard needs about " + in_megabytes(needed) + " of memory, more than the " +
+               in_megabytes(options.memory_bytes) + " it may have");
+}
+
+// Opens a shard and checks all of it.
+Result<TraceJournal> open_shard(const Level& level, const std::string& path) {
+  auto opened = TraceJournal::open_to_read(path, deposit_materials(level.materials).size(),
+                                           level.portals.size());
+  if (!opened.ok()) return opened.error();
+  const std::string then =
+      ", so photons of it are in none of the shards; run its command again, which traces what is "
+      "missing";
+  if (opened->cut_bytes() > 0)
+    return Error(path + ": is cut short in the middle of a record" + then);
+  if (opened->damaged() > 0)
+    return Error(path + ": " + std::to_string(opened->damaged()) +
+                 " of its records fail their checksum" + then);
+  return opened;
 }
 
 // Opens the journal to append to, if any, followed by the shards.
 Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOptions& options) {
   std::vector<TraceJournal> journals;
-  const std::size_t materials = deposit_materials(level.materials).size();
   if (!options.journal.empty()) {
-    auto opened = TraceJournal::open(options.journal, materials, level.portals.size());
+    auto opened = TraceJournal::open(options.journal, deposit_materials(level.materials).size(),
+                                     level.portals.size());
     if (!opened.ok()) return opened.error();
-    if (!options.note.empty())
+    if (options.tells_progress) opened->tell_progress();
+    // A complete shard stays the same bytes when its command is run again.
+    if (!options.note.empty() && opened->note() != options.complete_note)
       if (const auto noted = opened->set_note(options.note); !noted.ok()) return noted.error();
     journals.push_back(std::move(*opened));
   }
-  for (const std::string& shard : options.shards) {
-    auto opened = TraceJournal::open_to_read(shard, materials, level.portals.size());
-    if (!opened.ok()) return opened.error();
-    journals.push_back(std::move(*opened));
+  std::vector<std::optional<Result<TraceJournal>>> shards(options.shards.size());
+  tbb::parallel_for(std::size_t{0}, shards.size(), [&](std::size_t i) {
+    if (!options.is_stopped()) shards[i].emplace(open_shard(level, options.shards[i]));
+  });
+  for (auto& shard : shards) {
+    if (!shard) break;
+    if (!shard->ok()) return shard->error();
+    journals.push_back(std::move(**shard));
   }
   return journals;
 }
@@ -326,10 +372,13 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
 Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& options,
                                        const Shard& shard) {
   const TraceSetup setup(level, options.settings);
+  if (const auto fits = check_shard_memory(level, setup.plan, options); !fits.ok())
+    return fits.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
   JournalSet journal_set(*journals, true, level, setup.tracer, scene_hash(level, setup.trace));
-  BatchTracing tracing(setup.tracer, level, setup.plan, options, journal_set, shard);
+  DecayEstimate decay = setup.decay_estimate(level);
+  BatchTracing tracing(setup.tracer, level, setup.plan, options, journal_set, shard, &decay);
   if (const auto traced = tracing.run(); !traced.ok()) return traced.error();
   BakeReport report;
   const auto closed = trace_closed_state(level, setup.trace, options, *journals, shard, report);
@@ -339,12 +388,46 @@ Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& op
       bake_probes(setup.scene, level, options, setup.trace, probe_photons(setup.plan, options),
                   *journals, true, portals, shard);
   if (!probes.ok()) return probes.error();
+  if (!options.complete_note.empty() && !options.is_stopped())
+    if (const auto noted = journals->front().set_note(options.complete_note); !noted.ok())
+      return noted.error();
   if (const auto synced = journals->front().sync(); !synced.ok()) return synced.error();
   report.photons += tracing.progress().photons_done;
   report.probe_photons = probes->photons;
   report.photons_reused += tracing.progress().photons_reused + probes->photons_reused;
   report.journal_bytes = journals->front().bytes();
+  if (journals->front().damaged() > 0 && !options.is_stopped())
+    if (const auto whole = journals->front().compact(true); !whole.ok()) return whole.error();
   return report;
+}
+
+// Photons of a plan, traced on one thread to see what they cost.
+struct TracedPart {
+  double photons = 0, seconds = 0, bytes = 0;
+};
+
+TracedPart trace_part(const PhotonTracer& tracer, const BakePlan& plan) {
+  constexpr double kEnough_s = 1;
+  constexpr std::size_t kMostBatches = 200;
+  const auto batches = plan.batches();
+  const std::size_t count = std::min(batches.size(), kMostBatches);
+  TracedPart part;
+  TracedRuns traced;
+  for (std::size_t i = 0; i < count && part.seconds < kEnough_s; ++i) {
+    // Spread over the emitters: the golden section visits all parts of the list early.
+    const double place = static_cast<double>(i) * 0.6180339887498949;
+    const auto& batch = batches[static_cast<std::size_t>(
+        (place - std::floor(place)) * static_cast<double>(batches.size()))];
+    traced.clear();
+    const auto start = std::chrono::steady_clock::now();
+    tracer.trace(batch, traced);
+    part.bytes += static_cast<double>(
+        packed(std::as_bytes(std::span(traced.deposits().data(), traced.deposits().size()))).size());
+    part.seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    for (const PhotonRun& run : batch) part.photons += run.count;
+  }
+  return part;
 }
 
 // Runs `work` with options.threads threads.
@@ -370,6 +453,45 @@ Result<BakeContents> bake(const Level& level, const BakeOptions& options, BakeRe
   BakeReport ignored;
   return on_arena(level, options, [&] {
     return bake_on_this_arena(level, options, report != nullptr ? *report : ignored);
+  });
+}
+
+Result<BakeCost> bake_cost(const Level& level, const BakeOptions& options) {
+  BakeOptions on_one_thread = options;
+  on_one_thread.threads = 1;
+  return on_arena(level, on_one_thread, [&]() -> Result<BakeCost> {
+    const auto start = std::chrono::steady_clock::now();
+    const TraceSetup setup(level, options.settings);
+    BakeCost cost;
+    cost.preparing_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    cost.settings = options.settings;
+    cost.settings.photons = setup.plan.wanted_photons;
+    cost.settings.sources = setup.plan.sources;
+    TracedPart part = trace_part(setup.tracer, setup.plan);
+    cost.photons = setup.plan.all_photons();
+    if (!options.probes_m.empty()) {
+      const ProbeZones zones = group_probes(setup.scene, level.portals, options.probes_m);
+      const Level probes = level_of_probes(level, options.probes_m, zones);
+      const ProbePlan plan = plan_probes(setup.scene, probes, zones, options.probe_sources,
+                                         probe_photons(setup.plan, options), setup.trace);
+      cost.photons += plan.photons.all_photons();
+      const TracedPart of_probes =
+          trace_part(PhotonTracer(setup.scene, probes, plan.trace), plan.photons);
+      part.photons += of_probes.photons;
+      part.seconds += of_probes.seconds;
+      part.bytes += of_probes.bytes;
+    }
+    if (has_closed_state(level)) cost.photons *= 2;
+    if (part.seconds > 0) cost.photons_per_core_s = part.photons / part.seconds;
+    if (part.photons > 0) cost.bytes_per_photon = part.bytes / part.photons;
+    cost.shard_memory_bytes = shard_memory_bytes(level, setup.plan, options.settings, 1);
+    cost.thread_memory_bytes =
+        shard_memory_bytes(level, setup.plan, options.settings, 2) - cost.shard_memory_bytes;
+    cost.merge_memory_bytes =
+        bake_memory_bytes(level, setup.plan, 1) +
+        DecayEstimate::max_bytes(options.settings.longest_path_s);
+    return cost;
   });
 }
 

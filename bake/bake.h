@@ -39,4 +39,19 @@ Result<BakeContents> bake(const Level& level, const BakeOptions& options,
 // gives the same contents as an unsharded bake.
 Result<BakeReport> bake_shard(const Level& level, const BakeOptions& options, const Shard& shard);
 
+// What a bake will take, for those who share it out among machines.
+struct BakeCost {
+  BakeSettings settings;                // with the numbers of photons and sources of the plan
+  std::uint64_t photons = 0;            // of the emitters and probes, in all states of the level
+  double photons_per_core_s = 0;        // 0 if there are none
+  double bytes_per_photon = 0;          // in a shard
+  double preparing_s = 0;               // of each process, before its first photon
+  std::uint64_t shard_memory_bytes = 0;  // of a shard on one thread, and for each further thread
+  std::uint64_t thread_memory_bytes = 0;
+  std::uint64_t merge_memory_bytes = 0;
+};
+
+// Measures by tracing some of the photons on one thread, for about a second.
+Result<BakeCost> bake_cost(const Level& level, const BakeOptions& options);
+
 }  // namespace clamor

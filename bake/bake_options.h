@@ -30,7 +30,9 @@ struct BakeOptions {
   std::uint64_t memory_bytes = 0;  // memory limit, checked before tracing starts; 0: none
   std::string journal{};           // journal file (trace_journal.h); "": none
   std::string spill{};             // prefix of temporary files for sorting; "": none allowed
-  std::string note{};              // text stored in the journal, for merging shards
+  // Texts stored in the journal of a shard, when it begins and when it is complete (shard_note.h).
+  std::string note{}, complete_note{};
+  bool tells_progress = false;  // stores the progress in the journal, once a second
   // Places of probes, and the early secondary sources that each keeps (probe_tracing.h).
   std::vector<Vec3> probes_m{};
   std::uint32_t probe_sources = kProbeSources;
@@ -44,7 +46,7 @@ struct BakeOptions {
   bool is_stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 
-// Shard `index` of `count`, from 0, consists of every count-th batch of photons.
+// Shard `index` of `count`, from 0, consists of one in `count` batches of photons.
 struct Shard {
   std::uint32_t index = 0, count = 1;
 };

@@ -16,7 +16,6 @@ namespace clamor {
 namespace {
 
 constexpr double kFirstSourcesPerRoom = 20'000;
-constexpr int kMaxRounds = 8;
 // Maximum growth per round, because early error estimates are rough.
 constexpr double kMaxGrowth = 32;
 // Safety factor on the extrapolated error; one in ten bakes needs another round.
@@ -35,7 +34,38 @@ std::uint64_t two_digits_up(double value) {
   return static_cast<std::uint64_t>(std::ceil(value / step) * step);
 }
 
+// Makes the next round so many times as large, as far as a file allows; false if it holds no more.
+bool grow(BakeRounds& rounds, double growth, std::string& reason) {
+  const std::uint64_t most = kMaxSources / rounds.first_sources;
+  if (rounds.times == most) {
+    reason = "a file holds " + std::to_string(kMaxSources) + " sources at most";
+    return false;
+  }
+  rounds.times = std::min(most, two_digits_up(growth * static_cast<double>(rounds.times)));
+  ++rounds.round;
+  return true;
+}
+
 }  // namespace
+
+std::uint64_t BakeRounds::sources_of_first(const Level& level) {
+  return static_cast<std::uint64_t>(
+      kFirstSourcesPerRoom * emitter_rooms(Scene(level.mesh, Scene::Build::kQuick), level));
+}
+
+bool BakeRounds::go_on(double error_db, double goal_db, std::string& reason) {
+  if (!(error_db > 0)) {
+    reason = "the level is too open or too dry to tell the error of a decay";
+    return false;
+  }
+  if (error_db <= goal_db) return false;
+  if (round >= kMost) {
+    reason = "the error falls too slowly";
+    return false;
+  }
+  const double above = error_db / goal_db;
+  return grow(*this, std::clamp(kMargin * above * above, kWorthIt, kMaxGrowth), reason);
+}
 
 std::optional<BakeGoal> BakeGoal::from(const std::string& text) {
   double number = 0;
@@ -65,42 +95,29 @@ Result<BakeContents> bake_until(const Level& level, const BakeOptions& options,
   BakeReport last, round;
   BakeOptions now = options;
   now.settings.photons = 0;
-  now.settings.sources = static_cast<std::uint64_t>(
-      kFirstSourcesPerRoom * emitter_rooms(Scene(level.mesh, Scene::Build::kQuick), level));
+  now.settings.sources = BakeRounds::sources_of_first(level);
   double begun_s = seconds_since(start);
   auto best = bake(level, now, &last);
   if (!best.ok()) {
     if (report != nullptr) *report = last;
     return best;
   }
-  const BakeSettings first = best->settings;
-  std::uint64_t times = 1;
-  for (int i = 1; i < kMaxRounds; ++i) {
+  BakeRounds rounds;
+  rounds.first_photons = best->settings.photons;
+  rounds.first_sources = best->settings.sources;
+  while (rounds.round < BakeRounds::kMost) {
     if (best->statistics.photons_traced == 0) break;  // a free field has no error
     const double spent_s = seconds_since(start);
-    double growth = 0;
     if (goal.error_db > 0) {
       const auto error_db = static_cast<double>(best->statistics.decay.error_db);
-      if (!(error_db > 0)) {
-        reason = "the level is too open or too dry to tell the error of a decay";
-        break;
-      }
-      if (error_db <= goal.error_db) break;
-      const double above = error_db / goal.error_db;
-      growth = std::clamp(kMargin * above * above, kWorthIt, kMaxGrowth);
+      if (!rounds.go_on(error_db, goal.error_db, reason)) break;
     } else {
-      growth = std::min(kOfTime * (goal.seconds - spent_s) / std::max(spent_s - begun_s, 0.01),
-                        kMaxGrowth);
-      if (growth < kWorthIt) break;
+      const double growth = std::min(
+          kOfTime * (goal.seconds - spent_s) / std::max(spent_s - begun_s, 0.01), kMaxGrowth);
+      if (growth < kWorthIt || !grow(rounds, growth, reason)) break;
     }
-    const std::uint64_t most = kMaxSources / first.sources;
-    if (times == most) {
-      reason = "a file holds " + std::to_string(kMaxSources) + " sources at most";
-      break;
-    }
-    times = std::min(most, two_digits_up(growth * static_cast<double>(times)));
-    now.settings.sources = times * first.sources;
-    now.settings.photons = times * first.photons;
+    now.settings.sources = rounds.times * rounds.first_sources;
+    now.settings.photons = rounds.times * rounds.first_photons;
     begun_s = spent_s;
     round = {};
     auto next = bake(level, now, &round);

@@ -24,6 +24,21 @@ struct BakeGoal {
   static std::optional<BakeGoal> from(const std::string& text);
 };
 
+// The sizes of a bake that is repeated until its error is small enough.
+struct BakeRounds {
+  static constexpr int kMost = 8;
+
+  std::uint64_t first_photons = 0, first_sources = 0;
+  std::uint64_t times = 1;  // size of this round, relative to the first
+  int round = 1;
+
+  static std::uint64_t sources_of_first(const Level& level);
+
+  // Goes on to the next round, for an error of the energy decay, and returns true; or false if the
+  // goal is reached or, with a reason, cannot be.
+  bool go_on(double error_db, double goal_db, std::string& reason);
+};
+
 // If the goal is missed, `why_not` explains it in a sentence: the level gives no error estimate, or
 // the goal needs more sources than a file holds or more memory than the options allow. The best
 // bake so far is returned.

@@ -13,12 +13,19 @@ namespace clamor {
 
 namespace {
 
+// The batches of a shard. A whole run goes to a shard that depends on the run alone, so that a
+// shard finds it in its journal when a larger bake continues this one.
 std::vector<std::vector<PhotonRun>> batches_of(const BakePlan& plan, const Shard& shard) {
   auto all = plan.batches();
   if (shard.count == 1) return all;
   std::vector<std::vector<PhotonRun>> mine;
-  for (std::size_t i = shard.index; i < all.size(); i += shard.count)
-    mine.push_back(std::move(all[i]));
+  std::uint64_t others = 0;
+  for (auto& batch : all) {
+    const PhotonRun& run = batch.front();
+    const std::uint64_t place =
+        run.count == kRunPhotons ? run.emitter + run.first / kRunPhotons : others++;
+    if (place % shard.count == shard.index) mine.push_back(std::move(batch));
+  }
   return mine;
 }
 
@@ -147,7 +154,12 @@ void BatchTracing::accumulate(Batch& batch) {
       ++t;
     }
   }
-  report_progress();
+  if (decay_ != nullptr && progress_.photons_done >= next_error_) {
+    progress_.error_db = decay_->error_db().value_or(0);
+    next_error_ = progress_.photons_done + progress_.photons_done / 8;
+    if (progress_.error_db > 0) journals_.set_error_db(progress_.error_db);
+  }
+  if (options_.on_progress) options_.on_progress(progress_);
 }
 
 void BatchTracing::accumulate_run(const TracedRun& run, std::span<const Deposit> deposits,
@@ -166,15 +178,6 @@ void BatchTracing::accumulate_run(const TracedRun& run, std::span<const Deposit>
   tally_.add(run.tally, photon_share);
   progress_.photons_done += run.tally.photons;
   progress_.escaped += run.tally.escaped;
-}
-
-void BatchTracing::report_progress() {
-  if (!options_.on_progress) return;
-  if (decay_ != nullptr && progress_.photons_done >= next_error_) {
-    progress_.error_db = decay_->error_db().value_or(0);
-    next_error_ = progress_.photons_done + progress_.photons_done / 8;
-  }
-  options_.on_progress(progress_);
 }
 
 }  // namespace clamor

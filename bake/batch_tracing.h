@@ -67,7 +67,6 @@ class BatchTracing {
   void accumulate(Batch& batch);
   void accumulate_run(const TracedRun& run, std::span<const Deposit> deposits, std::uint64_t order,
                       std::span<const ReceivedEnergy> received);
-  void report_progress();
   void fail(std::string message);
 
   const PhotonTracer& tracer_;

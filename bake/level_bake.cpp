@@ -3,6 +3,9 @@
 #include <filesystem>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "bake/journal/shard_set.h"
 #include "bake/report/level_report.h"
 #include "bake/trace/scene.h"
 #include "formats/bake_file/bake_writer.h"
@@ -61,6 +64,13 @@ Result<void> LevelBake::read() {
   if (!imported.ok()) return imported.error();
   file_hash_ = imported->input_hash;
   imported_ = std::make_unique<ImportedLevel>(std::move(*imported));
+  if (options_.level_hash && *options_.level_hash != *file_hash_)
+    return Error(fmt::format(
+        "{}: has the content hash {:016x} with its files, but {:016x} is asked for; restore the "
+        "level, or plan the bake of the new one",
+        request_.level_path, *file_hash_, *options_.level_hash));
+  if (auto same = check_level_hash(options_.shards, *file_hash_, request_.level_path); !same.ok())
+    return same;
   return spare_inputs();
 }
 
@@ -134,7 +144,15 @@ BakeOptions LevelBake::bake_options() const {
   if (target_) options.spill = target_->temporary_prefix();
   options.shards = options_.shards;
   options.journal = journal_;
-  options.note = options_.note;
+  if (options_.shard) {
+    ShardNote note{
+        shard_program(), imported_->input_hash, {options_.shard->index}, options_.shard->count,
+        false,           options_.request};
+    options.note = note.text();
+    options.tells_progress = options_.tells_progress;
+    note.is_complete = true;
+    options.complete_note = note.text();
+  }
   options.stop = options_.stop;
   if (options_.reports_progress)
     options.on_progress = [this](const BakeProgress& done) { observer_.on_progress(done); };

@@ -31,15 +31,17 @@ struct ImportedLevel;
 struct LevelBakeOptions {
   std::string output;  // file; "": the bytes stay in memory
   int threads = 0;
-  std::uint64_t memory_bytes = 0;      // 0: no limit
-  std::optional<std::string> journal;  // "": none; unset: beside the output
-  std::string note;                    // for the journal of a shard
-  bool strict = false;                 // a warning is an error, and nothing is written
-  bool reports_progress = true;        // calls BakeObserver::on_progress()
-  std::optional<BakeGoal> goal;        // sets the number of photons and sources
-  std::optional<Shard> shard;          // then `output` is that shard
-  std::vector<std::string> shards;     // shards to merge
-  std::string tool;                    // for the provenance; "": this program
+  std::uint64_t memory_bytes = 0;           // 0: no limit
+  std::optional<std::string> journal;       // "": none; unset: beside the output
+  std::string request;                      // for the note of a shard
+  bool tells_progress = false;              // in the journal
+  std::optional<std::uint64_t> level_hash;  // refuse a level with another content hash
+  bool strict = false;                      // a warning is an error, and nothing is written
+  bool reports_progress = true;             // calls BakeObserver::on_progress()
+  std::optional<BakeGoal> goal;             // sets the number of photons and sources
+  std::optional<Shard> shard;               // then `output` is that shard
+  std::vector<std::string> shards;          // shards to merge
+  std::string tool;                         // for the provenance; "": this program
   const std::atomic<bool>* stop = nullptr;
 };
 

@@ -4,9 +4,9 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -60,6 +60,15 @@ std::optional<RecordHeader> checked(std::span<const std::byte, sizeof(RecordHead
 
 std::string reason() { return std::strerror(errno); }
 
+// A lock of the whole file that belongs to the open file, as flock() makes them; other than with
+// flock(), others can ask for it without taking it, also on a shared file system.
+struct flock lock_of_file() {
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
+  return lock;
+}
+
 }  // namespace
 
 JournalFile::~JournalFile() {
@@ -78,10 +87,15 @@ Result<void> JournalFile::open(const std::string& path) {
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode))
     return Error(path + ": is not a regular file, so it cannot be a journal");
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0)
+  struct flock lock = lock_of_file();
+  if (::fcntl(descriptor_, F_OFD_SETLK, &lock) != 0) {
+    if (errno != EAGAIN && errno != EACCES)
+      return Error(path + ": the journal cannot be locked (" + reason() +
+                   "); choose a folder whose file system has locks, or use --no-journal");
     return Error(path +
                  ": another bake is writing this journal; wait for it to end, or choose "
                  "another output");
+  }
   bytes_ = static_cast<std::uint64_t>(status.st_size);
 
   const FileHeader header;
@@ -137,6 +151,11 @@ Result<void> JournalFile::open_to_read(const std::string& path) {
   return {};
 }
 
+bool JournalFile::is_being_written() const {
+  struct flock lock = lock_of_file();
+  return ::fcntl(descriptor_, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
+}
+
 bool JournalFile::read_at(std::uint64_t offset, std::span<std::byte> out) const {
   std::size_t done = 0;
   while (done < out.size()) {
@@ -189,6 +208,19 @@ Result<void> JournalFile::sync() {
 
 std::uint64_t JournalFile::first() { return sizeof(FileHeader); }
 
+std::vector<std::byte> JournalFile::beginning() {
+  const FileHeader header;
+  const auto bytes = bytes_of(header);
+  return {bytes.begin(), bytes.end()};
+}
+
+std::uint32_t JournalFile::count_at(std::uint64_t offset) const {
+  std::array<std::byte, sizeof(RecordHeader)> raw;
+  if (offset + raw.size() > bytes_ || !read_at(offset, raw)) return 0;
+  const auto header = checked(raw, bytes_ - offset - raw.size());
+  return header ? header->count : 0;
+}
+
 std::optional<std::uint64_t> JournalFile::after(std::uint64_t offset) const {
   std::array<std::byte, sizeof(RecordHeader)> raw;
   if (offset + raw.size() > bytes_ || !read_at(offset, raw)) return std::nullopt;
@@ -197,25 +229,39 @@ std::optional<std::uint64_t> JournalFile::after(std::uint64_t offset) const {
   return offset + raw.size() + header->packed_bytes;
 }
 
+std::optional<std::vector<std::byte>> JournalFile::stored(std::uint64_t offset) const {
+  const auto end = after(offset);
+  if (!end) return std::nullopt;
+  std::vector<std::byte> whole(*end - offset);
+  if (!read_at(offset, whole)) return std::nullopt;
+  RecordHeader header;
+  std::memcpy(&header, whole.data(), sizeof header);
+  if (hash_of(std::span(whole).subspan(sizeof header)) != header.frame_hash) return std::nullopt;
+  return whole;
+}
+
 std::optional<JournalFile::Record> JournalFile::read(std::uint64_t offset) {
   if (offset == read_record_) return Record{read_count_, unpacked_};
   read_record_ = 0;
-  std::array<std::byte, sizeof(RecordHeader)> raw;
-  if (offset + raw.size() > bytes_ || !read_at(offset, raw)) return std::nullopt;
-  const auto header = checked(raw, bytes_ - offset - raw.size());
-  if (!header) return std::nullopt;
-  std::vector<std::byte> frame(header->packed_bytes);
-  if (!read_at(offset + raw.size(), frame) || hash_of(frame) != header->frame_hash)
-    return std::nullopt;
-  auto whole = unpacked(frame, header->unpacked_bytes);
-  if (!whole.ok()) return std::nullopt;
-  unpacked_ = std::move(*whole);
-  read_count_ = header->count;
+  const auto whole = stored(offset);
+  if (!whole) return std::nullopt;
+  RecordHeader header;
+  std::memcpy(&header, whole->data(), sizeof header);
+  auto bytes = unpacked(std::span(*whole).subspan(sizeof header), header.unpacked_bytes);
+  if (!bytes.ok()) return std::nullopt;
+  unpacked_ = std::move(*bytes);
+  read_count_ = header.count;
   read_record_ = offset;
   return Record{read_count_, unpacked_};
 }
 
-Result<std::uint64_t> JournalFile::append(std::uint32_t count, std::span<const std::byte> bytes) {
+void JournalFile::release() {
+  read_record_ = 0;
+  unpacked_ = std::vector<std::byte>();  // assigning {} would keep the capacity
+}
+
+std::vector<std::byte> JournalFile::record_of(std::uint32_t count,
+                                              std::span<const std::byte> bytes) {
   const std::vector<std::byte> frame = packed(bytes);
   RecordHeader header;
   header.count = count;
@@ -223,38 +269,43 @@ Result<std::uint64_t> JournalFile::append(std::uint32_t count, std::span<const s
   header.unpacked_bytes = bytes.size();
   header.frame_hash = hash_of(frame);
   header.header_hash = hash_of(bytes_of(header).first(sizeof header - 8));
+  std::vector<std::byte> record(sizeof header + frame.size());
+  std::memcpy(record.data(), &header, sizeof header);
+  std::memcpy(record.data() + sizeof header, frame.data(), frame.size());
+  return record;
+}
+
+Result<std::uint64_t> JournalFile::append(std::uint32_t count, std::span<const std::byte> bytes) {
+  const std::vector<std::byte> record = record_of(count, bytes);
   const auto sync_now_and_then = [&] {
     return Clock::now() - last_sync_ < kSyncEvery || sync_file();
   };
-  if (!write_at(bytes_, bytes_of(header)) || !write_at(bytes_ + sizeof header, frame) ||
-      !sync_now_and_then()) {
+  if (!write_at(bytes_, record) || !sync_now_and_then()) {
     const Error error = unwritten();
     (void)cut(bytes_);  // if this fails too, the next open() truncates the record
     return error;
   }
-  const std::uint64_t record = bytes_;
-  bytes_ += sizeof header + frame.size();
-  return record;
+  return std::exchange(bytes_, bytes_ + record.size());
 }
 
 Result<void> JournalFile::truncate_at(std::uint64_t offset) {
   if (!only_read_ && offset < bytes_ && !cut(offset))
     return Error(path_ + ": cannot be cut to its last complete record (" + reason() + ")");
+  cut_bytes_ = bytes_ - offset;
   bytes_ = offset;
   synced_bytes_ = bytes_;
   return {};
 }
 
-Result<void> JournalFile::keep_only(std::span<const std::uint64_t> records) {
+Result<void> JournalFile::keep_only(std::span<const std::uint64_t> records, bool in_any_case) {
   std::uint64_t kept = first();
   for (const std::uint64_t record : records)
     if (const auto end = after(record)) kept += *end - record;
-  if (2 * kept >= bytes_) return {};
+  if (!in_any_case && 2 * kept >= bytes_) return {};
 
   auto file = AtomicFile::create(path_);
   if (!file.ok()) return file.error();
-  const FileHeader header;
-  if (auto written = file->write(bytes_of(header)); !written.ok()) return written.error();
+  if (auto written = file->write(beginning()); !written.ok()) return written.error();
   for (const std::uint64_t record : records) {
     const auto end = after(record);
     if (!end) continue;

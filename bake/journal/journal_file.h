@@ -39,16 +39,38 @@ class JournalFile {
   // Opens an existing file without creating, truncating or locking it.
   Result<void> open_to_read(const std::string& path);
 
+  // Whether a process, on any machine that shares the file system, has the file open to write. For
+  // files that this process has only open to read.
+  bool is_being_written() const;
+
   const std::string& path() const { return path_; }
   std::uint64_t bytes() const { return bytes_; }
+
+  // Bytes at the end that belong to no complete record and were left out by truncate_at().
+  std::uint64_t cut_bytes() const { return cut_bytes_; }
 
   // Offset of the first record, and of the successor of the record at `offset`; nothing at the end
   // of the file.
   static std::uint64_t first();
+  // What a file starts with, before its first record.
+  static std::vector<std::byte> beginning();
   std::optional<std::uint64_t> after(std::uint64_t offset) const;
+
+  // The number of runs of the record at `offset`, without reading its bytes; 0 if it has none.
+  std::uint32_t count_at(std::uint64_t offset) const;
 
   // The record at `offset`, or nothing if it is damaged.
   std::optional<Record> read(std::uint64_t offset);
+
+  // Frees the memory of the last record that was read.
+  void release();
+
+  // The header and the frame of the record at `offset` as they are in the file, or nothing if it is
+  // damaged.
+  std::optional<std::vector<std::byte>> stored(std::uint64_t offset) const;
+
+  // A record as it is in the file.
+  static std::vector<std::byte> record_of(std::uint32_t count, std::span<const std::byte> bytes);
 
   // Appends a record and returns its offset. On failure (a full disk) the file keeps its old
   // contents.
@@ -61,9 +83,9 @@ class JournalFile {
   // only this call reports errors.
   Result<void> sync();
 
-  // Rewrites the file with only these records (ascending offsets) if that halves its size. No other
-  // call may follow, because the open file is then the replaced one.
-  Result<void> keep_only(std::span<const std::uint64_t> records);
+  // Rewrites the file with only these records (ascending offsets) if that halves its size, or in
+  // any case. No other call may follow, because the open file is then the replaced one.
+  Result<void> keep_only(std::span<const std::uint64_t> records, bool in_any_case);
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -77,7 +99,7 @@ class JournalFile {
   std::string path_;
   int descriptor_ = -1;
   bool only_read_ = false;
-  std::uint64_t bytes_ = 0, synced_bytes_ = 0;
+  std::uint64_t bytes_ = 0, synced_bytes_ = 0, cut_bytes_ = 0;
   Clock::time_point last_sync_ = Clock::now();
   std::uint64_t read_record_ = 0;  // offset of the record in `unpacked_`; 0: none
   std::uint32_t read_count_ = 0;

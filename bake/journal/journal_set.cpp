@@ -1,7 +1,5 @@
 #include "bake/journal/journal_set.h"
 
-#include <algorithm>
-
 #include "bake/journal/run_key.h"
 #include "formats/level/level.h"
 
@@ -23,13 +21,28 @@ void JournalSet::find(std::span<const PhotonRun> runs, TracedRuns& found,
     return;
   }
   const std::lock_guard lock(mutex_);
-  for (const PhotonRun& run : runs) {
-    const std::uint64_t key = key_of(run);
-    const bool is_found =
-        std::any_of(journals_.begin(), journals_.end(),
-                    [&](TraceJournal& journal) { return journal.find(key, run, found); });
-    if (!is_found) missing.push_back(run);
+  for (const PhotonRun& run : runs)
+    if (!find_one(run, found)) missing.push_back(run);
+}
+
+// Consecutive runs are in one shard or in consecutive ones. One record is kept in memory, not one
+// for each shard.
+bool JournalSet::find_one(const PhotonRun& run, TracedRuns& found) {
+  const std::uint64_t key = key_of(run);
+  for (std::size_t i = 0; i < journals_.size(); ++i) {
+    const std::size_t at = (last_found_ + i) % journals_.size();
+    if (!journals_[at].find(key, run, found)) continue;
+    if (at != last_found_) journals_[last_found_].release();
+    last_found_ = at;
+    return true;
   }
+  return false;
+}
+
+void JournalSet::set_error_db(double error_db) {
+  if (!writes_) return;
+  const std::lock_guard lock(mutex_);
+  journals_.front().set_error_db(error_db);
 }
 
 Result<void> JournalSet::append(const TracedRuns& traced) {

@@ -29,14 +29,19 @@ class JournalSet {
   // Writes traced runs to the first journal, if that is to be written.
   Result<void> append(const TracedRuns& traced);
 
+  // Tells the journal that is written the error of the energy decay so far.
+  void set_error_db(double error_db);
+
  private:
   std::uint64_t key_of(const PhotonRun& run) const;
+  bool find_one(const PhotonRun& run, TracedRuns& found);
 
   std::span<TraceJournal> journals_;
   bool writes_;
   const Level& level_;
   const PhotonTracer& tracer_;
   std::uint64_t scene_;
+  std::size_t last_found_ = 0;  // index of the journal that had the last run
   std::mutex mutex_;
 };
 

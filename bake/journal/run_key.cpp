@@ -35,6 +35,8 @@ class Hasher {
 
 }  // namespace
 
+std::string trace_version() { return std::to_string(kTraceVersion); }
+
 std::uint64_t scene_hash(const Level& level, const TraceSettings& settings) {
   Hasher hasher;
   hasher.add(kTraceVersion)

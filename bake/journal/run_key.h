@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "bake/trace/photon_tracer.h"
 
@@ -13,6 +14,9 @@ namespace clamor {
 
 struct Emitter;
 struct Level;
+
+// The version of the tracer's results.
+std::string trace_version();
 
 // Hash of mesh, materials and settings.
 std::uint64_t scene_hash(const Level& level, const TraceSettings& settings);

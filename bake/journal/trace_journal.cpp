@@ -1,7 +1,9 @@
 #include "bake/journal/trace_journal.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -12,7 +14,10 @@
 #include <utility>
 #include <vector>
 
+#include <unistd.h>
+
 #include "bake/journal/journal_file.h"
+#include "formats/files/atomic_file.h"
 
 namespace clamor {
 
@@ -48,9 +53,24 @@ std::optional<std::vector<StoredRun>> runs_of(const JournalFile::Record& record)
   return runs;
 }
 
+// The text of a record without runs, or nothing.
+std::optional<std::string> text_of(const JournalFile::Record& record) {
+  if (record.count != 0 || record.bytes.size() > kMaxNoteBytes) return std::nullopt;
+  return std::string(reinterpret_cast<const char*>(record.bytes.data()), record.bytes.size());
+}
+
+std::string name_of_host() {
+  std::array<char, 256> name{};
+  if (::gethostname(name.data(), name.size() - 1) != 0 || name[0] == 0) return "unknown";
+  return name.data();
+}
+
 }  // namespace
 
 struct TraceJournal::State {
+  using Clock = std::chrono::steady_clock;
+  static constexpr auto kTellEvery = std::chrono::seconds(1);
+
   struct Place {
     std::uint64_t record = 0;  // offset of the record
     std::uint32_t run = 0;     // index within the record
@@ -63,6 +83,20 @@ struct TraceJournal::State {
   std::unordered_set<std::uint64_t> used;           // offsets of records
   std::string note;
   std::uint64_t note_record = 0;  // offset of the note's record; 0: none
+  bool only_read = false;
+  bool tells_progress = false;
+  ShardProgress progress;
+  Clock::time_point opened = Clock::now(), told = opened;
+
+  // Stores how far the shard is, if that is wanted.
+  Result<void> store_progress() {
+    if (!tells_progress) return {};
+    told = Clock::now();
+    progress.seconds = std::chrono::duration<double>(told - opened).count();
+    const std::string text = progress.text();
+    const auto record = file.append(0, std::as_bytes(std::span(text)));
+    return record.ok() ? Result<void>() : Result<void>(record.error());
+  }
 
   // Collects the keys of all records and truncates an incomplete last one.
   Result<void> index() {
@@ -72,13 +106,18 @@ struct TraceJournal::State {
       const auto runs = record ? runs_of(*record) : std::nullopt;
       if (!runs) {
         ++damaged;
-      } else if (runs->empty() && record->bytes.size() <= kMaxNoteBytes) {
-        note.assign(reinterpret_cast<const char*>(record->bytes.data()), record->bytes.size());
-        note_record = offset;
+      } else if (const auto text = text_of(*record)) {
+        if (const auto before = ShardProgress::from(*text)) {
+          progress.traced_before_s = before->traced_before_s + before->seconds;
+        } else {
+          note = *text;
+          note_record = offset;
+        }
       }
       for (std::uint32_t i = 0; runs && i < runs->size(); ++i) places[(*runs)[i].key] = {offset, i};
       offset = *end;
     }
+    file.release();
     return file.truncate_at(offset);
   }
 };
@@ -103,15 +142,23 @@ Result<TraceJournal> TraceJournal::open_to_read(const std::string& path, std::si
   auto state = std::make_unique<State>();
   state->materials = materials;
   state->portals = portals;
+  state->only_read = true;
   if (const auto opened = state->file.open_to_read(path); !opened.ok()) return opened.error();
   if (const auto indexed = state->index(); !indexed.ok()) return indexed.error();
   return TraceJournal(std::move(state));
+}
+
+void TraceJournal::tell_progress() {
+  state_->tells_progress = true;
+  state_->progress.host = name_of_host();
 }
 
 const std::string& TraceJournal::note() const { return state_->note; }
 
 Result<void> TraceJournal::set_note(const std::string& note) {
   assert(note.size() <= kMaxNoteBytes);
+  if (state_->progress.photons > 0)
+    if (const auto told = state_->store_progress(); !told.ok()) return told;
   if (note == state_->note) return {};
   const auto record = state_->file.append(0, std::as_bytes(std::span(note)));
   if (!record.ok()) return record.error();
@@ -153,9 +200,13 @@ bool TraceJournal::find(std::uint64_t key, const PhotonRun& run, TracedRuns& res
     deposit.emitter = run.emitter;  // indices change when emitters are added or removed
   }
   result.append(run, stored.tally, deposits);
-  state_->used.insert(offset);
+  if (!state_->only_read) state_->used.insert(offset);
+  state_->progress.photons += run.count;
   return true;
 }
+
+void TraceJournal::set_error_db(double error_db) { state_->progress.error_db = error_db; }
+void TraceJournal::release() { state_->file.release(); }
 
 Result<void> TraceJournal::append(std::span<const std::uint64_t> keys, const TracedRuns& traced) {
   std::vector<std::byte> payload(traced.runs().size() * sizeof(StoredRun) +
@@ -178,20 +229,78 @@ Result<void> TraceJournal::append(std::span<const std::uint64_t> keys, const Tra
   if (!record.ok()) return record.error();
   for (std::uint32_t i = 0; i < runs; ++i) state_->places[keys[i]] = {*record, i};
   state_->used.insert(*record);
-  return {};
+  for (const TracedRun& run : traced.runs()) {
+    state_->progress.photons += run.run.count;
+    state_->progress.traced += run.run.count;
+  }
+  return State::Clock::now() - state_->told < State::kTellEvery ? Result<void>()
+                                                                : state_->store_progress();
 }
 
 Result<void> TraceJournal::sync() { return state_->file.sync(); }
 
-Result<void> TraceJournal::compact() {
+Result<void> TraceJournal::compact(bool in_any_case) {
   std::vector<std::uint64_t> records(state_->used.begin(), state_->used.end());
   if (state_->note_record != 0) records.push_back(state_->note_record);
   std::sort(records.begin(), records.end());
-  return state_->file.keep_only(records);
+  return state_->file.keep_only(records, in_any_case);
 }
 
 std::size_t TraceJournal::runs() const { return state_->places.size(); }
 std::uint64_t TraceJournal::bytes() const { return state_->file.bytes(); }
 std::uint64_t TraceJournal::damaged() const { return state_->damaged; }
+std::uint64_t TraceJournal::cut_bytes() const { return state_->file.cut_bytes(); }
+
+Result<JournalSummary> JournalSummary::of(const std::string& path) {
+  JournalFile file;
+  if (const auto opened = file.open_to_read(path); !opened.ok()) return opened.error();
+  JournalSummary summary;
+  // The lock comes first: a process that ends meanwhile has then written its last note already.
+  summary.is_being_written = file.is_being_written();
+  std::uint64_t offset = JournalFile::first();
+  while (const auto end = file.after(offset)) {
+    if (file.count_at(offset) == 0) {
+      const auto record = file.read(offset);
+      if (const auto text = record ? text_of(*record) : std::nullopt) {
+        if (const auto progress = ShardProgress::from(*text))
+          summary.progress = progress;
+        else
+          summary.note = ShardNote::from(*text);
+      }
+    }
+    offset = *end;
+  }
+  summary.bytes = offset;
+  summary.cut_bytes = file.bytes() - offset;
+  return summary;
+}
+
+Result<void> join_journals(const std::vector<std::string>& paths, const std::string& output,
+                           const std::string& note) {
+  auto joined = AtomicFile::create(output);
+  if (!joined.ok()) return joined.error();
+  if (auto written = joined->write(JournalFile::beginning()); !written.ok()) return written;
+  for (const std::string& path : paths) {
+    JournalFile file;
+    if (const auto opened = file.open_to_read(path); !opened.ok()) return opened;
+    std::uint64_t offset = JournalFile::first();
+    while (const auto end = file.after(offset)) {
+      const std::uint64_t at = std::exchange(offset, *end);
+      if (file.count_at(at) == 0) continue;
+      const auto record = file.stored(at);
+      if (!record)
+        return Error(path + ": the record at byte " + std::to_string(at) +
+                     " fails its checksum; trace this shard again");
+      if (auto written = joined->write(*record); !written.ok()) return written;
+    }
+    if (offset != file.bytes())
+      return Error(path + ": is cut short after " + std::to_string(offset) + " of " +
+                   std::to_string(file.bytes()) + " bytes; trace this shard again");
+  }
+  if (auto written = joined->write(JournalFile::record_of(0, std::as_bytes(std::span(note))));
+      !written.ok())
+    return written;
+  return joined->commit();
+}
 
 }  // namespace clamor

@@ -31,7 +31,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     std::memcpy(&key, data + 4, 8);
     const auto frame = packed(std::as_bytes(std::span(data + 4, size - 4)));
     bytes = "CLAMORTJ";
-    put(bytes, std::uint32_t{1});
+    put(bytes, std::uint32_t{3});
     put(bytes, std::uint32_t{0});
     std::string header;
     put(header, std::uint32_t{0x6e757254});
@@ -43,7 +43,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     bytes += header;
     bytes.append(reinterpret_cast<const char*>(frame.data()), frame.size());
   }
-  auto journal = TraceJournal::open_to_read(fuzz::file_with(bytes, ".journal"), 3);
+  const std::string path = fuzz::file_with(bytes, ".journal");
+  (void)JournalSummary::of(path);
+  auto journal = TraceJournal::open_to_read(path, 3);
   if (!journal.ok()) return 0;
   TracedRuns found;
   for (const std::uint32_t photons : {1u, 4u, 1024u})

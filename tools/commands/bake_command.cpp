@@ -2,6 +2,7 @@
 #include <charconv>
 #include <ostream>
 
+#include "bake/journal/shard_note.h"
 #include "tools/commands/bake_arguments.h"
 #include "tools/commands/bake_run.h"
 #include "tools/commands/commands.h"
@@ -19,15 +20,23 @@ std::optional<Shard> parse_shard(const std::string& text) {
   if (wrong != std::errc() || slash == end || *slash != '/') return std::nullopt;
   const auto [last, wrong_too] = std::from_chars(slash + 1, end, shard.count);
   if (wrong_too != std::errc() || last != end || shard.index == 0 || shard.index > shard.count ||
-      shard.count > 100'000)
+      shard.count > kMaxShards)
     return std::nullopt;
   --shard.index;
   return shard;
 }
 
+std::optional<std::uint64_t> hash_from(const std::string& text) {
+  std::uint64_t hash = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, wrong] = std::from_chars(text.data(), end, hash, 16);
+  if (wrong != std::errc() || rest != end || text.size() != 16) return std::nullopt;
+  return hash;
+}
+
 // The words of options of the run.
 struct RunWords {
-  std::optional<std::string> shard, progress, memory, until;
+  std::optional<std::string> shard, progress, memory, until, level_hash;
   bool no_journal = false;
 
   void add_options(Arguments& parser, BakeRunOptions& run);
@@ -40,6 +49,10 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
       "that well, or for that long; sets --photons and --sources");
   parser.option("--shard", shard,
                 "I/N: trace only part I of N into OUTPUT; 'clamor merge' joins the parts");
+  parser.option(
+      "--level-hash", level_hash,
+      "refuse a level whose content hash, with that of its files, is not this one; 'clamor "
+      "farm' writes it");
   parser.option("--threads", run.bake.threads,
                 "maximum number of threads, 0: all cores; does not change the output");
   parser.option("--memory", memory,
@@ -48,8 +61,9 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
   parser.flag("--no-journal", no_journal,
               "do not keep the traced paths in OUTPUT.journal, for resuming and for the next bake");
   parser.option("--progress", progress,
-                "json: print progress as JSON, one object a line, for build systems");
-  parser.words("--progress", {"json"});
+                "json: print progress as JSON, one object a line, for build systems; journal: keep "
+                "it in the shard, for 'clamor farm status'");
+  parser.words("--progress", {"json", "journal"});
   parser.flag("--quiet", run.quiet, "print only warnings and errors");
   parser.flag("--strict", run.bake.strict,
               "treat warnings as errors: exit code 1, and nothing is written");
@@ -76,14 +90,22 @@ Result<void> interpret(const RunWords& words, const BakeRequest& request, BakeRu
           "--until sets the number of photons and sources, so it cannot be combined with "
           "--photons, --sources or --shard");
   }
-  if (words.progress && *words.progress != "json")
-    return Error("--progress " + in_quotes(*words.progress) + " is not json");
+  if (words.level_hash) {
+    run.bake.level_hash = hash_from(*words.level_hash);
+    if (!run.bake.level_hash)
+      return Error("--level-hash " + in_quotes(*words.level_hash) +
+                   " is not 16 hexadecimal digits");
+  }
+  run.json_progress = words.progress == "json";
+  run.bake.tells_progress = words.progress == "journal";
+  if (words.progress && !run.json_progress && !run.bake.tells_progress)
+    return Error("--progress " + in_quotes(*words.progress) + " is neither json nor journal");
+  if (run.bake.tells_progress && !words.shard) return Error("--progress journal is for shards");
   if (words.memory) {
     const auto bytes = parse_bytes(*words.memory);
     if (!bytes.ok()) return Error("--memory " + bytes.error().message);
     run.bake.memory_bytes = *bytes;
   }
-  run.json_progress = words.progress.has_value();
   if (words.no_journal) run.bake.journal = "";
   return {};
 }

@@ -152,7 +152,7 @@ Result<void> run_stages(LevelBake& bake, const BakeRunOptions& run, LevelBakeOpt
 int run_bake_request(const BakeRequest& request, const BakeRunOptions& run, std::ostream& err) {
   LevelBakeOptions options = run.bake;
   options.reports_progress = run.json_progress || !run.quiet;
-  if (options.shard) options.note = note_of(request);
+  if (options.shard) options.request = note_of(request);
   Result<void> done;
   {
     BakePrinter printer(run, err);

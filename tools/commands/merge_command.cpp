@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "bake/journal/shard_set.h"
 #include "bake/journal/trace_journal.h"
+#include "formats/files/output_target.h"
 #include "tools/commands/bake_arguments.h"
 #include "tools/commands/bake_run.h"
 #include "tools/commands/commands.h"
@@ -12,56 +14,75 @@
 
 namespace clamor {
 
+namespace {
+
+// Writes the shards to one file that is a shard itself.
+Result<void> join_shards(const std::vector<std::string>& shards, ShardNote together,
+                         const std::string& output, bool quiet, std::ostream& err) {
+  InputFiles inputs;
+  for (const std::string& shard : shards) inputs.add(shard);
+  if (const auto safe = OutputTarget::find(output, inputs); !safe.ok()) return safe.error();
+  if (auto same = check_level_hash(shards, together.level_hash, shards.front()); !same.ok())
+    return same;
+  if (auto joined = join_journals(shards, output, together.text()); !joined.ok()) return joined;
+  if (!quiet)
+    fmt::print(err, "  wrote    {}: shards {} of {}\n", output, ranges_of(together.shards),
+               together.count);
+  return {};
+}
+
+}  // namespace
+
 int run_merge(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   BakeRunOptions run;
   run.command = "merge";
   run.bake.journal = "";
-  std::optional<std::string> level;
+  std::optional<std::string> level, memory;
+  bool to_shard = false;
 
   Arguments parser(
       "merge",
       "Joins the shards of a bake, in any order, into the same bytes as a bake on one machine. The "
-      "level is read again from the path that the shards were made from, or from --level.",
+      "level is read again from the path that the shards were made from, or from --level. A shard "
+      "that is damaged, incomplete, of another bake, version or state of the level is named.",
       "clamor merge hall.1.shard hall.2.shard -o hall.clamor");
   parser.positional("shards", run.bake.shards, "files written by 'clamor bake --shard I/N'");
   parser.option("-o,--output", run.bake.output, "the bake file to write, as in hall.clamor");
   parser.required("-o");
+  parser.flag("--to-shard", to_shard,
+              "join some of the shards into one larger shard, for merging thousands in two steps");
   parser.option("--level", level, "path of the level on this machine");
   parser.option("--threads", run.bake.threads,
                 "maximum number of threads, 0: all cores; does not change the output");
+  parser.option("--memory", memory,
+                "limit, as in 500MB or 2GB: what exceeds it is kept in temporary files beside "
+                "OUTPUT; does not change the output");
   parser.flag("--quiet", run.quiet, "print only warnings and errors");
   parser.flag("--strict", run.bake.strict,
               "treat warnings as errors: exit code 1, and nothing is written");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (run.bake.threads < 0 || run.bake.threads > 1024)
     return parser.bad_usage(err, "--threads must lie between 0 and 1024");
-
-  std::string note;
-  for (const std::string& shard : run.bake.shards) {
-    const auto opened = TraceJournal::open_to_read(shard, 0);
-    if (!opened.ok()) {
-      fmt::print(err, "clamor merge: {}\n", opened.error().message);
-      return kBadInput;
-    }
-    if (opened->note().empty() || (!note.empty() && opened->note() != note)) {
-      fmt::print(err, "clamor merge: {}: {}\n", shard,
-                 opened->note().empty()
-                     ? "is not a shard, or its bake was stopped before it began; make it with "
-                       "'clamor bake "
-                       "--shard I/N'"
-                     : "was made with other options than " + run.bake.shards[0] +
-                           "; the shards of one bake may differ only in --shard and -o");
-      return kBadInput;
-    }
-    note = opened->note();
+  if (memory) {
+    const auto bytes = parse_bytes(*memory);
+    if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);
+    run.bake.memory_bytes = *bytes;
   }
-  auto request = request_from_note(note);
-  if (!request) {
-    fmt::print(
-        err, "clamor merge: {}: the options that it was made with cannot be read; trace it again\n",
-        run.bake.shards[0]);
+  const auto fail = [&err](const Error& error) {
+    fmt::print(err, "clamor merge: {}\n", error.message);
     return kBadInput;
+  };
+  const auto note = note_of_shards(run.bake.shards);
+  if (!note.ok()) return fail(note.error());
+  if (to_shard) {
+    const auto joined = join_shards(run.bake.shards, *note, run.bake.output, run.quiet, err);
+    return joined.ok() ? kSuccess : fail(joined.error());
   }
+  if (const auto all = check_all_there(*note); !all.ok()) return fail(all.error());
+  auto request = request_from_note(note->request);
+  if (!request)
+    return fail(Error(run.bake.shards[0] +
+                      ": the options that it was made with cannot be read; trace it again"));
   if (level) request->level_path = *level;
   return run_bake_request(*request, run, err);
 }

@@ -1,6 +1,8 @@
 // Tests merging shards, and the command that a bake file names.
 #include <sys/stat.h>
 
+#include "bake/journal/journal_file.h"
+#include "bake/journal/trace_journal.h"
 #include "tests/sanitized.h"
 #include "tests/tools/run_clamor.h"
 
@@ -32,6 +34,16 @@ std::vector<std::string> bake_words(const std::string& output) {
           "3",
           "--emitter",
           "name=drum kit,signal=impulse,at=-1,1,2"};
+}
+
+// A text as a journal stores it, and the note of a shard.
+std::string record_text(const std::string& text) {
+  const auto record = JournalFile::record_of(0, std::as_bytes(std::span(text)));
+  return {reinterpret_cast<const char*>(record.data()), record.size()};
+}
+std::string whole_note(const std::string& path) {
+  const auto summary = JournalSummary::of(path);
+  return summary.ok() && summary->note ? summary->note->text() : "";
 }
 
 TEST(Shards, MergeInAnyOrderToTheBytesOfTheWholeBake) {
@@ -85,6 +97,78 @@ TEST(Shards, MissingForeignAndDamagedOnesGetASentenceAndNoOutput) {
   EXPECT_EQ(clamor(with(bake_words(folder / "out.clamor"), {"--shard", "3/2"})).code, 2);
   EXPECT_EQ(clamor(with(bake_words(folder / "out.clamor"), {"--shard", "0/2"})).code, 2);
   EXPECT_EQ(clamor(with(bake_words(folder / "out.clamor"), {"--shard", "1of2"})).code, 2);
+}
+
+// The sentence that refuses to merge these shards.
+std::string refusal(const Folder& folder, const std::vector<std::string>& shards,
+                    const std::vector<std::string>& more = {}) {
+  std::vector<std::string> words{"merge", "-o", folder / "out.clamor", "--quiet"};
+  for (const std::string& shard : shards) words.push_back(folder / shard);
+  const auto outcome = clamor(with(words, more));
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_FALSE(std::filesystem::exists(folder / "out.clamor"));
+  return outcome.err;
+}
+
+TEST(Shards, ThatAreDamagedStaleMissingOrOfAnotherVersionAreNamed) {
+  const Folder folder;
+  for (const std::string i : {"1", "2"})
+    ASSERT_EQ(clamor(with(bake_words(folder / i), {"--shard", i + "/3"})).code, 0);
+  const std::string whole = read(folder / "2");
+  std::string flipped = whole;
+  flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 4);
+  const auto expect_named = [&](const std::string& bytes, const std::string& why) {
+    folder.write("2", bytes);
+    const std::string said = refusal(folder, {"1", "2"}, {"--to-shard"});
+    EXPECT_NE(said.find(folder / "2: "), std::string::npos) << said;
+    EXPECT_NE(said.find(why), std::string::npos) << said;
+  };
+  expect_named(flipped, "fails its checksum");
+  expect_named(whole.substr(0, whole.size() - 9), "cut short");
+  const auto with_note = [&](auto change) {
+    ShardNote note = *ShardNote::from(whole_note(folder / "1"));
+    note.shards = {1};
+    change(note);
+    return whole + record_text(note.text());
+  };
+  expect_named(with_note([](ShardNote& note) { note.program = "clamor 0.0.1/1"; }),
+               "made by clamor 0.0.1");
+  expect_named(with_note([](ShardNote& note) { note.level_hash ^= 1; }), "is stale");
+  expect_named(with_note([](ShardNote& note) { note.count = 7; }), "of 7 shards");
+  expect_named(with_note([](ShardNote& note) { note.is_complete = false; }), "before its end");
+  folder.write("2", whole);
+  EXPECT_NE(refusal(folder, {"1", "2"}).find("3 of 3 is in none of the shards"), std::string::npos);
+}
+
+TEST(Shards, ThatAreDamagedAreMendedByTheirCommand) {
+  const Folder folder;
+  const auto trace = [&] {
+    return clamor(with(bake_words(folder / "1"), {"--shard", "1/1"})).code;
+  };
+  ASSERT_EQ(trace(), 0);
+  std::string bytes = read(folder / "1");
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
+  folder.write("1", bytes);
+  ASSERT_EQ(trace(), 0);
+  EXPECT_EQ(clamor({"merge", folder / "1", "-o", folder / "out.clamor", "--quiet"}).code, 0);
+}
+
+TEST(Shards, MergeInTwoStepsToTheSameBytes) {
+  const Folder folder;
+  ASSERT_EQ(clamor(with(bake_words(folder / "whole.clamor"), {"--no-journal"})).code, 0);
+  for (const std::string i : {"1", "2", "3", "4", "5"})
+    ASSERT_EQ(clamor(with(bake_words(folder / i), {"--shard", i + "/5"})).code, 0);
+  const auto join = [&](const std::string& output, const std::vector<std::string>& shards,
+                        const std::string& kind) {
+    std::vector<std::string> words{"merge", "-o", folder / output, "--quiet", kind};
+    for (const std::string& shard : shards) words.push_back(folder / shard);
+    const auto outcome = clamor(words);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+  };
+  join("a", {"5", "1", "2"}, "--to-shard");
+  join("b", {"3", "4"}, "--to-shard");
+  join("merged.clamor", {"b", "a"}, "--strict");
+  EXPECT_TRUE(read(folder / "merged.clamor") == read(folder / "whole.clamor"));
 }
 
 TEST(Inspect, PrintsTheCommandThatMakesTheFileAgain) {
