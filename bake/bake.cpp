@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <chrono>
 #include <cmath>
 #include <optional>
 
@@ -10,6 +9,7 @@
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <time.h>
 
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
@@ -401,6 +401,13 @@ Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& op
   return report;
 }
 
+// CPU time of this thread, so that a busy machine does not look slow.
+double thread_seconds() {
+  timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 // Photons of a plan, traced on one thread to see what they cost.
 struct TracedPart {
   double photons = 0, seconds = 0, bytes = 0;
@@ -416,15 +423,15 @@ TracedPart trace_part(const PhotonTracer& tracer, const BakePlan& plan) {
   for (std::size_t i = 0; i < count && part.seconds < kEnough_s; ++i) {
     // Spread over the emitters: the golden section visits all parts of the list early.
     const double place = static_cast<double>(i) * 0.6180339887498949;
-    const auto& batch = batches[static_cast<std::size_t>(
-        (place - std::floor(place)) * static_cast<double>(batches.size()))];
+    const auto& batch = batches[static_cast<std::size_t>((place - std::floor(place)) *
+                                                         static_cast<double>(batches.size()))];
     traced.clear();
-    const auto start = std::chrono::steady_clock::now();
+    const double start_s = thread_seconds();
     tracer.trace(batch, traced);
     part.bytes += static_cast<double>(
-        packed(std::as_bytes(std::span(traced.deposits().data(), traced.deposits().size()))).size());
-    part.seconds +=
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        packed(std::as_bytes(std::span(traced.deposits().data(), traced.deposits().size())))
+            .size());
+    part.seconds += thread_seconds() - start_s;
     for (const PhotonRun& run : batch) part.photons += run.count;
   }
   return part;
@@ -460,11 +467,11 @@ Result<BakeCost> bake_cost(const Level& level, const BakeOptions& options) {
   BakeOptions on_one_thread = options;
   on_one_thread.threads = 1;
   return on_arena(level, on_one_thread, [&]() -> Result<BakeCost> {
-    const auto start = std::chrono::steady_clock::now();
+    const double start_s = thread_seconds();
     const TraceSetup setup(level, options.settings);
     BakeCost cost;
-    cost.preparing_s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    cost.preparing_s = thread_seconds() - start_s;
+    cost.triangles = level.mesh.triangles.size();
     cost.settings = options.settings;
     cost.settings.photons = setup.plan.wanted_photons;
     cost.settings.sources = setup.plan.sources;
@@ -488,9 +495,8 @@ Result<BakeCost> bake_cost(const Level& level, const BakeOptions& options) {
     cost.shard_memory_bytes = shard_memory_bytes(level, setup.plan, options.settings, 1);
     cost.thread_memory_bytes =
         shard_memory_bytes(level, setup.plan, options.settings, 2) - cost.shard_memory_bytes;
-    cost.merge_memory_bytes =
-        bake_memory_bytes(level, setup.plan, 1) +
-        DecayEstimate::max_bytes(options.settings.longest_path_s);
+    cost.merge_memory_bytes = bake_memory_bytes(level, setup.plan, 1) +
+                              DecayEstimate::max_bytes(options.settings.longest_path_s);
     return cost;
   });
 }

@@ -41,11 +41,12 @@ Result<BakeReport> bake_shard(const Level& level, const BakeOptions& options, co
 
 // What a bake will take, for those who share it out among machines.
 struct BakeCost {
-  BakeSettings settings;                // with the numbers of photons and sources of the plan
-  std::uint64_t photons = 0;            // of the emitters and probes, in all states of the level
-  double photons_per_core_s = 0;        // 0 if there are none
-  double bytes_per_photon = 0;          // in a shard
-  double preparing_s = 0;               // of each process, before its first photon
+  BakeSettings settings;  // with the numbers of photons and sources of the plan
+  std::uint64_t triangles = 0;
+  std::uint64_t photons = 0;             // of the emitters and probes, in all states of the level
+  double photons_per_core_s = 0;         // 0 if there are none
+  double bytes_per_photon = 0;           // in a shard
+  double preparing_s = 0;                // of each process, before its first photon
   std::uint64_t shard_memory_bytes = 0;  // of a shard on one thread, and for each further thread
   std::uint64_t thread_memory_bytes = 0;
   std::uint64_t merge_memory_bytes = 0;

@@ -49,8 +49,8 @@ bool grow(BakeRounds& rounds, double growth, std::string& reason) {
 }  // namespace
 
 std::uint64_t BakeRounds::sources_of_first(const Level& level) {
-  return static_cast<std::uint64_t>(
-      kFirstSourcesPerRoom * emitter_rooms(Scene(level.mesh, Scene::Build::kQuick), level));
+  return static_cast<std::uint64_t>(kFirstSourcesPerRoom *
+                                    emitter_rooms(Scene(level.mesh, Scene::Build::kQuick), level));
 }
 
 bool BakeRounds::go_on(double error_db, double goal_db, std::string& reason) {

@@ -165,6 +165,19 @@ Result<BakeReport> LevelBake::trace_shard() {
   return report;
 }
 
+Result<BakeCost> LevelBake::cost() {
+  BakeOptions options = bake_options();
+  if (options_.goal) {
+    options.settings.photons = 0;
+    options.settings.sources = BakeRounds::sources_of_first(imported_->level);
+  }
+  auto cost = bake_cost(imported_->level, options);
+  if (!cost.ok()) return cost.error().in(request_.level_path);
+  return cost;
+}
+
+std::uint64_t LevelBake::level_hash() const { return imported_->input_hash; }
+
 // Checks that the level is still what was baked.
 Result<void> LevelBake::check_unchanged() const {
   if (!file_hash_) return {};

@@ -1,7 +1,7 @@
 // level_bake.h: a bake from the level to the bake file, as the commands and the C interface run it.
 //
 //   LevelBake bake(request, options, observer);
-//   bake.read() -> bake.prepare() -> bake.write() or bake.trace_shard()
+//   bake.read() -> bake.prepare() -> bake.write() or bake.trace_shard() or bake.cost()
 //
 // Threads: one.
 #pragma once
@@ -65,6 +65,10 @@ class LevelBake {
   Result<void> prepare();
 
   Result<BakeReport> trace_shard();
+
+  // What the bake would take, and its first round where there is a goal.
+  Result<BakeCost> cost();
+  std::uint64_t level_hash() const;  // after read()
 
   // Bakes the level and writes the file. A level that has changed on disk meanwhile is an Error.
   Result<void> write();

@@ -275,27 +275,47 @@ Result<JournalSummary> JournalSummary::of(const std::string& path) {
   return summary;
 }
 
+namespace {
+
+// Calls use(count, bytes) for each record as it is in the file, and checks all of them.
+template <class Use>
+Result<void> for_each_record(const std::string& path, const Use& use) {
+  JournalFile file;
+  if (const auto opened = file.open_to_read(path); !opened.ok()) return opened;
+  std::uint64_t offset = JournalFile::first();
+  while (const auto end = file.after(offset)) {
+    const std::uint64_t at = std::exchange(offset, *end);
+    const auto record = file.stored(at);
+    if (!record)
+      return Error(path + ": the record at byte " + std::to_string(at) +
+                   " fails its checksum; run the shard's command again, which mends it");
+    if (auto used = use(file.count_at(at), *record); !used.ok()) return used;
+  }
+  if (offset != file.bytes())
+    return Error(path + ": is cut short after " + std::to_string(offset) + " of " +
+                 std::to_string(file.bytes()) +
+                 " bytes; run the shard's command again, which mends it");
+  return {};
+}
+
+}  // namespace
+
+Result<void> check_records(const std::string& path) {
+  return for_each_record(path,
+                         [](std::uint32_t, std::span<const std::byte>) { return Result<void>(); });
+}
+
 Result<void> join_journals(const std::vector<std::string>& paths, const std::string& output,
                            const std::string& note) {
   auto joined = AtomicFile::create(output);
   if (!joined.ok()) return joined.error();
   if (auto written = joined->write(JournalFile::beginning()); !written.ok()) return written;
   for (const std::string& path : paths) {
-    JournalFile file;
-    if (const auto opened = file.open_to_read(path); !opened.ok()) return opened;
-    std::uint64_t offset = JournalFile::first();
-    while (const auto end = file.after(offset)) {
-      const std::uint64_t at = std::exchange(offset, *end);
-      if (file.count_at(at) == 0) continue;
-      const auto record = file.stored(at);
-      if (!record)
-        return Error(path + ": the record at byte " + std::to_string(at) +
-                     " fails its checksum; trace this shard again");
-      if (auto written = joined->write(*record); !written.ok()) return written;
-    }
-    if (offset != file.bytes())
-      return Error(path + ": is cut short after " + std::to_string(offset) + " of " +
-                   std::to_string(file.bytes()) + " bytes; trace this shard again");
+    auto copied =
+        for_each_record(path, [&](std::uint32_t count, std::span<const std::byte> record) {
+          return count > 0 ? joined->write(record) : Result<void>();
+        });
+    if (!copied.ok()) return copied;
   }
   if (auto written = joined->write(JournalFile::record_of(0, std::as_bytes(std::span(note))));
       !written.ok())

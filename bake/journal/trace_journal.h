@@ -94,6 +94,9 @@ struct JournalSummary {
   static Result<JournalSummary> of(const std::string& path);
 };
 
+// Fails if a record is damaged or incomplete. Memory: one record.
+Result<void> check_records(const std::string& path);
+
 // Writes the runs of several shards to one file, with a note of its own. Checks the checksums of
 // all that it copies. Memory: one record.
 Result<void> join_journals(const std::vector<std::string>& paths, const std::string& output,

@@ -9,6 +9,7 @@
 #include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_writer.h"
 #include "tests/baked_room.h"
+#include "tests/box_level.h"
 #include "tests/faults/fault_injection.h"
 #include "tests/sanitized.h"
 #include "tests/tools/run_clamor.h"
@@ -163,25 +164,6 @@ TEST(Recording, WhoseDiskFailsAtAnyCallCanBePlayedUpToThere) {
     }
     EXPECT_GT(n, 20) << kind.what;
   }
-}
-
-// A box of 4 x 3 x 5 m, a minimal level with surfaces.
-std::string box_level(const Folder& folder) {
-  const Mesh mesh = box({4, 3, 5});
-  std::string bytes(reinterpret_cast<const char*>(mesh.vertices_m.data()), 8 * sizeof(Vec3f));
-  for (const auto& triangle : mesh.triangles)
-    bytes.append(reinterpret_cast<const char*>(triangle.data()), sizeof triangle);
-  folder.write("box.bin", bytes);
-  return folder.write("box.gltf", R"({"asset": {"version": "2.0"}, "scene": 0,
-    "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
-    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-    "accessors": [
-      {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 8,
-       "min": [0, 0, 0], "max": [4, 3, 5]},
-      {"bufferView": 1, "componentType": 5125, "type": "SCALAR", "count": 36}],
-    "bufferViews": [{"buffer": 0, "byteLength": 96},
-                    {"buffer": 0, "byteOffset": 96, "byteLength": 144}],
-    "buffers": [{"byteLength": 240, "uri": "box.bin"}]})");
 }
 
 std::vector<std::string> bake_of(const std::string& level, const Folder& folder,

@@ -136,9 +136,9 @@ TEST(Pages, ShowCommandsAndOptionsThatTheProgramHas) {
           << "clamor " << name << " has no " << word;
     }
   }
-  EXPECT_EQ(shown, (std::set<std::string>{"bake", "merge", "compare", "diff", "inspect", "render",
-                                          "impulse", "play", "materials", "devices", "experiment",
-                                          "bench"}));
+  EXPECT_EQ(shown, (std::set<std::string>{"bake", "merge", "farm", "compare", "diff", "inspect",
+                                          "render", "impulse", "play", "materials", "devices",
+                                          "experiment", "bench"}));
 }
 
 TEST(Pages, ShowASidecarWithPresetsThatExist) {

@@ -36,7 +36,7 @@ std::optional<std::uint64_t> hash_from(const std::string& text) {
 
 // The words of options of the run.
 struct RunWords {
-  std::optional<std::string> shard, progress, memory, until, level_hash;
+  std::optional<std::string> shard, progress, memory, until, level_hash, expected_time;
   bool no_journal = false;
 
   void add_options(Arguments& parser, BakeRunOptions& run);
@@ -53,6 +53,9 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
       "--level-hash", level_hash,
       "refuse a level whose content hash, with that of its files, is not this one; 'clamor "
       "farm' writes it");
+  parser.option("--expected-time", expected_time,
+                "time that the shard is expected to take, as in 90s, for schedulers that read the "
+                "line; changes nothing");
   parser.option("--threads", run.bake.threads,
                 "maximum number of threads, 0: all cores; does not change the output");
   parser.option("--memory", memory,

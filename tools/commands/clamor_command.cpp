@@ -24,11 +24,13 @@ struct Command {
   int (*run)(std::span<const std::string>, std::ostream&, std::ostream&);
 };
 
-constexpr std::array<Command, 12> kCommands = {{
+constexpr std::array<Command, 13> kCommands = {{
     {"bake", "LEVEL.gltf -o LEVEL.clamor", "traces sound through a level and writes a bake file",
      run_bake},
     {"merge", "SHARDS... -o LEVEL.clamor", "joins the parts of a bake that several machines traced",
      run_merge},
+    {"farm", "LEVEL.gltf -o LEVEL.clamor", "plans a bake for many machines, and says how far it is",
+     run_farm},
     {"inspect", "LEVEL.clamor", "prints what a bake file holds", run_inspect},
     {"diff", "A.clamor B.clamor", "prints how two bake files differ", run_diff},
     {"play", "LEVEL.clamor", "plays a bake; the keyboard walks through it", run_play},

@@ -15,6 +15,7 @@ namespace clamor {
 
 int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_merge(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+int run_farm(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);

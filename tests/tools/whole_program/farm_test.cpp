@@ -1,0 +1,421 @@
+// Tests farms on schedulers that are installed: xargs, GNU parallel, and a Slurm of two nodes on
+// the loopback that the tests start themselves. Whatever happens to a shard, the output has the
+// bytes of a bake on one machine, or a sentence says what is wrong.
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#include <nlohmann/json.hpp>
+#include <sys/stat.h>
+
+#include "bake/journal/trace_journal.h"
+#include "tests/box_level.h"
+#include "tests/player/program.h"
+#include "tests/tools/run_clamor.h"
+
+namespace clamor::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Waits up to a minute, which a busy machine may need.
+template <class Condition>
+bool comes_true(const Condition& condition) {
+  for (int i = 0; i < 3000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return false;
+}
+
+struct Shell {
+  int code;
+  std::string out;
+};
+
+// What a command prints on both streams.
+Shell sh(const std::string& command) {
+  Shell outcome{-1, ""};
+  FILE* const pipe = ::popen(("{ " + command + "\n} 2>&1").c_str(), "r");
+  if (pipe == nullptr) return outcome;
+  char some[4096];
+  while (const std::size_t got = std::fread(some, 1, sizeof some, pipe))
+    outcome.out.append(some, got);
+  const int status = ::pclose(pipe);
+  outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  return outcome;
+}
+
+// A farm of a box, whose bake on one machine is known.
+class Farm : public ::testing::Test {
+ protected:
+  Farm() {
+    level_ = box_level(folder_);
+    program_ = kProgram;
+  }
+
+  // The words of a farm of 4 shards.
+  std::vector<std::string> words(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> all{"farm", level_,    "-o",        output(), "--shards",
+                                 "4",    "--quiet", "--program", program_};
+    all.insert(all.end(), options_.begin(), options_.end());
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  Outcome resume(const std::vector<std::string>& more = {}) const {
+    std::vector<std::string> all{"farm", "resume", output(), "--quiet"};
+    all.insert(all.end(), more.begin(), more.end());
+    return clamor(all);
+  }
+  nlohmann::json status() const {
+    const auto outcome = clamor({"farm", "status", output(), "--json"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  }
+  std::string state_of(std::size_t shard) const { return status()["shards"][shard - 1]["state"]; }
+  std::string output() const { return folder_ / "farm.clamor"; }
+  std::string shard(int number) const {
+    return output() + ".farm/" + std::to_string(number) + ".shard";
+  }
+
+  // The bytes of a bake on one machine.
+  std::string one() const {
+    static const std::string bytes = [this] {
+      std::vector<std::string> all{"bake",         level_,   "-o", folder_ / "one.clamor",
+                                   "--no-journal", "--quiet"};
+      all.insert(all.end(), options_.begin(), options_.end());
+      EXPECT_EQ(clamor(all).code, 0);
+      return read(folder_ / "one.clamor");
+    }();
+    return bytes;
+  }
+  void expect_the_same_bytes() const {
+    EXPECT_TRUE(fs::exists(output()));
+    EXPECT_TRUE(read(output()) == one());
+    EXPECT_EQ(resume().out, "") << "all is done";
+  }
+
+  // A program that does something else instead when it is first asked for shard 2.
+  std::string program_that_once(const std::string& instead) const {
+    const std::string path =
+        folder_.write("program", "#!/bin/sh\ncase \"$*\" in *\" " + shard(2) + " \"*) if mkdir '" +
+                                     (folder_ / "struck") + "' 2>/dev/null; then\n" + instead +
+                                     "\nfi ;; esac\nexec " + kProgram + " \"$@\"\n");
+    ::chmod(path.c_str(), 0700);
+    return path;
+  }
+  // Lines of a program that dies in the middle of shard 2, without a chance to tidy up.
+  static std::string death() {
+    return std::string("(ulimit -f 8; ") + kProgram + " \"$@\")\nkill -9 $$";
+  }
+
+  const Folder folder_;
+  std::string level_, program_;
+  const std::vector<std::string> options_{
+      "--photons", "8000", "--sources", "2000",
+      "--longest", "0.05", "--emitter", "name=click,signal=impulse,at=1,1.2,1"};
+};
+
+std::size_t lines_in(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+TEST_F(Farm, PrintsLinesThatXargsRunsToTheBytesOfOneMachine) {
+  const auto plan = clamor(words());
+  ASSERT_EQ(plan.code, 0) << plan.err;
+  EXPECT_EQ(lines_in(plan.out), 4u);
+  EXPECT_EQ(status()["counts"]["waiting"], 4);
+  folder_.write("lines", plan.out);
+  const auto run = sh("cd / && xargs -d '\\n' -n 1 -P 2 sh -c < " + folder_ / "lines");
+  EXPECT_EQ(run.code, 0) << run.out;
+  EXPECT_EQ(status()["counts"]["done"], 4);
+  EXPECT_EQ(status()["photons"], status()["photons_total"]);
+  EXPECT_GT(status()["error_db"], 0.01);
+  const auto merge = resume();
+  EXPECT_EQ(lines_in(merge.out), 1u) << merge.out;
+  EXPECT_EQ(sh(merge.out).code, 0);
+  expect_the_same_bytes();
+}
+
+TEST_F(Farm, RunsUnderGnuParallel) {
+  if (sh("parallel --version").out.find("GNU parallel") == std::string::npos)
+    GTEST_SKIP() << "GNU parallel is not installed";
+  folder_.write("lines", clamor(words()).out);
+  const auto run = sh("parallel --will-cite -j 2 < " + folder_ / "lines");
+  EXPECT_EQ(run.code, 0) << run.out;
+  EXPECT_EQ(sh(resume().out).code, 0);
+  expect_the_same_bytes();
+}
+
+TEST_F(Farm, LosesOneShardWhenItsMachineDies) {
+  program_ = program_that_once(death());
+  const auto first = clamor(words({"--local", "2"}));
+  EXPECT_EQ(first.code, 1);
+  EXPECT_NE(first.err.find("shard 2 was ended by signal"), std::string::npos) << first.err;
+  EXPECT_EQ(state_of(2), "lost");
+  EXPECT_EQ(status()["counts"]["done"], 3);
+  EXPECT_FALSE(fs::exists(output()));
+  EXPECT_EQ(lines_in(resume().out), 1u);
+  EXPECT_EQ(resume({"--local", "2"}).code, 0);
+  expect_the_same_bytes();
+}
+
+TEST_F(Farm, TellsAShardThatRunsFromOneThatIsLost) {
+  program_ = program_that_once(death());
+  EXPECT_EQ(clamor(words({"--local", "1"})).code, 1);
+  {
+    const auto writer = TraceJournal::open(shard(2), 1);
+    ASSERT_TRUE(writer.ok());
+    EXPECT_EQ(state_of(2), "running");
+    EXPECT_EQ(resume().out, "") << "nothing is missing, and the merge has to wait";
+  }
+  EXPECT_EQ(state_of(2), "lost");
+}
+
+TEST_F(Farm, SaysThatTheDiskOfAShardIsFullAndGoesOnLater) {
+  program_ = program_that_once("ulimit -f 8\nexec " + std::string(kProgram) + " \"$@\"");
+  const auto first = clamor(words({"--local", "2"}));
+  EXPECT_EQ(first.code, 1);
+  EXPECT_NE(first.err.find("shard 2 failed: clamor bake: "), std::string::npos) << first.err;
+  EXPECT_NE(first.err.find("cannot be written (File too large)"), std::string::npos) << first.err;
+  EXPECT_EQ(resume({"--local", "2"}).code, 0);
+  expect_the_same_bytes();
+}
+
+TEST_F(Farm, MakesAgainOnlyTheShardThatIsDamaged) {
+  ASSERT_EQ(clamor(words({"--local", "2"})).code, 0);
+  fs::remove(output());
+  const std::string whole = read(shard(3));
+  std::string flipped = whole;
+  flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 1);
+  const std::string cut = whole.substr(0, whole.size() - 5), text = "text";
+  for (const std::string& bytes : {cut, flipped, text}) {
+    std::ofstream(shard(3), std::ios::binary) << bytes;
+    const auto left = resume();
+    // One that is cut short at the end of a record is like one whose bake was stopped.
+    if (bytes != cut) {
+      EXPECT_NE(left.err.find(shard(3) + ": "), std::string::npos) << left.err;
+    }
+    EXPECT_NE(left.out.find(shard(3)), std::string::npos) << left.out;
+    EXPECT_EQ(lines_in(left.out), 1u) << left.out;
+    EXPECT_EQ(clamor({"farm", "merge", output()}).code, 1);
+    EXPECT_FALSE(fs::exists(output()));
+  }
+  fs::remove(shard(3));
+  EXPECT_EQ(resume({"--local", "1"}).code, 0);
+  expect_the_same_bytes();
+}
+
+TEST_F(Farm, NamesAShardOfAnotherStateOfTheLevel) {
+  ASSERT_EQ(clamor(words({"--local", "2"})).code, 0);
+  const std::string level = read(level_);
+  std::ofstream(level_) << level << " ";
+  const auto again = clamor(words());
+  EXPECT_EQ(again.code, 1);
+  EXPECT_NE(again.err.find("holds another farm"), std::string::npos) << again.err;
+  fs::remove(output());
+  const auto merge = clamor({"farm", "merge", output()});
+  EXPECT_EQ(merge.code, 1);
+  EXPECT_NE(merge.err.find(shard(1) + ": is stale"), std::string::npos) << merge.err;
+}
+
+TEST_F(Farm, StandsBesideAnotherInTheSameFolderAndIgnoresClocks) {
+  std::vector<std::string> other = words({"--seed", "5", "--local", "1"});
+  other[3] = folder_ / "other.clamor";
+  ASSERT_EQ(clamor(other).code, 0);
+  ASSERT_EQ(clamor(words({"--local", "2"})).code, 0);
+  EXPECT_TRUE(read(output()) != read(folder_ / "other.clamor"));
+  // One machine's clock is a day late, another's a day early.
+  fs::remove(output());
+  const auto now = fs::file_time_type::clock::now();
+  const auto day = std::chrono::hours(24);
+  for (const int number : {1, 2, 3, 4})
+    fs::last_write_time(shard(number), now + (number - 2) * day);
+  fs::last_write_time(output() + ".farm/farm.json", now + 2 * day);
+  EXPECT_EQ(status()["counts"]["done"], 4);
+  EXPECT_EQ(resume({"--local", "1"}).code, 0);
+  expect_the_same_bytes();
+}
+
+TEST_F(Farm, MergesInTwoStepsWhereThereAreManyShards) {
+  const auto outcome = clamor(words({"--local", "2", "--merge-at-once", "3"}));
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(fs::exists(output() + ".farm/group.2.shard"));
+  expect_the_same_bytes();
+}
+
+TEST_F(Farm, TracesInRoundsUntilAnErrorLikeOneMachine) {
+  const std::vector<std::string> more{"--until",   "0.4dB",    "--longest",       "0.3",
+                                      "--probes",  "2",        "--probe-sources", "200",
+                                      options_[6], options_[7]};
+  const auto with = [&](std::vector<std::string> all) {
+    all.insert(all.end(), more.begin(), more.end());
+    return clamor(all);
+  };
+  ASSERT_EQ(with({"bake", level_, "-o", folder_ / "one.clamor", "--no-journal", "--quiet"}).code,
+            0);
+  const auto outcome = with({"farm", level_, "-o", output(), "--shards", "3", "--local", "2",
+                             "--quiet", "--program", program_});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_GT(status()["round"], 1);
+  EXPECT_TRUE(read(output()) == read(folder_ / "one.clamor"));
+  EXPECT_EQ(with({"farm", level_, "-o", output(), "--shards", "3", "--until", "9min"}).code, 2);
+}
+
+TEST(FarmSimulator, ReadsTheStatusOfAFarmAndKeepsItsOwnRules) {
+  if (!installed("python3")) GTEST_SKIP() << "python3 is not installed";
+  const std::string simulator = std::string(kSourceDir) + "/tools/farm/simulate.py";
+  EXPECT_EQ(sh(simulator + " --self-test").code, 0);
+  const auto table =
+      sh(std::string("echo '{\"bytes\": 0, \"preparing_s\": 0, \"shards\": [") +
+         "{\"state\": \"done\", \"seconds\": 8}]}' | " + simulator + " --machines 16");
+  EXPECT_NE(table.out.find("| 16 | 64 | 0.5 s | 0.0 s | 0.5 s | 1.00 |"), std::string::npos)
+      << table.out;
+}
+
+// Slurm, with two nodes on this machine.
+class Slurm {
+ public:
+  explicit Slurm(const std::string& folder) : folder_(folder) {
+    std::ofstream key(folder_ + "/munge.key", std::ios::binary);
+    for (int i = 0; i < 128; ++i) key << static_cast<char>(std::rand());
+    key.close();
+    ::chmod((folder_ + "/munge.key").c_str(), 0600);
+    const int port = 20000 + static_cast<int>(::getpid() % 10000) * 3;
+    const std::string at = folder_ + "/";
+    std::ofstream(at + "slurm.conf")
+        << "ClusterName=clamor\nSlurmctldHost=localhost(127.0.0.1)\nSlurmctldPort=" << port
+        << "\nSlurmUser=root\nSlurmdUser=root\nAuthType=auth/munge\nAuthInfo=socket=" << at
+        << "munge.sock,cred_expire=2\nCredType=cred/munge\nStateSaveLocation=" << at
+        << "state\nSlurmdSpoolDir=" << at << "%n\nSlurmctldPidFile=" << at
+        << "slurmctld.pid\nSlurmdPidFile=" << at << "%n.pid\nSlurmctldLogFile=" << at
+        << "slurmctld.log\nSlurmdLogFile=" << at
+        << "%n.log\nSlurmdParameters=config_overrides\nProctrackType=proctrack/linuxproc\n"
+           "TaskPlugin=task/none\nJobAcctGatherType=jobacct_gather/none\n"
+           "AccountingStorageType=accounting_storage/none\nSelectType=select/cons_tres\n"
+           "SelectTypeParameters=CR_Core\nSchedulerParameters=sched_min_interval=100000,"
+           "batch_sched_delay=0,bf_interval=1\nMpiDefault=none\nSwitchType=switch/none\n"
+           "SlurmdTimeout=60\nKillWait=1\nReturnToService=2\nJobRequeue=1\n";
+    std::ofstream conf(at + "slurm.conf", std::ios::app);
+    for (const int node : {1, 2})
+      conf << "NodeName=node" << node
+           << " NodeHostname=localhost NodeAddr=127.0.0.1 Port=" << port + node
+           << " CPUs=1 RealMemory=4000\n";
+    conf << "PartitionName=all Nodes=node[1-2] Default=YES State=UP\n";
+    conf.close();
+    ::setenv("SLURM_CONF", (at + "slurm.conf").c_str(), 1);
+    for (const char* name : {"state", "node1", "node2"}) fs::create_directories(at + name);
+    start({"munged", "--foreground", "--force", "--socket=" + at + "munge.sock",
+           "--key-file=" + at + "munge.key", "--pid-file=" + at + "munged.pid",
+           "--log-file=" + at + "munged.log", "--seed-file=" + at + "munged.seed"});
+    (void)comes_true([&] { return fs::exists(at + "munge.sock"); });
+    start({"slurmctld", "-D"});
+    for (const int node : {1, 2}) start({"slurmd", "-D", "-N", "node" + std::to_string(node)});
+  }
+  ~Slurm() {
+    while (!programs_.empty()) programs_.pop_back();
+    ::unsetenv("SLURM_CONF");
+  }
+
+  static bool is_installed() {
+    return installed("slurmctld") && installed("slurmd") && installed("munged") && ::geteuid() == 0;
+  }
+  bool is_up() const {
+    return comes_true([] { return sh("sinfo -h -t idle -o %D").out == "2\n"; });
+  }
+  static bool is_idle() {
+    return comes_true([] { return sh("squeue -h").out.empty(); });
+  }
+  // Ends a node as a power cut does: its daemon and all processes that it started.
+  void lose_node_of(pid_t job, const std::string& node) {
+    for (pid_t process = job; process > 1;) {
+      const pid_t parent = parent_of(process);
+      ::kill(process, SIGKILL);
+      const bool is_step = process != job && name_of(process) == "slurmstepd";
+      process = is_step || parent == 1 ? 0 : parent;
+    }
+    programs_[node == "node1" ? 2 : 3]->stop(SIGKILL);
+    sh("scontrol update nodename=" + node + " state=down reason=lost");
+  }
+
+ private:
+  void start(const std::vector<std::string>& command) {
+    programs_.push_back(
+        std::make_unique<Program>(command, folder_ + "/daemon" + std::to_string(programs_.size())));
+  }
+  static pid_t parent_of(pid_t process) {
+    std::ifstream status("/proc/" + std::to_string(process) + "/status");
+    for (std::string word; status >> word;)
+      if (pid_t parent = 0; word == "PPid:" && status >> parent) return parent;
+    return 1;
+  }
+  static std::string name_of(pid_t process) {
+    std::string name;
+    std::ifstream("/proc/" + std::to_string(process) + "/comm") >> name;
+    return name;
+  }
+
+  std::string folder_;
+  std::vector<std::unique_ptr<Program>> programs_;
+};
+
+TEST_F(Farm, OnSlurmGivesTheBytesOfOneMachineWhateverIsCancelledKilledOrRequeued) {
+  if (!Slurm::is_installed())
+    GTEST_SKIP() << "slurm-wlm and munge are not installed, or this is not root";
+  const Folder daemons;
+  Slurm slurm(daemons.path());
+  ASSERT_TRUE(slurm.is_up()) << sh("sinfo; tail -n 20 " + daemons.path() + "/*.log").out;
+
+  // Nothing happens.
+  const auto ids = clamor(words({"--slurm"}));
+  ASSERT_EQ(ids.code, 0) << ids.err;
+  EXPECT_EQ(lines_in(ids.out), 2u) << "an array and the merge: " << ids.out;
+  EXPECT_EQ(resume({"--slurm"}).out, "") << "all is in the queue";
+  ASSERT_TRUE(Slurm::is_idle());
+  expect_the_same_bytes();
+  EXPECT_EQ(resume({"--slurm"}).out, "");
+
+  // The job of shard 2 hangs in its middle, until something happens to it.
+  const auto begin_again = [&](const std::string& name) {
+    fs::remove_all(output() + ".farm");
+    fs::remove(output());
+    fs::remove(folder_ / "struck");
+    program_ = program_that_once("(ulimit -f 8; " + std::string(kProgram) +
+                                 " \"$@\")\necho $SLURMD_NODENAME $SLURM_ARRAY_JOB_ID $$ > '" +
+                                 (folder_ / "at") + "' && mv '" + (folder_ / "at") + "' '" +
+                                 (folder_ / name) + "'\nsleep 1000");
+    EXPECT_EQ(clamor(words({"--slurm"})).code, 0);
+    EXPECT_TRUE(comes_true([&] { return fs::exists(folder_ / name); }));
+    struct {
+      std::string node, job;
+      pid_t shell = 0;
+    } at;
+    std::ifstream(folder_ / name) >> at.node >> at.job >> at.shell;
+    return at;
+  };
+
+  // The array is cancelled, with shard 2 in its middle, and resumed.
+  auto at = begin_again("cancelled");
+  EXPECT_EQ(state_of(2), "lost");
+  EXPECT_EQ(sh("scancel " + at.job).code, 0);
+  ASSERT_TRUE(Slurm::is_idle()) << "the merge must not wait for an array that was cancelled";
+  EXPECT_EQ(state_of(2), "lost");
+  EXPECT_FALSE(fs::exists(output()));
+  EXPECT_NE(resume({"--slurm"}).out.find("shard"), std::string::npos);
+  ASSERT_TRUE(Slurm::is_idle());
+  expect_the_same_bytes();
+
+  // The node of shard 2 is lost: Slurm requeues it on the other.
+  at = begin_again("lost");
+  slurm.lose_node_of(at.shell, at.node);
+  // Slurm waits two minutes before it starts a requeued job again, unless it is told not to.
+  EXPECT_TRUE(comes_true(
+      [&] { return sh("scontrol update jobid=" + at.job + "_2 starttime=now").code == 0; }));
+  ASSERT_TRUE(Slurm::is_idle()) << sh("squeue; sinfo").out;
+  expect_the_same_bytes();
+}
+
+}  // namespace
+}  // namespace clamor::testing

@@ -1,0 +1,353 @@
+// farm_command.cpp: clamor farm: shares a bake out among machines, on schedulers that are there.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <ostream>
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include "bake/journal/shard_note.h"
+#include "bake/level_bake.h"
+#include "formats/bake_file/bake_file.h"
+#include "formats/gltf/import_report.h"
+#include "tools/commands/bake_arguments.h"
+#include "tools/commands/commands.h"
+#include "tools/farm/farm_plan.h"
+#include "tools/farm/farm_schedulers.h"
+#include "tools/farm/farm_status.h"
+#include "tools/program/arguments.h"
+#include "tools/program/interrupt.h"
+
+namespace clamor {
+
+namespace {
+
+int fail_farm(std::ostream& err, const std::string& command, const Error& error) {
+  fmt::print(err, "clamor {}: {}\n", command, error.message);
+  return kBadInput;
+}
+
+// Where the work goes: to standard output, to Slurm or to processes of this machine.
+struct FarmScheduler {
+  bool slurm = false, quiet = false;
+  int local = 0;
+
+  void add_options(Arguments& parser) {
+    parser.flag("--slurm", slurm,
+                "submit a job array and the merge after it with sbatch, and print the ids; "
+                "SBATCH_PARTITION and its like choose where");
+    parser.option("--local", local, {0, 1024}, "run this many shards at a time on this machine");
+    parser.flag("--quiet", quiet, "print only warnings and errors");
+  }
+};
+
+// Runs rounds until the output is there.
+Result<void> run_all_here(const std::string& output, const FarmScheduler& scheduler,
+                          std::ostream& err) {
+  for (;;) {
+    const auto plan = FarmPlan::load(output);
+    if (!plan.ok()) return plan.error();
+    const FarmWork work = work_left(*plan);
+    if (work.is_empty()) return {};
+    if (work.waits && work.shards.empty())
+      return Error(plan->output + ": its last shards are still running; wait for them");
+    for (const std::string& problem : work.problems) fmt::print(err, "  again    {}\n", problem);
+    const auto run = [&](const std::string& kind, const std::vector<FarmJob>& jobs) {
+      return run_here(*plan, kind, jobs, scheduler.local, scheduler.quiet, err);
+    };
+    if (auto traced = run("shard", work.shards); !traced.ok()) return traced;
+    if (auto joined = run("group", work.groups); !joined.ok()) return joined;
+    if (auto merged = run("merge", {{1, plan->merge_command()}}); !merged.ok()) return merged;
+  }
+}
+
+// Hands out what is left to do.
+int schedule(const std::string& output, const FarmScheduler& scheduler, std::ostream& out,
+             std::ostream& err) {
+  if (scheduler.local > 0) {
+    const auto done = run_all_here(output, scheduler, err);
+    return done.ok() ? kSuccess : fail_farm(err, "farm", done.error());
+  }
+  const auto plan = FarmPlan::load(output);
+  if (!plan.ok()) return fail_farm(err, "farm", plan.error());
+  const FarmWork work = work_left(*plan);
+  for (const std::string& problem : work.problems) fmt::print(err, "  again    {}\n", problem);
+  if (scheduler.slurm) {
+    const auto submitted = submit_to_slurm(*plan, work, out);
+    return submitted.ok() ? kSuccess : fail_farm(err, "farm", submitted.error());
+  }
+  const bool all_traced = work.shards.empty();
+  if (all_traced && work.waits) {
+    if (!scheduler.quiet) fmt::print(err, "  waiting  the last shards are still running\n");
+    return kSuccess;
+  }
+  const std::vector<FarmJob>& jobs = all_traced ? work.groups : work.shards;
+  for (const FarmJob& job : jobs) fmt::print(out, "{}\n", job.command);
+  if (jobs.empty() && work.merges) fmt::print(out, "{}\n", plan->merge_command());
+  if (!scheduler.quiet && !jobs.empty())
+    fmt::print(err, "  then     'clamor farm resume {}' prints {}\n", plan->output,
+               all_traced ? "the merge" : "what is left: failed shards, then the merge");
+  return kSuccess;
+}
+
+// Tells only the warnings of the level.
+class FarmPrinter final : public BakeObserver {
+ public:
+  explicit FarmPrinter(std::ostream& err) : err_(err) {}
+  void on_warning(const std::string& text) override {
+    fmt::print(err_, "  warning  {}\n", printable(text));
+  }
+
+ private:
+  std::ostream& err_;
+};
+
+struct FarmWords {
+  BakeRequest request;
+  std::string output, program;
+  std::optional<std::string> memory, until;
+  int shards = 0, threads = 1, merged_at_once = 256;
+  FarmScheduler scheduler;
+};
+
+std::string absolute_path(const std::string& path) {
+  return std::filesystem::absolute(path).lexically_normal().string();
+}
+
+Result<FarmPlan> make_plan(const FarmWords& words, const BakeGoal& goal, std::uint64_t memory_bytes,
+                           std::ostream& err) {
+  BakeRequest request = words.request;
+  request.level_path = absolute_path(request.level_path);
+  LevelBakeOptions options;
+  options.reports_progress = false;
+  if (goal.error_db > 0) options.goal = goal;
+  FarmPrinter printer(err);
+  LevelBake bake(request, options, printer);
+  const auto start = std::chrono::steady_clock::now();
+  if (auto read = bake.read(); !read.ok()) return read.error();
+  if (auto prepared = bake.prepare(); !prepared.ok()) return prepared.error();
+  const double read_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const auto cost = bake.cost();
+  if (!cost.ok()) return cost.error();
+
+  FarmPlan plan;
+  plan.made_by = shard_program();
+  plan.program = words.program;
+  if (plan.program.empty()) {
+    std::error_code unknown;
+    plan.program = std::filesystem::read_symlink("/proc/self/exe", unknown).string();
+    if (unknown) plan.program = "clamor";
+  }
+  plan.folder = std::filesystem::current_path().string();
+  plan.level = request.level_path;
+  plan.output = absolute_path(words.output);
+  plan.level_hash = bake.level_hash();
+  plan.options = request.words();
+  plan.shards = static_cast<std::uint32_t>(words.shards);
+  plan.merged_at_once = static_cast<std::uint32_t>(words.merged_at_once);
+  plan.threads = words.threads;
+  plan.memory_bytes = memory_bytes;
+  plan.goal_db = goal.error_db;
+  plan.rounds.first_photons = cost->settings.photons;
+  plan.rounds.first_sources = cost->settings.sources;
+  plan.photons = cost->photons;
+  plan.preparing_s = read_s + cost->preparing_s;
+  plan.shard_s = plan.preparing_s;
+  // At least one batch of photons goes to the largest shard, whatever their number.
+  const double of_shard =
+      std::ceil(static_cast<double>(cost->photons) / 1024 / words.shards) * 1024;
+  if (cost->photons_per_core_s > 0)
+    plan.shard_s += std::min(of_shard, static_cast<double>(cost->photons)) /
+                    cost->photons_per_core_s / words.threads;
+  plan.shard_memory_bytes =
+      cost->shard_memory_bytes +
+      cost->thread_memory_bytes * static_cast<std::uint64_t>(words.threads - 1);
+  plan.merge_memory_bytes = cost->merge_memory_bytes;
+  if (!words.scheduler.quiet)
+    fmt::print(err,
+               "  plan     {} triangles, {} photons in {} shards, {:.0f} per core and second; each "
+               "shard about "
+               "{:.1f} s ({:.1f} s of it before the first photon), {} MB of memory, {:.1f} MB of "
+               "disk\n",
+               cost->triangles, cost->photons, plan.shards, cost->photons_per_core_s, plan.shard_s,
+               plan.preparing_s, plan.shard_memory_bytes / 1'000'000,
+               cost->bytes_per_photon * of_shard / 1e6);
+  return plan;
+}
+
+// Saves the plan, unless the folder has it already, in a later round.
+Result<void> keep_plan(const FarmPlan& plan) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(FarmPlan::folder_of(plan.output) + "/farm.json", ignored))
+    return plan.save();
+  const auto there = FarmPlan::load(plan.output);
+  if (!there.ok()) return there.error();
+  if (!there->is_same_bake(plan))
+    return Error(FarmPlan::folder_of(plan.output) +
+                 ": holds another farm, of another level, other options or another number of "
+                 "shards; choose another output, or remove the folder");
+  FarmPlan renewed = plan;
+  renewed.rounds = there->rounds;
+  return renewed.save();
+}
+
+int run_farm_status(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  std::string output;
+  bool json = false;
+  Arguments parser(
+      "farm status",
+      "Reads from the shards' journals how far a farm is: which shards are done, "
+      "running, lost (begun, but no process writes them any more) or waiting, the rate, "
+      "the time left and the error of the energy decay so far.",
+      "clamor farm status hall.clamor");
+  parser.positional("output", output, "the output of the farm, as in hall.clamor");
+  parser.flag("--json", json, "print JSON");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+  const auto plan = FarmPlan::load(output);
+  if (!plan.ok()) return fail_farm(err, "farm status", plan.error());
+  const FarmStatus status = status_of(*plan);
+  if (json)
+    out << status_json(*plan, status);
+  else
+    print_status(*plan, status, out);
+  return kSuccess;
+}
+
+int run_farm_resume(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  std::string output;
+  FarmScheduler scheduler;
+  Arguments parser("farm resume",
+                   "Prints, runs or submits what a farm still lacks: shards that are lost, damaged "
+                   "or were never begun, then the merge. Prints nothing when all is done.",
+                   "clamor farm resume hall.clamor | xargs -d '\\n' -n 1 -P 8 sh -c");
+  parser.positional("output", output, "the output of the farm, as in hall.clamor");
+  scheduler.add_options(parser);
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+  return schedule(output, scheduler, out, err);
+}
+
+// Plans the next round of a farm with a goal, if the merged file is not good enough.
+Result<void> plan_next_round(FarmPlan plan, std::ostream& err) {
+  const auto file = BakeFile::open(plan.output);
+  if (!file.ok()) return file.error();
+  const auto error_db = static_cast<double>(file->statistics().decay.error_db);
+  const std::uint64_t times = plan.rounds.times;
+  std::string reason;
+  if (file->statistics().photons_traced == 0) return {};
+  if (!plan.rounds.go_on(error_db, plan.goal_db, reason)) {
+    if (!reason.empty()) fmt::print(err, "  warning  --until was not reached: {}\n", reason);
+    return {};
+  }
+  plan.photons = plan.photons / times * plan.rounds.times;
+  plan.shard_s = plan.preparing_s + (plan.shard_s - plan.preparing_s) *
+                                        static_cast<double>(plan.rounds.times) /
+                                        static_cast<double>(times);
+  fmt::print(err,
+             "  round    {} is planned, {} times as large, because {:.2f} dB are known of {:g} dB: "
+             "'clamor farm resume {}'\n",
+             plan.rounds.round, plan.rounds.times / std::max<std::uint64_t>(times, 1), error_db,
+             plan.goal_db, plan.output);
+  return plan.save();
+}
+
+int run_farm_merge(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  std::string output;
+  Arguments parser("farm merge",
+                   "Merges the shards of a farm into its output, and with --until plans the next "
+                   "round. 'clamor farm resume' prints this command when all shards are there.",
+                   "clamor farm merge hall.clamor");
+  parser.positional("output", output, "the output of the farm, as in hall.clamor");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+  const auto plan = FarmPlan::load(output);
+  if (!plan.ok()) return fail_farm(err, "farm merge", plan.error());
+  std::vector<std::string> words;
+  for (std::uint32_t group = 0; group < plan->groups(); ++group)
+    words.push_back(plan->file_of_group(group));
+  for (std::uint32_t shard = 0; shard < plan->shards && plan->groups() == 0; ++shard)
+    words.push_back(plan->file_of_shard(shard));
+  words.insert(words.end(), {"-o", plan->output, "--level", plan->level, "--quiet"});
+  if (plan->memory_bytes > 0)
+    words.insert(words.end(),
+                 {"--memory",
+                  fmt::format("{}MB", std::max<std::uint64_t>(1, plan->memory_bytes / 1'000'000))});
+  if (const int code = run_merge(words, out, err); code != kSuccess) return code;
+  if (plan->goal_db == 0) return kSuccess;
+  const auto next = plan_next_round(*plan, err);
+  return next.ok() ? kSuccess : fail_farm(err, "farm merge", next.error());
+}
+
+int run_farm_plan(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  FarmWords words;
+  Arguments parser(
+      "farm",
+      "Shares a bake out among machines that see the same folders. Prints one command a line, each "
+      "of which traces a shard into OUTPUT.farm on whatever machine and in whatever order, for "
+      "xargs, GNU parallel, OpenCue or Flamenco; or submits them to Slurm; or runs them here. The "
+      "output has the same bytes as a bake on one machine.\n"
+      "  clamor farm status OUTPUT [--json]   how far it is\n"
+      "  clamor farm resume OUTPUT            what is left to do: lost shards, then the merge\n"
+      "  clamor farm merge OUTPUT             merges, as the last line of resume does",
+      "clamor farm hall.glb -o hall.clamor --shards 64 | xargs -d '\\n' -n 1 -P 8 sh -c && clamor "
+      "farm resume hall.clamor | sh");
+  parser.positional("level", words.request.level_path, "the level, a .gltf or .glb file");
+  parser.option("-o,--output", words.output, "the bake file to write, as in hall.clamor");
+  parser.required("-o");
+  parser.option("--shards", words.shards, {1, static_cast<int>(kMaxShards)},
+                "number of shards; four for each process keep all busy to the end");
+  parser.required("--shards");
+  words.scheduler.add_options(parser);
+  parser.option("--threads", words.threads, {1, 1024}, "threads of each shard [1]");
+  parser.option("--merge-at-once", words.merged_at_once, {2, static_cast<int>(kMaxShards)},
+                "merge more shards than these in two steps [256]");
+  parser.option("--memory", words.memory, "limit of the merge, as in 500MB or 2GB");
+  parser.option("--until", words.until,
+                "an error, as in 0.5dB: bake in rounds until the energy decay is known that well; "
+                "sets --photons and --sources");
+  parser.option("--program", words.program,
+                "path of clamor on the machines [unset: that of this program]");
+  add_bake_options(parser, words.request);
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+
+  if (const auto complaint = words.request.complaint()) return parser.bad_usage(err, *complaint);
+  if (words.scheduler.slurm && words.scheduler.local > 0)
+    return parser.bad_usage(err, "give either --slurm or --local, not both");
+  BakeGoal goal;
+  if (words.until) {
+    const auto wanted = BakeGoal::from(*words.until);
+    if (!wanted || wanted->error_db == 0)
+      return parser.bad_usage(err, "--until " + in_quotes(*words.until) +
+                                       " is no error like 0.5dB; a farm has no limit of time");
+    if (words.request.photons || words.request.sources)
+      return parser.bad_usage(err,
+                              "--until sets the number of photons and sources, so it cannot be "
+                              "combined with --photons or --sources");
+    goal = *wanted;
+  }
+  std::uint64_t memory_bytes = 0;
+  if (words.memory) {
+    const auto bytes = parse_bytes(*words.memory);
+    if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);
+    memory_bytes = *bytes;
+  }
+  const auto plan = make_plan(words, goal, memory_bytes, err);
+  if (!plan.ok()) return fail_farm(err, "farm", plan.error());
+  if (const auto kept = keep_plan(*plan); !kept.ok()) return fail_farm(err, "farm", kept.error());
+  return schedule(plan->output, words.scheduler, out, err);
+}
+
+}  // namespace
+
+int run_farm(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  if (!arguments.empty()) {
+    const auto rest = arguments.subspan(1);
+    if (arguments[0] == "status") return run_farm_status(rest, out, err);
+    if (arguments[0] == "resume") return run_farm_resume(rest, out, err);
+    if (arguments[0] == "merge") return run_farm_merge(rest, out, err);
+  }
+  return run_farm_plan(arguments, out, err);
+}
+
+}  // namespace clamor

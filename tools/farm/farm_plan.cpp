@@ -1,0 +1,280 @@
+#include "tools/farm/farm_plan.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <span>
+
+#include <fmt/format.h>
+
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_layout.h"
+#include "formats/files/atomic_file.h"
+#include "formats/files/json.h"
+#include "tools/program/shell_quote.h"
+
+namespace clamor {
+
+namespace {
+
+std::string joined_for_shell(const std::vector<std::string>& words) {
+  std::string line;
+  for (const std::string& word : words) line += (line.empty() ? "" : " ") + shell_quoted(word);
+  return line;
+}
+
+std::string in_hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+
+std::string megabytes_up(std::uint64_t bytes) {
+  return std::to_string((bytes + 999'999) / 1'000'000) + "MB";
+}
+
+// Whether the options may name files relative to a folder.
+bool names_files(const std::vector<std::string>& options) {
+  return std::any_of(options.begin(), options.end(), [](const std::string& word) {
+    return word == "--emitter" || word == "--acoustics";
+  });
+}
+
+Json numbers_of(double number) { return Json(number); }
+
+// The options of the shards of this round, as their notes hold them.
+std::string note_options(const FarmPlan& plan) {
+  std::string options;
+  for (const std::string& word : plan.words()) options += '\0' + word;
+  return options;
+}
+
+}  // namespace
+
+std::string FarmPlan::folder_of(const std::string& output) { return output + ".farm"; }
+
+Result<FarmPlan> FarmPlan::load(const std::string& output) {
+  std::error_code ignored;
+  const std::string path =
+      folder_of(std::filesystem::absolute(output, ignored).string()) + "/farm.json";
+  if (!std::filesystem::exists(path, ignored))
+    return Error(path + ": is not there; plan a farm with 'clamor farm LEVEL -o " + output +
+                 " --shards N'");
+  const auto json = read_json(path);
+  if (!json.ok()) return json.error();
+  JsonFields fields(*json, path);
+  FarmPlan plan;
+  const auto text = [&fields](const char* key) { return fields.string(key).value_or(""); };
+  const auto whole = [&fields](const char* key, double most) {
+    return static_cast<std::uint64_t>(fields.number(key, 0, most).value_or(0));
+  };
+  plan.made_by = text("made_by");
+  plan.program = text("program");
+  plan.folder = text("folder");
+  plan.level = text("level");
+  plan.output = text("output");
+  const std::string hash = text("level_hash");
+  std::from_chars(hash.data(), hash.data() + hash.size(), plan.level_hash, 16);
+  if (const Json* options = fields.any("options"); options != nullptr && options->array())
+    for (const Json& word : *options->array())
+      if (word.string()) plan.options.push_back(*word.string());
+  plan.shards = static_cast<std::uint32_t>(whole("shards", kMaxShards));
+  plan.merged_at_once = static_cast<std::uint32_t>(whole("merged_at_once", kMaxShards));
+  plan.threads = static_cast<int>(whole("threads", 1024));
+  plan.memory_bytes = whole("memory_bytes", 1e15);
+  plan.goal_db = fields.number("until_db", 0, 1e6).value_or(0);
+  plan.rounds.round = static_cast<int>(whole("round", 1000));
+  plan.rounds.times = whole("times", 1e15);
+  plan.rounds.first_photons = whole("first_photons", 1e15);
+  plan.rounds.first_sources = whole("first_sources", 1e15);
+  plan.photons = whole("photons", 1e15);
+  plan.shard_s = fields.number("shard_s", 0, 1e15).value_or(0);
+  plan.preparing_s = fields.number("preparing_s", 0, 1e15).value_or(0);
+  plan.shard_memory_bytes = whole("shard_memory_bytes", 1e15);
+  plan.merge_memory_bytes = whole("merge_memory_bytes", 1e15);
+  if (const auto right = fields.result(); !right.ok()) return right.error();
+  if (plan.shards == 0 || plan.threads == 0 || plan.level.empty() || plan.output.empty())
+    return Error(path + ": is no plan of a farm; remove it and plan the farm again");
+  return plan;
+}
+
+Result<void> FarmPlan::save() const {
+  std::error_code failed;
+  std::filesystem::create_directories(folder_of(output), failed);
+  Json::Array words;
+  for (const std::string& word : options) words.emplace_back(word);
+  const auto number = [](auto value) { return numbers_of(static_cast<double>(value)); };
+  Json::Object plan{{"made_by", Json(made_by)},
+                    {"program", Json(program)},
+                    {"folder", Json(folder)},
+                    {"level", Json(level)},
+                    {"output", Json(output)},
+                    {"level_hash", Json(in_hex(level_hash))},
+                    {"options", Json(std::move(words))},
+                    {"shards", number(shards)},
+                    {"merged_at_once", number(merged_at_once)},
+                    {"threads", number(threads)},
+                    {"memory_bytes", number(memory_bytes)},
+                    {"until_db", number(goal_db)},
+                    {"round", number(rounds.round)},
+                    {"times", number(rounds.times)},
+                    {"first_photons", number(rounds.first_photons)},
+                    {"first_sources", number(rounds.first_sources)},
+                    {"photons", number(photons)},
+                    {"shard_s", number(shard_s)},
+                    {"preparing_s", number(preparing_s)},
+                    {"shard_memory_bytes", number(shard_memory_bytes)},
+                    {"merge_memory_bytes", number(merge_memory_bytes)}};
+  auto file = AtomicFile::create(folder_of(output) + "/farm.json");
+  if (!file.ok()) return file.error();
+  const std::string text = dump_json(Json(std::move(plan))) + "\n";
+  if (auto written = file->write(std::as_bytes(std::span(text))); !written.ok()) return written;
+  return file->commit();
+}
+
+bool FarmPlan::is_same_bake(const FarmPlan& other) const {
+  return made_by == other.made_by && level_hash == other.level_hash && options == other.options &&
+         shards == other.shards && goal_db == other.goal_db;
+}
+
+std::string FarmPlan::file_of_shard(std::uint32_t shard) const {
+  return fmt::format("{}/{}.shard", folder_of(output), shard + 1);
+}
+
+std::uint32_t FarmPlan::groups() const {
+  return shards <= merged_at_once
+             ? 0
+             : static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(shards))));
+}
+
+std::vector<std::uint32_t> FarmPlan::shards_of_group(std::uint32_t group) const {
+  std::vector<std::uint32_t> members;
+  const std::uint64_t first = std::uint64_t{group} * shards / groups();
+  const std::uint64_t end = (std::uint64_t{group} + 1) * shards / groups();
+  for (std::uint64_t shard = first; shard < end; ++shard)
+    members.push_back(static_cast<std::uint32_t>(shard));
+  return members;
+}
+
+std::string FarmPlan::file_of_group(std::uint32_t group) const {
+  return fmt::format("{}/group.{}.shard", folder_of(output), group + 1);
+}
+
+std::vector<std::string> FarmPlan::words() const {
+  if (goal_db == 0) return options;
+  // In the order of BakeRequest::words(), as a bake on one machine names them.
+  std::vector<std::string> all = options;
+  auto place = std::find_if(all.begin(), all.end(), [](const std::string& word) {
+    return word == "--probes" || word == "--probe-sources" || word == "--seed" ||
+           word == "--simplify" || word == "--instances" || word == "--early-order" ||
+           word == "--kappa" || word == "--longest";
+  });
+  all.insert(place, {"--photons", std::to_string(rounds.times * rounds.first_photons), "--sources",
+                     std::to_string(rounds.times * rounds.first_sources)});
+  return all;
+}
+
+std::string FarmPlan::shard_command(std::uint32_t shard) const {
+  std::vector<std::string> line;
+  if (names_files(options)) line = {"env", "-C", folder};
+  line.insert(line.end(), {program, "bake", level, "-o", file_of_shard(shard), "--shard",
+                           fmt::format("{}/{}", shard + 1, shards)});
+  const auto bake_words = words();
+  line.insert(line.end(), bake_words.begin(), bake_words.end());
+  line.insert(line.end(),
+              {"--level-hash", in_hex(level_hash), "--threads", std::to_string(threads), "--memory",
+               megabytes_up(shard_memory_bytes), "--expected-time",
+               fmt::format("{:.0f}s", std::ceil(shard_s)), "--progress", "journal", "--quiet"});
+  return joined_for_shell(line);
+}
+
+std::string FarmPlan::group_command(std::uint32_t group) const {
+  std::vector<std::string> line{program, "merge"};
+  for (const std::uint32_t shard : shards_of_group(group)) line.push_back(file_of_shard(shard));
+  line.insert(line.end(), {"-o", file_of_group(group), "--to-shard", "--quiet"});
+  return joined_for_shell(line);
+}
+
+std::string FarmPlan::merge_command() const {
+  std::vector<std::string> line;
+  if (names_files(options)) line = {"env", "-C", folder};
+  line.insert(line.end(), {program, "farm", "merge", output});
+  return joined_for_shell(line);
+}
+
+std::string FarmPlan::short_hash() const {
+  const std::string all = output + in_hex(level_hash) + joined_for_shell(options);
+  return in_hex(hash_of(std::as_bytes(std::span(all)))).substr(0, 8);
+}
+
+const char* name_of(ShardState::Is is) {
+  switch (is) {
+    case ShardState::Is::kWaiting:
+      return "waiting";
+    case ShardState::Is::kRunning:
+      return "running";
+    case ShardState::Is::kLost:
+      return "lost";
+    case ShardState::Is::kDone:
+      return "done";
+    case ShardState::Is::kWrong:
+      break;
+  }
+  return "wrong";
+}
+
+ShardState state_of_shard(const FarmPlan& plan, std::uint32_t shard, bool checks_all) {
+  using Is = ShardState::Is;
+  ShardState state;
+  const std::string path = plan.file_of_shard(shard);
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) return state;
+  const auto wrong = [&state](const std::string& why) {
+    state.is = Is::kWrong;
+    state.problem = why;
+    return state;
+  };
+  const auto summary = JournalSummary::of(path);
+  if (!summary.ok()) return wrong(summary.error().message);
+  state.bytes = summary->bytes;
+  const auto& note = summary->note;
+  if (note && note->program != plan.made_by)
+    return wrong(path + ": was made by " + note->program + ", the farm by " + plan.made_by);
+  if (note && note->level_hash != plan.level_hash)
+    return wrong(path + ": is stale, traced from a level with the content hash " +
+                 in_hex(note->level_hash));
+  if (note && (note->count != plan.shards || note->shards != std::vector{shard}))
+    return wrong(fmt::format("{}: is shard {} of {}", path, ranges_of(note->shards), note->count));
+  const bool is_of_round = note && note->options() == note_options(plan);
+  if (note && !is_of_round && plan.goal_db == 0)
+    return wrong(path + ": was made with other options");
+  if (is_of_round) state.progress = summary->progress;
+  state.is = summary->is_being_written ? Is::kRunning
+             : !is_of_round            ? Is::kWaiting
+             : !note->is_complete      ? Is::kLost
+                                       : Is::kDone;
+  if (state.is != Is::kDone) return state;
+  if (summary->cut_bytes > 0) return wrong(path + ": is cut short");
+  if (checks_all)
+    if (const auto whole = check_records(path); !whole.ok()) return wrong(whole.error().message);
+  return state;
+}
+
+bool is_group_done(const FarmPlan& plan, std::uint32_t group) {
+  std::error_code ignored;
+  const std::string path = plan.file_of_group(group);
+  if (!std::filesystem::exists(path, ignored)) return false;
+  const auto summary = JournalSummary::of(path);
+  return summary.ok() && summary->note && summary->note->is_complete && summary->cut_bytes == 0 &&
+         summary->note->program == plan.made_by && summary->note->level_hash == plan.level_hash &&
+         summary->note->count == plan.shards &&
+         summary->note->shards == plan.shards_of_group(group) &&
+         summary->note->options() == note_options(plan);
+}
+
+bool is_merged(const FarmPlan& plan) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(plan.output, ignored)) return false;
+  const auto file = BakeFile::open(plan.output);
+  return file.ok() && file->provenance().input_hash == plan.level_hash &&
+         file->provenance().arguments == plan.words();
+}
+
+}  // namespace clamor
