@@ -162,8 +162,7 @@ Result<SortStorage> check_memory(const Level& level, const BakePlan& plan,
   const std::uint64_t least = needs(bare, last);
   const std::string advice =
       least < options.memory_bytes
-          ? "--sources " +
-                std::to_string((options.memory_bytes - least) * plan.sources / (needed - least)) +
+          ? "--sources " + std::to_string((options.memory_bytes - least) / kBytesPerSource) +
                 " would fit"
           : "the level itself needs " + in_megabytes(least);
   return Error("the bake needs about " + in_megabytes(needed) + " of memory, more than the " +
@@ -260,26 +259,68 @@ void finish(std::span<Source> secondary_sources, std::span<const Material> mater
                     });
 }
 
-// Sorts the sources and the instances into the contents' octree, in memory or, when the contents
-// are written, on disk.
-Result<void> sort_sources(std::vector<Source> sources, EmitterInstances& instances,
-                          const BakeOptions& options, SortStorage storage, BakeContents& contents) {
-  if (storage == SortStorage::kMemory) {
-    contents.octree = with_instances(build_octree(std::move(sources)),
-                                     std::move(instances.instances), instances.tops);
+// Sorts the sources and the instances into the contents' octree, in memory.
+void sort_sources(std::vector<Source> sources, EmitterInstances& instances,
+                  BakeContents& contents) {
+  contents.octree = with_instances(build_octree(std::move(sources)), std::move(instances.instances),
+                                   instances.tops);
+}
+
+// The memory of a step of a bake on disk, which depends on the limit alone, because the order of
+// the pages depends on it.
+std::uint64_t step_memory_bytes(const BakeOptions& options) {
+  return std::max<std::uint64_t>(25'000'000, options.memory_bytes / 4);
+}
+
+// Completes the sources of a state of the level, and moves them to `list`, all on disk.
+Result<void> finish_on_disk(BatchTracing::Output& traced, const BakeOptions& options,
+                            std::span<const Material> materials, SourceSpill& list) {
+  if (!traced.on_disk) return {};
+  ScratchFile radii_file(options.spill);
+  const auto radii = patch_radii_on_disk(
+      [&](const auto& visit) { return traced.on_disk->for_each(visit); }, traced.on_disk->kept(),
+      step_memory_bytes(options), options.spill, radii_file);
+  if (!radii.ok()) return radii.error();
+  std::size_t next = 0;
+  const auto moved = traced.on_disk->for_each([&](std::span<Source> sources) -> Result<void> {
+    if (options.is_stopped()) return Error("stopped");
+    for (Source& source : sources) source.patch_radius_m = (*radii)[next++];
+    traced.portals.apply(sources);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 1024),
+                      [&](const tbb::blocked_range<std::size_t>& part) {
+                        quantize_sources(sources.subspan(part.begin(), part.size()), materials);
+                      });
+    return list.append(sources);
+  });
+  traced.on_disk.reset();
+  return moved;
+}
+
+// Sorts a list on disk into the contents' octree when they are written.
+void sort_on_disk(SourceSpill list, EmitterInstances& instances, const BakeOptions& options,
+                  BakeContents& contents) {
+  contents.octree = instance_tree(std::move(instances.instances), instances.tops);
+  auto spill = std::make_shared<SourceSpill>(std::move(list));
+  contents.streamed_sources = spill->count();
+  const std::uint64_t bytes = step_memory_bytes(options);
+  contents.stream_octree = [spill, bytes](OctreeSink& sink) {
+    return stream_octree(std::move(*spill), bytes, sink);
+  };
+}
+
+// Numbers the sets of portals of the sources.
+Result<void> number_portals(BatchTracing::Output& traced, PortalSetTable& table,
+                            std::size_t max_sets, std::vector<PortalEmitter>& made) {
+  if (!traced.on_disk) {
+    traced.portals.finish(traced.sources, table, max_sets, made);
     return {};
   }
-  contents.octree = instance_tree(std::move(instances.instances), instances.tops);
-  // The list moves to disk, so that its memory is free for sorting.
-  auto spill = std::make_shared<SourceSpill>(options.spill);
-  if (auto done = spill->append(sources); !done.ok()) return done;
-  contents.streamed_sources = sources.size();
-  const std::uint64_t room_bytes = sources.size() * sizeof(Source);
-  sources = {};
-  contents.stream_octree = [spill, room_bytes](OctreeSink& sink) {
-    return stream_octree(std::move(*spill), room_bytes, sink);
-  };
-  return {};
+  const auto counted = traced.on_disk->for_each([&](std::span<Source> sources) -> Result<void> {
+    traced.portals.count(sources);
+    return {};
+  });
+  if (counted.ok()) traced.portals.number(table, max_sets, made);
+  return counted;
 }
 
 void compact(TraceJournal& journal, const BakeOptions& options, BakeReport& report) {
@@ -306,21 +347,25 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   JournalSet journal_set(*journals, !options.journal.empty(), level, setup.tracer,
                          scene_hash(level, setup.trace));
   DecayEstimate decay = setup.decay_estimate(level);
+  const bool on_disk = *storage == SortStorage::kFiles;
   BatchTracing tracing(setup.tracer, level, setup.plan, options, journal_set, {}, &decay);
+  if (on_disk) tracing.thin_on_disk(options.spill);
   auto traced = tracing.run();
   if (!traced.ok()) return traced.error();
   report.photons = tracing.progress().photons_done;
   report.photons_reused = tracing.progress().photons_reused;
   if (options.is_stopped()) return BakeContents{};
-  auto closed = trace_closed_state(level, setup.trace, options, *journals, {}, report);
+  auto closed = trace_closed_state(level, setup.trace, options, *journals, {}, report, on_disk);
   if (!closed.ok()) return closed.error();
   if (options.is_stopped()) return BakeContents{};
   BakedPortals portals;
   PortalSetTable portal_sets;
   // Half of the sets are for probes, if there are any.
   const std::size_t max_sets = options.probes_m.empty() ? kMaxPortalSets : kMaxPortalSets / 2;
-  traced->portals.finish(traced->sources, portal_sets, max_sets, portals.emitters);
-  closed->portals.finish(closed->sources, portal_sets, max_sets, portals.emitters);
+  for (BatchTracing::Output* state : {&*traced, &*closed})
+    if (const auto done = number_portals(*state, portal_sets, max_sets, portals.emitters);
+        !done.ok())
+      return done.error();
   auto probes =
       bake_probes(setup.scene, level, options, setup.trace, probe_photons(setup.plan, options),
                   *journals, !options.journal.empty(), portal_sets);
@@ -338,6 +383,11 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   describe(level, options, setup, *traced, decay, contents);
   finish(traced->sources, contents.materials);
   finish(closed->sources, contents.materials);
+  SourceSpill list(options.spill);
+  for (BatchTracing::Output* state : {&*traced, &*closed})
+    if (const auto done = finish_on_disk(*state, options, contents.materials, list);
+        !done.ok() && !options.is_stopped())
+      return done.error();
   traced->sources.insert(traced->sources.end(), closed->sources.begin(), closed->sources.end());
   closed->sources = {};
   if (options.is_stopped()) return contents;
@@ -361,10 +411,13 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
     contents.portals = std::move(portals);
   }
   if (options.is_stopped()) return contents;
-  if (const auto sorted =
-          sort_sources(std::move(traced->sources), instances, options, *storage, contents);
-      !sorted.ok())
-    return sorted.error();
+  if (on_disk) {
+    // Only the emitters are in memory.
+    if (const auto added = list.append(traced->sources); !added.ok()) return added.error();
+    sort_on_disk(std::move(list), instances, options, contents);
+  } else {
+    sort_sources(std::move(traced->sources), instances, contents);
+  }
   if (!options.journal.empty()) compact(journals->front(), options, report);
   return contents;
 }

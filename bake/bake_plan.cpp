@@ -50,11 +50,14 @@ std::vector<std::vector<PhotonRun>> BakePlan::batches() const {
 std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,
                                 SortStorage sorted) {
   constexpr std::uint64_t kProgram = 65'000'000, kPerTriangle = 300;
-  const std::uint64_t per_source = sorted == SortStorage::kMemory ? 215 : 130;
+  // On disk, the steps take what the limit leaves, at least this much.
+  const std::uint64_t in_memory = kBytesPerSource * plan.sources;
+  const std::uint64_t for_sources =
+      sorted == SortStorage::kMemory ? in_memory : std::min<std::uint64_t>(in_memory, 40'000'000);
   constexpr std::uint64_t kPerEmitter = 1000, kPerThread = 8'000'000;
   std::uint64_t samples = 0;
   for (const Signal& signal : level.signals) samples += signal.samples.size();
-  return kProgram + kPerTriangle * level.mesh.triangles.size() + per_source * plan.sources +
+  return kProgram + kPerTriangle * level.mesh.triangles.size() + for_sources +
          kPerEmitter * level.emitters.size() + 8 * samples +
          kPerThread * static_cast<std::uint64_t>(threads);
 }

@@ -41,14 +41,16 @@ struct BakePlan {
 // The deposits per photon are estimated by a pilot of 1024 photons. Above 1.25 deposits per source,
 // weak deposits are thinned while tracing. Photons are distributed by power; an emitter with any
 // power gets at least kMinPhotons. A free field gets none.
-inline constexpr std::uint64_t kMinPhotons = 4, kMaxSources = 10'000'000;
+inline constexpr std::uint64_t kMinPhotons = 4, kMaxSources = 200'000'000;
 BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettings& settings,
                         const TraceSettings& trace);
 
 // Upper estimate of the peak memory of a bake: 65 MB for the program and the thinning's buffers,
-// 300 bytes per triangle, 215 per source (sorting takes 2.5 times the 88 bytes of a source; 130
-// when sorting on disk), and the batches in flight. Measured in the violin room: 123 to 159 MB for
-// 300 000 sources, depending on thread timing, 251 MB for one million, 646 MB for three million.
+// 300 bytes per triangle, 215 per source (sorting takes 2.5 times the 88 bytes of a source), and
+// the batches in flight. Measured in the violin room: 123 to 159 MB for 300 000 sources, depending
+// on thread timing, 251 MB for one million, 646 MB for three million. With kFiles, thinning, patch
+// radii and sorting work on disk, with 40 MB or more for any number of sources.
+inline constexpr std::uint64_t kBytesPerSource = 215;
 enum class SortStorage : std::uint8_t { kMemory, kFiles };
 std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,
                                 SortStorage sorted = SortStorage::kMemory);

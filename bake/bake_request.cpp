@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "bake/bake_options.h"
+#include "bake/bake_plan.h"
 #include "formats/bake_file/image_source.h"
 #include "formats/level/emitter_spec.h"
 
@@ -40,8 +41,9 @@ std::optional<std::string> BakeRequest::complaint() const {
                   *whole_number(*photons) > 4'000'000'000u))
     return "--photons " + in_quotes(*photons) + " is not a whole number from 1 to 4000000000";
   if (sources && (!whole_number(*sources) || *whole_number(*sources) == 0 ||
-                  *whole_number(*sources) > 10'000'000u))
-    return "--sources " + in_quotes(*sources) + " is not a whole number from 1 to 10000000";
+                  *whole_number(*sources) > kMaxSources))
+    return "--sources " + in_quotes(*sources) + " is not a whole number from 1 to " +
+           std::to_string(kMaxSources);
   if (!probe_options(probes))
     return "--probes " + in_quotes(probes) + " is neither auto nor none nor a number of metres";
   if (probe_sources && (!whole_number(*probe_sources) || *whole_number(*probe_sources) == 0 ||

@@ -16,6 +16,7 @@ namespace clamor {
 namespace {
 
 constexpr double kFirstSourcesPerRoom = 20'000;
+constexpr std::uint64_t kMostSources = 10'000'000;
 // Maximum growth per round, because early error estimates are rough.
 constexpr double kMaxGrowth = 32;
 // Safety factor on the extrapolated error; one in ten bakes needs another round.
@@ -36,9 +37,9 @@ std::uint64_t two_digits_up(double value) {
 
 // Makes the next round so many times as large, as far as a file allows; false if it holds no more.
 bool grow(BakeRounds& rounds, double growth, std::string& reason) {
-  const std::uint64_t most = kMaxSources / rounds.first_sources;
+  const std::uint64_t most = kMostSources / rounds.first_sources;
   if (rounds.times == most) {
-    reason = "a file holds " + std::to_string(kMaxSources) + " sources at most";
+    reason = "--until keeps " + std::to_string(kMostSources) + " sources at most";
     return false;
   }
   rounds.times = std::min(most, two_digits_up(growth * static_cast<double>(rounds.times)));

@@ -61,6 +61,11 @@ BatchTracing::BatchTracing(const PhotonTracer& tracer, const Level& level, const
     for (const PhotonRun& run : batch) progress_.photons_total += run.count;
 }
 
+void BatchTracing::thin_on_disk(const std::string& beside) {
+  thinning_.reset();
+  on_disk_ = std::make_unique<ThinningOnDisk>(plan_.sources, beside);
+}
+
 Result<BatchTracing::Output> BatchTracing::run() {
   const std::size_t at_once = 4 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
   std::vector<std::unique_ptr<Batch>> free;
@@ -104,6 +109,12 @@ Result<BatchTracing::Output> BatchTracing::run() {
   if (thinning_) {
     output.deposits = thinning_->added();
     output.sources = thinning_->take();
+    output.portals = std::move(portals_);
+  }
+  if (on_disk_) {
+    if (const auto done = on_disk_->finish(); !done.ok()) return done.error();
+    output.deposits = on_disk_->added();
+    output.on_disk = std::move(on_disk_);
     output.portals = std::move(portals_);
   }
   output.tally = tally_;
@@ -166,13 +177,16 @@ void BatchTracing::accumulate_run(const TracedRun& run, std::span<const Deposit>
                                   std::uint64_t order, std::span<const ReceivedEnergy> received) {
   if (decay_ != nullptr && decay_->wants(run.run)) decay_->add(run.run, received);
   const double photon_share = 1 / static_cast<double>(plan_.photons[run.run.emitter]);
-  if (thinning_) {
+  if (thinning_ || on_disk_) {
     sources_.clear();
     for (const Deposit& deposit : deposits) {
       Source& source = sources_.emplace_back(secondary_source(deposit, photon_share));
       source.emitter = portals_.number_of(deposit.emitter, deposit.portals);
     }
-    thinning_->add(sources_, order);
+    if (thinning_)
+      thinning_->add(sources_, order);
+    else if (const auto added = on_disk_->add(sources_); !added.ok())
+      fail(added.error().message);
   }
   if (sink_) sink_(run, deposits, order);
   tally_.add(run.tally, photon_share);

@@ -10,6 +10,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +20,7 @@
 #include "bake/bake_plan.h"
 #include "bake/journal/journal_set.h"
 #include "bake/octree/source_thinning.h"
+#include "bake/octree/thinning_on_disk.h"
 #include "bake/portals/portal_sets.h"
 #include "bake/report/decay_estimate.h"
 #include "bake/trace/photon_tracer.h"
@@ -35,6 +37,7 @@ class BatchTracing {
     // Thinned to the plan's number; empty for a shard or with a sink. Those whose sound passed
     // portals have provisional emitters of `portals`.
     std::vector<Source> sources;
+    std::unique_ptr<ThinningOnDisk> on_disk;  // instead of `sources`
     PortalPairs portals{0};
     TraceTally tally;
     std::uint64_t deposits = 0;  // before thinning; 0 for a shard
@@ -50,6 +53,9 @@ class BatchTracing {
   BatchTracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
                const BakeOptions& options, JournalSet& journals, const Shard& shard,
                DecayEstimate* decay = nullptr, RunSink sink = {});
+
+  // Keeps the sources on disk. Call before run().
+  void thin_on_disk(const std::string& beside);
 
   // Runs in the calling TBB arena. Fails if the journal cannot be written or if shards lack
   // photons. Returns a partial result when options.stop is set.
@@ -78,6 +84,7 @@ class BatchTracing {
   const RunSink sink_;
   std::vector<std::vector<PhotonRun>> batches_;  // of this shard
   std::optional<SourceThinning> thinning_;       // not for a shard or with a sink
+  std::unique_ptr<ThinningOnDisk> on_disk_;      // instead of thinning_
   std::vector<Source> sources_;                  // of the current run
   PortalPairs portals_;
   TraceTally tally_;

@@ -34,7 +34,8 @@ bool has_closed_state(const Level& level) {
 Result<BatchTracing::Output> trace_closed_state(const Level& level, const TraceSettings& open,
                                                 const BakeOptions& options,
                                                 std::span<TraceJournal> journals,
-                                                const Shard& shard, BakeReport& report) {
+                                                const Shard& shard, BakeReport& report,
+                                                bool thins_on_disk) {
   if (!has_closed_state(level)) return BatchTracing::Output{};
   const Level closed = closed_level(level);
   const Scene scene(closed.mesh);
@@ -47,6 +48,7 @@ Result<BatchTracing::Output> trace_closed_state(const Level& level, const TraceS
   JournalSet journal_set(journals, !options.journal.empty(), closed, tracer,
                          scene_hash(closed, trace));
   BatchTracing tracing(tracer, closed, plan, options, journal_set, shard);
+  if (thins_on_disk) tracing.thin_on_disk(options.spill);
   auto traced = tracing.run();
   report.photons += tracing.progress().photons_done;
   report.photons_reused += tracing.progress().photons_reused;

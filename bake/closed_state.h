@@ -26,11 +26,12 @@ Level closed_level(const Level& level);
 
 // Traces the level with closed portals by a plan of its own. `open` are the settings with open
 // portals. The first of `journals` receives new runs if there is options.journal. Adds the photons
-// to the report. Empty without a closed state. Runs in the calling TBB arena. Memory: a copy of the
-// mesh.
+// to the report. Empty without a closed state. `thins_on_disk` needs options.spill. Runs in the
+// calling TBB arena. Memory: a copy of the mesh.
 Result<BatchTracing::Output> trace_closed_state(const Level& level, const TraceSettings& open,
                                                 const BakeOptions& options,
                                                 std::span<TraceJournal> journals,
-                                                const Shard& shard, BakeReport& report);
+                                                const Shard& shard, BakeReport& report,
+                                                bool thins_on_disk = false);
 
 }  // namespace clamor

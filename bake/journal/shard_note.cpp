@@ -105,8 +105,8 @@ std::string ShardNote::options() const {
 }
 
 std::string ShardProgress::text() const {
-  return fmt::format("{}{} {} {:.3f} {:.3f} {} {}", kProgressTag, photons, traced, seconds,
-                     traced_before_s, error_db ? fmt::format("{:.4f}", *error_db) : "unknown",
+  return fmt::format("{}{} {} {:.3f} {:.3f} {:.3f} {} {}", kProgressTag, photons, traced, seconds,
+                     before_s, core_s, error_db ? fmt::format("{:.4f}", *error_db) : "unknown",
                      host);
 }
 
@@ -116,8 +116,8 @@ std::optional<ShardProgress> ShardProgress::from(const std::string& text) {
   words.imbue(std::locale::classic());
   ShardProgress progress;
   std::string error;
-  if (!(words >> progress.photons >> progress.traced >> progress.seconds >>
-        progress.traced_before_s >> error >> progress.host))
+  if (!(words >> progress.photons >> progress.traced >> progress.seconds >> progress.before_s >>
+        progress.core_s >> error >> progress.host))
     return std::nullopt;
   if (error != "unknown") {
     double error_db = 0;

@@ -39,7 +39,8 @@ struct ShardProgress {
   std::uint64_t photons = 0;         // of the shard, traced or found in its journal
   std::uint64_t traced = 0;          // of these by the process that wrote this
   double seconds = 0;                // since that process opened the journal
-  double traced_before_s = 0;        // spent by processes before it
+  double before_s = 0;               // spent by processes before it
+  double core_s = 0;                 // of processors, by all of these processes
   std::optional<double> error_db{};  // of the energy decay from the shard's photons alone
   std::string host;                  // name of the machine
 

@@ -13,14 +13,30 @@
 // of a room's mean level.)
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <span>
+#include <string>
 
+#include "bake/octree/scratch_file.h"
+#include "common/result.h"
 #include "formats/bake_file/source.h"
 
 namespace clamor {
 
-// Sets patch_radius_m of every source. The result does not depend on the number of threads. O(n log
-// n).
+// Sets patch_radius_m of every source. Of neighbours at the same distance the weaker count first,
+// so that the result depends on the sources alone. It does not depend on the number of threads. O(n
+// log n).
 void set_patch_radii(std::span<Source> secondary_sources);
+
+// The same radii for sources that exceed the memory, in the order in which `for_each` passes them;
+// it is called twice. Sources are divided by space into lists that fit into the memory. A source
+// whose neighbours may lie in other lists is looked up there, too. Disk: 28 bytes per source, of
+// which the radii take 4. Memory: `memory_bytes` (at least 10 MB).
+using ForEachSource =
+    std::function<Result<void>(const std::function<Result<void>(std::span<Source>)>& visit)>;
+Result<std::span<const float>> patch_radii_on_disk(const ForEachSource& for_each,
+                                                   std::uint64_t count, std::uint64_t memory_bytes,
+                                                   const std::string& beside, ScratchFile& radii);
 
 }  // namespace clamor

@@ -1,8 +1,7 @@
 // source_spill.h: a list of sources in a temporary file, for lists larger than memory.
 //
-// The file is created beside the output, where there should be space, and unlinked immediately: its
-// space is freed when the object or the process ends. While sources are appended, the list records
-// what dividing it will need: the bounds and the highest ranks.
+// While sources are appended, the list records what dividing it will need: the bounds and the
+// highest ranks.
 //
 // Threads: one at a time. Disk: 88 bytes per source. Memory: one write buffer while appending.
 #pragma once
@@ -14,6 +13,7 @@
 #include <vector>
 
 #include "bake/octree/highest_ranks.h"
+#include "bake/octree/scratch_file.h"
 #include "common/result.h"
 #include "formats/bake_file/source.h"
 
@@ -25,9 +25,6 @@ class SourceSpill {
   explicit SourceSpill(std::string beside, std::size_t buffered_sources = 16384);
   SourceSpill(SourceSpill&& other) noexcept;
   SourceSpill& operator=(SourceSpill&& other) noexcept;
-  SourceSpill(const SourceSpill&) = delete;
-  SourceSpill& operator=(const SourceSpill&) = delete;
-  ~SourceSpill();
 
   // Appends to the list, which holds fewer than 2^32 sources.
   Result<void> append(std::span<const Source> sources);
@@ -38,7 +35,7 @@ class SourceSpill {
   // Reads sources.size() existing sources, starting at `first`.
   Result<void> read(std::uint64_t first, std::span<Source> sources) const;
 
-  const std::string& beside() const { return beside_; }
+  const std::string& beside() const { return file_.beside(); }
   std::uint64_t count() const { return count_; }
   const Vec3f& low_m() const { return low_m_; }
   const Vec3f& high_m() const { return high_m_; }
@@ -47,17 +44,12 @@ class SourceSpill {
   std::span<const std::uint64_t> highest_ranks() { return highest_.descending(); }
 
  private:
-  Result<void> open();
-  Result<void> write(std::span<const Source> sources);
-  Error failed(const char* doing) const;
-
-  std::string beside_;
+  ScratchFile file_;
   std::size_t buffered_sources_;
   std::vector<Source> buffer_;
   std::uint64_t count_ = 0;
   Vec3f low_m_{}, high_m_{};
   HighestRanks highest_;
-  int descriptor_ = -1;
 };
 
 }  // namespace clamor

@@ -28,14 +28,24 @@ double thinning_random(const Source& source) {
   return unit_above_zero(bits[0]);
 }
 
+double weight_of(const Source& source, SourceThinning::Weight weight) {
+  const double root = std::sqrt(sum_of(source.power));
+  return weight == SourceThinning::Weight::kSquareRoot ? root : std::sqrt(root);
+}
+
 }  // namespace
 
 SourceThinning::SourceThinning(std::uint64_t max_sources, Weight weight)
     : max_sources_(max_sources), weight_(weight) {}
 
-double SourceThinning::weight_of(const Source& source) const {
-  const double root = std::sqrt(sum_of(source.power));
-  return weight_ == Weight::kSquareRoot ? root : std::sqrt(root);
+double SourceThinning::key_of(const Source& source, Weight weight) {
+  return weight_of(source, weight) / thinning_random(source);
+}
+
+void SourceThinning::scale(Source& source, double threshold, Weight weight) {
+  const double of_source = weight_of(source, weight);
+  if (of_source >= threshold) return;
+  for (float& band : source.power) band = static_cast<float>(band * (threshold / of_source));
 }
 
 // Higher keys first; ties are broken by order of arrival.
@@ -54,7 +64,7 @@ void SourceThinning::add(std::span<const Source> deposits, std::uint64_t order) 
   }
   added_ += deposits.size();
   for (std::size_t i = 0; i < deposits.size(); ++i) {
-    const double key = weight_of(deposits[i]) / thinning_random(deposits[i]);
+    const double key = key_of(deposits[i], weight_);
     if (key < threshold_) continue;  // too low: the kept sources all have higher keys
     if (live_ == entries_.size()) {
       entries_.push_back({0, 0, 0, static_cast<std::uint32_t>(live_)});
@@ -87,9 +97,7 @@ std::vector<Source> SourceThinning::take() {
     std::uint32_t& slot = entries_[i].slot;
     while (slot < i) slot = entries_[slot].slot;
     std::swap(sources_[i], sources_[slot]);
-    const double weight = weight_of(sources_[i]);
-    if (weight >= threshold_) continue;
-    for (float& band : sources_[i].power) band = static_cast<float>(band * (threshold_ / weight));
+    scale(sources_[i], threshold_, weight_);
   }
   sources_.resize(live_);
   entries_ = std::vector<Entry>();  // assigning {} would keep the capacity

@@ -37,6 +37,10 @@ class SourceThinning {
 
   explicit SourceThinning(std::uint64_t max_sources, Weight weight = Weight::kFourthRoot);
 
+  // The key of a deposit, and the power of a kept one, given the (n + 1)-th key.
+  static double key_of(const Source& source, Weight weight);
+  static void scale(Source& source, double threshold, Weight weight);
+
   // Adds deposits. take() returns sources sorted by `order`, then by their position in the call.
   void add(std::span<const Source> deposits, std::uint64_t order);
 
@@ -55,8 +59,6 @@ class SourceThinning {
   };
   static bool before(const Entry& a, const Entry& b);
   void prune();
-
-  double weight_of(const Source& source) const;
 
   std::uint64_t max_sources_;
   Weight weight_;

@@ -69,16 +69,21 @@ std::uint32_t PortalPairs::number_of(std::uint32_t emitter, const PortalSet& set
   return known->second;
 }
 
-void PortalPairs::finish(std::span<Source> sources, PortalSetTable& table, std::size_t max_sets,
+void PortalPairs::count(std::span<const Source> sources) {
+  is_used_.resize(pairs_.size());
+  for (const Source& source : sources) {
+    if (source.emitter < emitters_) continue;
+    const std::size_t pair = source.emitter - emitters_;
+    power_of_set_[pairs_[pair].set] += sum_of(source.power);
+    is_used_[pair] = 1;
+  }
+}
+
+void PortalPairs::number(PortalSetTable& table, std::size_t max_sets,
                          std::vector<PortalEmitter>& made) {
-  // Powers of the sets whose sources were kept.
-  std::map<PortalSet, double> power_of_set;
-  for (const Source& source : sources)
-    if (source.emitter >= emitters_)
-      power_of_set[pairs_[source.emitter - emitters_].set] += sum_of(source.power);
   std::vector<PortalSet> sets;
   std::vector<double> powers;
-  for (const auto& [set, power] : power_of_set) {
+  for (const auto& [set, power] : power_of_set_) {
     sets.push_back(set);
     powers.push_back(power);
   }
@@ -87,23 +92,33 @@ void PortalPairs::finish(std::span<Source> sources, PortalSetTable& table, std::
   for (std::size_t s = 0; s < sets.size(); ++s) number_of_set[sets[s]] = numbers[s];
 
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> finals;  // by emitter and set
-  for (const Source& source : sources)
-    if (source.emitter >= emitters_) {
-      const Pair& pair = pairs_[source.emitter - emitters_];
-      if (const std::uint32_t set = number_of_set[pair.set]; set != 0) finals[{pair.emitter, set}];
-    }
+  for (std::size_t p = 0; p < is_used_.size(); ++p)
+    if (is_used_[p] != 0)
+      if (const std::uint32_t set = number_of_set[pairs_[p].set]; set != 0)
+        finals[{pairs_[p].emitter, set}];
   for (auto& [pair, number] : finals) {
     number = static_cast<std::uint32_t>(emitters_ + made.size());
     made.push_back({pair.first, pair.second});
   }
+  finals_.assign(is_used_.size(), 0);
+  for (std::size_t p = 0; p < is_used_.size(); ++p) {
+    if (is_used_[p] == 0) continue;
+    const std::uint32_t set = number_of_set[pairs_[p].set];
+    finals_[p] = set == 0 ? pairs_[p].emitter : finals[{pairs_[p].emitter, set}];
+  }
+}
+
+void PortalPairs::apply(std::span<Source> sources) const {
   for (Source& source : sources)
-    if (source.emitter >= emitters_) {
-      const Pair& pair = pairs_[source.emitter - emitters_];
-      const std::uint32_t set = number_of_set[pair.set];
-      source.emitter = set == 0 ? pair.emitter : finals[{pair.emitter, set}];
-    }
-  pairs_.clear();
-  numbers_.clear();
+    if (source.emitter >= emitters_) source.emitter = finals_[source.emitter - emitters_];
+}
+
+void PortalPairs::finish(std::span<Source> sources, PortalSetTable& table, std::size_t max_sets,
+                         std::vector<PortalEmitter>& made) {
+  count(sources);
+  number(table, max_sets, made);
+  apply(sources);
+  *this = PortalPairs(emitters_);
 }
 
 std::uint32_t ProbePortalSets::with_set(std::uint32_t first_leg, const PortalSet& set) {

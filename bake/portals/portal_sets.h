@@ -54,6 +54,12 @@ class PortalPairs {
   void finish(std::span<Source> sources, PortalSetTable& table, std::size_t max_sets,
               std::vector<PortalEmitter>& made);
 
+  // The steps of finish(), for sources that come in several spans: count() for all, number() once,
+  // then apply() for all.
+  void count(std::span<const Source> sources);
+  void number(PortalSetTable& table, std::size_t max_sets, std::vector<PortalEmitter>& made);
+  void apply(std::span<Source> sources) const;
+
  private:
   struct Pair {
     std::uint32_t emitter = 0;
@@ -68,6 +74,9 @@ class PortalPairs {
   std::size_t emitters_;
   std::vector<Pair> pairs_;
   std::unordered_map<Pair, std::uint32_t, HashOfPair> numbers_;
+  std::map<PortalSet, double> power_of_set_;  // of the counted sources
+  std::vector<std::uint8_t> is_used_;         // by pair
+  std::vector<std::uint32_t> finals_;         // emitter by pair, of those used
 };
 
 // The sets of the sources of a probe's tree, which stand above their first legs (first_leg.h).

@@ -18,7 +18,8 @@ std::string status_json(const FarmPlan& plan, const FarmStatus& status) {
     if (!state.problem.empty()) one["problem"] = state.problem;
     if (state.progress) {
       one["photons"] = state.progress->photons;
-      one["seconds"] = state.progress->traced_before_s + state.progress->seconds;
+      one["seconds"] = state.progress->before_s + state.progress->seconds;
+      one["core_seconds"] = state.progress->core_s;
       one["photons_per_s"] = state.progress->photons_per_s();
       one["host"] = state.progress->host;
       one["error_db"] = or_null(state.progress->error_db);

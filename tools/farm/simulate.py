@@ -5,8 +5,8 @@
   tools/farm/simulate.py --self-test
 
 Model: each machine has one core for the farm and takes the next shard of a list when it has ended
-one. A shard takes as long as reading and preparing the level, and as its share of the tracing; how
-much the shares differ is drawn from those that were measured. The bytes of a shard go to the shared
+one. A shard takes as long as reading and preparing the level, and as its share of the tracing in core
+seconds; how much the shares differ is drawn from those that were measured. The bytes of a shard go to the shared
 disk, which serves all machines at --disk MB/s. The merge begins when the last shard is there and
 runs on one machine. With more than 256 shards, groups are joined before that on all machines, each
 reading and writing its part of all bytes once. No machine fails: one that does costs its shard.
@@ -38,9 +38,9 @@ def simulate(farm, machines, per_machine, disk_mb_s, merge_s, seed):
     """Seconds of tracing, joining and merging, the efficiency of tracing, and of all of it."""
     shards = farm["shards"]
     preparing_s = farm["preparing_s"]
-    tracing_s = sum(max(0.0, shard["seconds"]) for shard in shards)
+    tracing_s = sum(max(0.0, shard["core_seconds"]) for shard in shards)
     mean = tracing_s / len(shards)
-    spread = [shard["seconds"] / mean if mean > 0 else 1.0 for shard in shards]
+    spread = [shard["core_seconds"] / mean if mean > 0 else 1.0 for shard in shards]
     draws = random.Random(seed)
     count = machines * per_machine
     times = [preparing_s + tracing_s / count * draws.choice(spread) for _ in range(count)]
@@ -56,7 +56,7 @@ def simulate(farm, machines, per_machine, disk_mb_s, merge_s, seed):
 
 
 def self_test():
-    farm = {"bytes": 0, "preparing_s": 0.0, "shards": [{"seconds": 10.0}] * 4}
+    farm = {"bytes": 0, "preparing_s": 0.0, "shards": [{"core_seconds": 10.0}] * 4}
     count, trace_s, _, all_s, efficiency, _ = simulate(farm, 2, 2, 100, 0, 1)
     assert (count, trace_s, all_s, efficiency) == (4, 20, 20, 1), "equal shards divide evenly"
     assert makespan([3, 1, 1, 1], 2, 0) == 3, "the next free machine takes the next shard"
@@ -69,7 +69,8 @@ def main():
     parser.add_argument("--shards-per-machine", type=int, default=4)
     parser.add_argument("--disk", type=float, default=100, help="MB/s of the shared disk [100]")
     parser.add_argument("--merge-s", type=float, default=0, help="seconds of the merge")
-    parser.add_argument("--scale", type=float, default=1, help="times as many photons and bytes [1]")
+    parser.add_argument("--scale", type=float, default=1, help="times as many photons [1]")
+    parser.add_argument("--scale-bytes", type=float, default=1, help="times as many sources [1]")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--self-test", action="store_true")
     arguments = parser.parse_args()
@@ -80,8 +81,8 @@ def main():
     if not farm["shards"]:
         sys.exit("simulate.py: no shard of this farm is done")
     for shard in farm["shards"]:
-        shard["seconds"] *= arguments.scale
-    farm["bytes"] *= arguments.scale
+        shard["core_seconds"] *= arguments.scale
+    farm["bytes"] *= arguments.scale_bytes
     print("| machines | shards | tracing | joining | with merge | efficiency of tracing | of all |")
     print("|---|---|---|---|---|---|---|")
     for machines in map(int, arguments.machines.split(",")):

@@ -5,6 +5,9 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "tests/source_lists.h"
 
 namespace clamor {
 namespace {
@@ -51,6 +54,41 @@ TEST(PatchRadius, IsFiniteForOneSourceAndForNone) {
   std::vector<Source> same(100, one[0]);
   set_patch_radii(same);
   EXPECT_EQ(same[50].patch_radius_m, 0);
+}
+
+// The memory holds 100 000 points, so that space is divided and many neighbours lie across borders.
+TEST(PatchRadius, OnDiskIsTheSameAsInMemory) {
+  const std::string beside = ::testing::TempDir() + "/clamor_radii_" + std::to_string(::getpid());
+  const std::vector<std::vector<Source>> lists = {
+      wall(420, 0.1f),  // all neighbours are equidistant with others
+      testing::wall_sources(300'000),
+      testing::degenerate_sources(150'000, 1, {.keys = 3, .places = 20'000}),
+      wall(3, 1),
+      {}};
+  for (std::size_t l = 0; l < lists.size(); ++l) {
+    std::vector<Source> in_memory = lists[l];
+    for (std::size_t i = 0; i < in_memory.size(); ++i)
+      in_memory[i].power = same_in_all_bands(1.0f + static_cast<float>(i % 7));
+    const std::vector<Source> sources = in_memory;
+    set_patch_radii(in_memory);
+    const ForEachSource for_each = [&](const auto& visit) -> Result<void> {
+      for (std::size_t i = 0; i < sources.size(); i += 1000) {
+        std::vector<Source> some(
+            sources.begin() + static_cast<std::ptrdiff_t>(i),
+            sources.begin() + static_cast<std::ptrdiff_t>(std::min(sources.size(), i + 1000)));
+        if (const auto done = visit(some); !done.ok()) return done;
+      }
+      return {};
+    };
+    ScratchFile file(beside);
+    const auto radii = patch_radii_on_disk(for_each, sources.size(), 0, beside, file);
+    ASSERT_TRUE(radii.ok()) << radii.error().message;
+    ASSERT_EQ(radii->size(), sources.size());
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < sources.size(); ++i)
+      different += (*radii)[i] != in_memory[i].patch_radius_m ? 1 : 0;
+    EXPECT_EQ(different, 0u) << "list " << l;
+  }
 }
 
 }  // namespace

@@ -246,6 +246,33 @@ TEST_F(Farm, MergesInTwoStepsWhereThereAreManyShards) {
   expect_the_same_bytes();
 }
 
+TEST_F(Farm, MergesOnDiskWhereTheMemoryIsShort) {
+  // A portal that is baked open and closed, and probes.
+  folder_.write("box.acoustics.json", R"({"portals": [{"name": "Door", "at": [2, 1.5, 2.5],
+      "size": [4, 3], "facing": [0, 0, 1], "baked": "both"}]})");
+  const auto bake = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> all{
+        "bake",      level_,     "-o",        folder_ / name,    "--quiet",
+        "--threads", "2",        "--photons", "20000",           "--sources",
+        "120000",    "--probes", "2",         "--probe-sources", "100",
+        "--longest", "0.3",      options_[6], options_[7]};
+    all.insert(all.end(), more.begin(), more.end());
+    const auto outcome = clamor(all);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+  };
+  bake("memory.clamor", {"--no-journal"});
+  bake("disk.clamor", {"--no-journal", "--memory", "130MB"});
+  EXPECT_TRUE(read(folder_ / "memory.clamor") != read(folder_ / "disk.clamor"))
+      << "the order of pages tells that it was sorted on disk";
+  EXPECT_EQ(clamor({"diff", folder_ / "memory.clamor", folder_ / "disk.clamor"}).code, 0);
+  bake("1", {"--shard", "1/2"});
+  bake("2", {"--shard", "2/2"});
+  const auto merge = clamor({"merge", folder_ / "1", folder_ / "2", "-o", folder_ / "merged.clamor",
+                             "--quiet", "--threads", "2", "--memory", "130MB"});
+  EXPECT_EQ(merge.code, 0) << merge.err;
+  EXPECT_TRUE(read(folder_ / "merged.clamor") == read(folder_ / "disk.clamor"));
+}
+
 TEST_F(Farm, TracesInRoundsUntilAnErrorLikeOneMachine) {
   const std::vector<std::string> more{"--until",   "0.4dB",    "--longest",       "0.3",
                                       "--probes",  "2",        "--probe-sources", "200",
@@ -270,7 +297,7 @@ TEST(FarmSimulator, ReadsTheStatusOfAFarmAndKeepsItsOwnRules) {
   EXPECT_EQ(sh(simulator + " --self-test").code, 0);
   const auto table =
       sh(std::string("echo '{\"bytes\": 0, \"preparing_s\": 0, \"shards\": [") +
-         "{\"state\": \"done\", \"seconds\": 8}]}' | " + simulator + " --machines 16");
+         "{\"state\": \"done\", \"core_seconds\": 8}]}' | " + simulator + " --machines 16");
   EXPECT_NE(table.out.find("| 16 | 64 | 0.5 s | 0.0 s | 0.5 s | 1.00 |"), std::string::npos)
       << table.out;
 }

@@ -1,0 +1,108 @@
+#include "bake/octree/thinning_on_disk.h"
+
+#include <algorithm>
+#include <bit>
+#include <functional>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include "bake/octree/source_thinning.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr auto kWeight = SourceThinning::Weight::kFourthRoot;
+constexpr std::size_t kBlock = 16384;
+// Sign, exponent and eight bits of the mantissa: 256 bins an octave.
+constexpr int kShift = 64 - 20;
+constexpr std::size_t kBins = std::size_t{1} << 20;
+
+// Keys are not negative, so that their bits are in the order of their values.
+std::size_t bin_of(double key) { return std::bit_cast<std::uint64_t>(key) >> kShift; }
+
+std::vector<double> keys_of(std::span<const Source> sources) {
+  std::vector<double> keys(sources.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 2048),
+                    [&](const tbb::blocked_range<std::size_t>& part) {
+                      for (std::size_t i = part.begin(); i != part.end(); ++i)
+                        keys[i] = SourceThinning::key_of(sources[i], kWeight);
+                    });
+  return keys;
+}
+
+}  // namespace
+
+ThinningOnDisk::ThinningOnDisk(std::uint64_t max_sources, const std::string& beside)
+    : max_sources_(max_sources), file_(beside), histogram_(kBins) {}
+
+Result<void> ThinningOnDisk::add(std::span<const Source> deposits) {
+  added_ += deposits.size();
+  buffer_.insert(buffer_.end(), deposits.begin(), deposits.end());
+  return buffer_.size() < kBlock ? Result<void>() : flush();
+}
+
+Result<void> ThinningOnDisk::flush() {
+  for (const double key : keys_of(buffer_)) ++histogram_[bin_of(key)];
+  const auto written = file_.append(std::as_bytes(std::span(buffer_)));
+  buffer_.clear();
+  return written;
+}
+
+Result<void> ThinningOnDisk::finish() {
+  if (const auto flushed = flush(); !flushed.ok()) return flushed;
+  buffer_ = std::vector<Source>();  // assigning {} would keep the capacity
+  kept_ = std::min(added_, max_sources_);
+  if (added_ <= max_sources_) return {};
+  std::uint64_t above = 0;
+  std::size_t bin = kBins - 1;
+  while (above + histogram_[bin] <= max_sources_) above += histogram_[bin--];
+  histogram_ = std::vector<std::uint64_t>();
+  std::vector<double> keys;  // of the bin with the (n + 1)-th
+  const auto collected =
+      for_each_deposit([&](std::span<Source>, std::span<const double> of_block) -> Result<void> {
+        std::copy_if(of_block.begin(), of_block.end(), std::back_inserter(keys),
+                     [bin](double key) { return bin_of(key) == bin; });
+        return {};
+      });
+  if (!collected.ok()) return collected;
+  const auto next = keys.begin() + static_cast<std::ptrdiff_t>(max_sources_ - above);
+  std::nth_element(keys.begin(), next, keys.end(), std::greater<>());
+  threshold_ = *next;
+  const auto higher =
+      std::count_if(keys.begin(), keys.end(), [this](double key) { return key > threshold_; });
+  kept_of_equal_ = max_sources_ - above - static_cast<std::uint64_t>(higher);
+  return {};
+}
+
+Result<void> ThinningOnDisk::for_each_deposit(
+    const std::function<Result<void>(std::span<Source>, std::span<const double>)>& visit) const {
+  std::vector<Source> block;
+  for (std::uint64_t first = 0; first < added_; first += block.size()) {
+    block.resize(std::min<std::uint64_t>(kBlock, added_ - first));
+    if (const auto read =
+            file_.read(first * sizeof(Source), std::as_writable_bytes(std::span(block)));
+        !read.ok())
+      return read;
+    if (const auto visited = visit(block, keys_of(block)); !visited.ok()) return visited;
+  }
+  return {};
+}
+
+Result<void> ThinningOnDisk::for_each(const Visit& visit) const {
+  std::uint64_t equal = 0;
+  return for_each_deposit([&](std::span<Source> block, std::span<const double> keys) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      if (keys[i] < threshold_ ||
+          (keys[i] == threshold_ && added_ > max_sources_ && equal++ >= kept_of_equal_))
+        continue;
+      block[count] = block[i];
+      SourceThinning::scale(block[count++], threshold_, kWeight);
+    }
+    return visit(block.first(count));
+  });
+}
+
+}  // namespace clamor

@@ -1,0 +1,54 @@
+// thinning_on_disk.h: keeps n of the deposits as SourceThinning does, where they exceed the memory.
+//
+// All deposits are written to a temporary file. The (n + 1)-th key follows from a histogram of the
+// keys, made while they arrive, and the keys of one of its bins. The kept deposits are a view of
+// the file: each reading selects and scales them again.
+//
+// Disk: 88 bytes per deposit. Memory: 12 MB. Threads: one at a time; those of the calling TBB arena
+// compute the keys.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "bake/octree/scratch_file.h"
+#include "common/result.h"
+#include "formats/bake_file/source.h"
+
+namespace clamor {
+
+class ThinningOnDisk {
+ public:
+  ThinningOnDisk(std::uint64_t max_sources, const std::string& beside);
+
+  // Adds deposits in the order that they are read in.
+  Result<void> add(std::span<const Source> deposits);
+
+  // Finds out which deposits are kept. Call once, after the last add().
+  Result<void> finish();
+
+  std::uint64_t added() const { return added_; }
+  std::uint64_t kept() const { return kept_; }
+
+  // Passes the kept sources in order, in blocks, which the function may change.
+  using Visit = std::function<Result<void>(std::span<Source>)>;
+  Result<void> for_each(const Visit& visit) const;
+
+ private:
+  Result<void> flush();
+  Result<void> for_each_deposit(
+      const std::function<Result<void>(std::span<Source>, std::span<const double>)>& visit) const;
+
+  std::uint64_t max_sources_;
+  ScratchFile file_;
+  std::vector<Source> buffer_;
+  std::vector<std::uint64_t> histogram_;  // by the upper bits of the keys
+  std::uint64_t added_ = 0, kept_ = 0;
+  double threshold_ = 0;             // the (n + 1)-th key; 0 if all are kept
+  std::uint64_t kept_of_equal_ = 0;  // so many with this key are kept, the first
+};
+
+}  // namespace clamor
