@@ -9,6 +9,7 @@
 #include <nanoflann.hpp>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 namespace clamor {
 
@@ -210,6 +211,12 @@ class PartedPoints {
   void divide(std::vector<Vec3f> sample, std::uint64_t count) {
     constexpr float kFar = std::numeric_limits<float>::infinity();
     stands_for_ = static_cast<double>(count) / static_cast<double>(sample.size());
+    // Each thread has a part of its own, as long as there are not too many files.
+    constexpr std::uint64_t kMostParts = 256;
+    const std::uint64_t parts = 2 * count / max_points_ + 1;
+    at_once_ = std::clamp<std::uint64_t>(
+        kMostParts / parts, 1, static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency()));
+    max_points_ /= at_once_;
     split(std::move(sample), {-kFar, -kFar, -kFar}, {kFar, kFar, kFar});
   }
 
@@ -226,15 +233,25 @@ class PartedPoints {
   Result<void> find_radii(std::span<float> radii) {
     for (RadiusPart& part : parts_)
       if (const auto flushed = flush(part); !flushed.ok()) return flushed;
-    for (std::size_t p = 0; p < parts_.size(); ++p) {
-      const auto points = read(p);
-      if (!points.ok()) return points.error();
-      if (points->empty()) continue;
-      const auto near_border = find_inside(p, *points, radii);
-      for (const BorderPoint& point : near_border) {
-        border_.push_back(point);
-        if (border_.size() < max_border_) continue;
-        if (const auto found = find_across(radii); !found.ok()) return found;
+    for (std::size_t first = 0; first < parts_.size(); first += at_once_) {
+      const std::size_t count = std::min<std::size_t>(at_once_, parts_.size() - first);
+      std::vector<Result<std::vector<BorderPoint>>> near_border(count, std::vector<BorderPoint>{});
+      tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+        const auto points = read(first + i);
+        if (!points.ok())
+          near_border[i] = points.error();
+        else if (!points->empty())
+          // A thread that waits for others must not begin another part meanwhile.
+          tbb::this_task_arena::isolate(
+              [&] { near_border[i] = find_inside(first + i, *points, radii); });
+      });
+      for (const auto& points : near_border) {
+        if (!points.ok()) return points.error();
+        for (const BorderPoint& point : *points) {
+          border_.push_back(point);
+          if (border_.size() < max_border_) continue;
+          if (const auto found = find_across(radii); !found.ok()) return found;
+        }
       }
     }
     return find_across(radii);
@@ -351,7 +368,7 @@ class PartedPoints {
     return {};
   }
 
-  std::uint64_t max_points_, max_border_;
+  std::uint64_t max_points_, max_border_, at_once_ = 1;
   std::string beside_;
   double stands_for_ = 1;  // points per point of the sample
   std::vector<Split> splits_;
