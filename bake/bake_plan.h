@@ -46,10 +46,11 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
                         const TraceSettings& trace);
 
 // Upper estimate of the peak memory of a bake: 65 MB for the program and the thinning's buffers,
-// 300 bytes per triangle, 215 per source (sorting takes 2.5 times the 88 bytes of a source), and
-// the batches in flight. Measured in the violin room: 123 to 159 MB for 300 000 sources, depending
-// on thread timing, 251 MB for one million, 646 MB for three million. With kFiles, thinning, patch
-// radii and sorting work on disk, with 40 MB or more for any number of sources.
+// 300 bytes per triangle, 215 per source (sorting takes 2.5 times the 88 bytes of a source), 150
+// per 1024 photons, and the batches in flight. Measured in the violin room: 123 to 159 MB for 300
+// 000 sources, depending on thread timing, 251 MB for one million, 646 MB for three million. With
+// kFiles, thinning, patch radii and sorting work on disk, with 40 MB or more for any number of
+// sources.
 inline constexpr std::uint64_t kBytesPerSource = 215;
 enum class SortStorage : std::uint8_t { kMemory, kFiles };
 std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,
