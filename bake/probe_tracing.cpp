@@ -16,12 +16,12 @@ namespace clamor {
 
 namespace {
 
-// A zone keeps as many late sources as its probes keep early ones, counting at least and at most so
-// many probes. A doorway is a zone of its own, with one or two probes. In files of the same size,
-// 2500 early sources per probe and half as many late ones gave an error of T30 of 8.3 % rms in
-// Sponza and of EDT of 3.9 % in the violin room; 1500 and 1875 give 7.6 and 3.1 %. With at least 16
-// instead of 8 probes T30 is better by a quarter in the violin room, but the stadium exceeds 20 MB.
-constexpr std::uint32_t kLeastZoneShares = 8, kMostZoneShares = 16;
+// A zone keeps as many late sources as its probes keep early ones, counting at least 16 probes and
+// at most 32. A doorway is a zone of its own, with one or two probes. With at least 8 probes, the
+// error of T30 is 5.1 % rms instead of 4.0 in the violin room and 6.5 instead of 6.2 in Sponza. A
+// stadium has 200 zones and would exceed 20 MB: where there are more than kSharesInAll allows for,
+// the zones keep fewer.
+constexpr std::size_t kLeastZoneShares = 4, kMostZoneShares = 16, kSharesInAll = 900;
 // Photons whose early reflections a probe takes, in whole runs. With a quarter, the error of EDT
 // between probes is 6.0 % rms instead of 4.8 % in the violin room, and that of C80 0.59 dB instead
 // of 0.46; half as many sources of as many photons lose less, 5.3 % and 0.48 dB.
@@ -31,7 +31,7 @@ constexpr double kZoneReflections = 800'000;
 // A deposit whose path is longer than the first leg by more than this is not on the first surface.
 constexpr double kSameLength_m = 2e-3;
 // Deposits per source that the tracer leaves, and the collector thins.
-constexpr double kLateDepositsPerSource = 1.5;
+constexpr double kLateDepositsPerSource = 0.75;
 
 // Selects the random numbers of a probe, whatever the other probes are.
 std::string name_of(const Vec3& place_m) {
@@ -49,8 +49,11 @@ SourceOctree empty_tree(const Vec3& place_m) {
   return tree;
 }
 
-std::uint32_t zone_sources(std::uint32_t places, std::uint32_t sources_per_probe) {
-  return std::clamp(places, kLeastZoneShares, kMostZoneShares) * sources_per_probe;
+std::uint32_t zone_sources(std::uint32_t places, std::size_t zones,
+                           std::uint32_t sources_per_probe) {
+  const auto least = static_cast<std::uint32_t>(std::clamp(
+      kSharesInAll / std::max<std::size_t>(zones, 1), kLeastZoneShares, kMostZoneShares));
+  return std::clamp(places, least, 2 * least) * sources_per_probe;
 }
 
 }  // namespace
@@ -85,7 +88,7 @@ ProbePlan plan_probes(const Scene& scene, const Level& level, const ProbeZones& 
     // A bake that is asked for few photons has few for each probe, too.
     const std::uint64_t of_each = std::min(wanted, std::max<std::uint64_t>(level_photons, 1));
     plan.photons.photons.insert(plan.photons.photons.end(), size, scene.is_empty() ? 0 : of_each);
-    late_sources += zone_sources(size, sources_per_probe);
+    late_sources += zone_sources(size, zones.sizes.size(), sources_per_probe);
   }
   const auto photons = static_cast<double>(plan.photons.all_photons());
   plan.trace.decay = pilot.decay;
@@ -156,7 +159,7 @@ void ProbeCollector::begin_place() {
 void ProbeCollector::begin_zone() {
   const std::size_t zone = finished_.zones.size();
   if (zone < zones_.sizes.size())
-    late_.emplace(zone_sources(zones_.sizes[zone], sources_per_probe_));
+    late_.emplace(zone_sources(zones_.sizes[zone], zones_.sizes.size(), sources_per_probe_));
 }
 
 std::vector<Source> ProbeCollector::completed(std::vector<Source> sources,
