@@ -3,7 +3,7 @@
 // Items are sorted along a Morton curve, and eight neighbours at a time have a box around them, as
 // have eight boxes, and so on.
 //
-// Threads: any; nothing changes after the constructor.   Memory: 36 bytes per item.
+// Threads: any; nothing changes after the constructor.   Memory: 8 bytes per item.
 #pragma once
 
 #include <algorithm>
@@ -22,9 +22,16 @@
 
 namespace clamor {
 
+// An axis-aligned box.
 struct Box {
   Vec3f low_m{}, high_m{};
 };
+
+// Distance of a point to the box; zero inside.
+inline double distance_m(const Vec3& point_m, const Box& box) {
+  const Vec3 low_m(box.low_m), high_m(box.high_m);
+  return length(glm::max(glm::max(low_m - point_m, point_m - high_m), Vec3(0)));
+}
 
 class BoxTree {
  public:
@@ -38,12 +45,11 @@ class BoxTree {
       items_.push_back(static_cast<std::uint32_t>(item));
       boxes.push_back(items[item]);
     }
-    while (boxes.size() > 0) {
-      const bool is_root = boxes.size() == 1 && !levels_.empty();
-      if (is_root) break;
+    if (boxes.empty()) return;
+    do {
       boxes = grouped(boxes);
       levels_.push_back(boxes);
-    }
+    } while (boxes.size() > 1);
   }
 
   // Calls visit(item) for all items in boxes for which touches(box) holds.

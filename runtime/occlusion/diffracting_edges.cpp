@@ -152,21 +152,11 @@ std::vector<FacesAtEdge> divided(const std::vector<FacesAtEdge>& edges) {
   return group(std::move(sides));
 }
 
-double distance_m(const Vec3& point_m, const Box& box) {
-  const Vec3 low_m(box.low_m), high_m(box.high_m);
-  return length(glm::max(glm::max(low_m - point_m, point_m - high_m), Vec3(0)));
-}
-
 // The shortest path from one point over the edge to the other.
 double shortest_path_m(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m) {
-  const Vec3 start_m(edge.from_m), along(edge.along);
-  const double end_m = length(Vec3(edge.to_m) - start_m);
-  const double z_from = dot(from_m - start_m, along), z_to = dot(to_m - start_m, along);
-  const double r_from = length(from_m - start_m - z_from * along);
-  const double r_to = length(to_m - start_m - z_to * along);
-  const double z = r_from + r_to > 0 ? (z_from * r_to + z_to * r_from) / (r_from + r_to) : z_from;
-  const double on_edge_m = std::clamp(z, 0.0, end_m);
-  return std::hypot(r_from, z_from - on_edge_m) + std::hypot(r_to, z_to - on_edge_m);
+  const PointsAroundEdge points(edge, from_m, to_m);
+  const double end_m = length(Vec3(edge.to_m) - Vec3(edge.from_m));
+  return points.path_m(std::clamp(points.apex_m(), 0.0, end_m));
 }
 
 bool is_corner(const DiffractingEdge& edge) {
@@ -264,6 +254,22 @@ bool DiffractingEdge::is_between(const Vec3& a_m, const Vec3& b_m) const {
     return angle <= second && second - angle < pi;
   };
   return (a < pi) != (b < pi) || is_before_second(a) != is_before_second(b);
+}
+
+PointsAroundEdge::PointsAroundEdge(const DiffractingEdge& edge, const Vec3& from_m,
+                                   const Vec3& to_m)
+    : z_from_m(dot(from_m - Vec3(edge.from_m), Vec3(edge.along))),
+      z_to_m(dot(to_m - Vec3(edge.from_m), Vec3(edge.along))),
+      r_from_m(length(from_m - Vec3(edge.from_m) - z_from_m * Vec3(edge.along))),
+      r_to_m(length(to_m - Vec3(edge.from_m) - z_to_m * Vec3(edge.along))) {}
+
+double PointsAroundEdge::apex_m() const {
+  const double sum_m = r_from_m + r_to_m;
+  return sum_m > 0 ? (z_from_m * r_to_m + z_to_m * r_from_m) / sum_m : z_from_m;
+}
+
+double PointsAroundEdge::path_m(double z) const {
+  return std::hypot(r_from_m, z - z_from_m) + std::hypot(r_to_m, z - z_to_m);
 }
 
 DiffractingEdges::DiffractingEdges(const Mesh& mesh) {

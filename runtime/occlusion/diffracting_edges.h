@@ -6,7 +6,7 @@
 // sheet, 270 at the corner of a box.
 //
 // Threads: any; nothing changes after the constructor.
-// Memory: 80 bytes per edge, and 3 per edge for the boxes around groups of edges.
+// Memory: 80 bytes per edge.
 // Cost: building takes 1 s for a million triangles; a search takes microseconds.
 #pragma once
 
@@ -29,7 +29,7 @@ struct DiffractingEdge {
   Vec3f face{};       // unit, along the first face, at a right angle to the edge
   Vec3f air{};        // unit, at a right angle to both, into the air
   float air_rad = 0;  // from the first face to the second, in (180, 360] degrees
-  // Of the narrow face between the two corners at the end of a wall; infinite elsewhere.
+  // The width of the narrow face between the two corners at the end of a wall; infinite elsewhere.
   float width_m = std::numeric_limits<float>::infinity();
   // To long waves, the end of a wall is the border of a sheet: an edge of its own in the middle of
   // the narrow face.
@@ -44,6 +44,20 @@ struct DiffractingEdge {
   bool is_on_face(const Vec3& point_m) const;
   // Returns whether the points are on different sides of the plane of a face.
   bool is_between(const Vec3& a_m, const Vec3& b_m) const;
+};
+
+// Two points in cylindrical coordinates around an edge; z is 0 at the edge's from_m.
+struct PointsAroundEdge {
+  PointsAroundEdge(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m);
+
+  // Where the shortest path over the edge's line crosses it.
+  double apex_m() const;
+  // Length of the path over the edge at z.
+  double path_m(double z) const;
+  // Whether a point is on the edge's line, where angles mean nothing.
+  bool is_singular() const { return !(r_from_m > 1e-6 && r_to_m > 1e-6); }
+
+  double z_from_m, z_to_m, r_from_m, r_to_m;
 };
 
 // An edge between two points, and how much longer the shortest path over it is than the straight

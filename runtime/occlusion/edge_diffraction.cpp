@@ -36,7 +36,8 @@ constexpr double kNarrow = 0.5, kBroad = 2;
 constexpr int kPathIterations = 6;      // to find the shortest path over two edges
 constexpr double kMinBetween_m = 1e-4;  // nearer edges are one
 
-// Of a tone, in radians per metre. Tones are a third of an octave apart, around the bands' centres.
+// The wave number of a tone, in radians per metre. Tones are a third of an octave apart, around the
+// bands' centres.
 double wave_number(std::size_t tone, double speed_of_sound_mps) {
   const double octave = (static_cast<double>(tone) - 1) / static_cast<double>(kTonesPerBand);
   return 2 * pi * 62.5 * std::exp2(octave) / speed_of_sound_mps;
@@ -48,43 +49,35 @@ class Wedge {
   // With `is_reflected`, also the sound that the faces reflect is diffracted; otherwise only as far
   // as neither face can reflect it from one point to the other.
   Wedge(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m, bool is_reflected)
-      : index_(pi / static_cast<double>(edge.air_rad)), straight_m_(length(to_m - from_m)) {
-    const Vec3 start_m(edge.from_m), along(edge.along);
-    z_from_m_ = dot(from_m - start_m, along);
-    z_to_m_ = dot(to_m - start_m, along);
-    r_from_m_ = length(from_m - start_m - z_from_m_ * along);
-    r_to_m_ = length(to_m - start_m - z_to_m_ * along);
+      : points_(edge, from_m, to_m),
+        index_(pi / static_cast<double>(edge.air_rad)),
+        straight_m_(length(to_m - from_m)) {
     const double a = edge.angle_in_air_rad(from_m), b = edge.angle_in_air_rad(to_m);
     const auto air = static_cast<double>(edge.air_rad);
     const auto behind = [&](double angle) {
       return is_reflected || air > kSheet_rad ? 1 : std::clamp((angle - pi) / kFade_rad, 0.0, 1.0);
     };
-    add(pi + a - b, 1);
-    add(pi - a + b, 1);
-    add(pi - a - b, behind(std::max(a, b)));
-    add(pi + a + b, behind(air - std::min(a, b)));
+    terms_ = {term(pi + a - b, 1), term(pi - a + b, 1), term(pi - a - b, behind(std::max(a, b))),
+              term(pi + a + b, behind(air - std::min(a, b)))};
   }
 
-  bool is_singular() const { return !(r_from_m_ > 1e-6 && r_to_m_ > 1e-6 && straight_m_ > 0); }
-  double apex_m() const {
-    return (z_from_m_ * r_to_m_ + z_to_m_ * r_from_m_) / (r_from_m_ + r_to_m_);
-  }
+  bool is_singular() const { return points_.is_singular() || !(straight_m_ > 0); }
+  double apex_m() const { return points_.apex_m(); }
   // Length of the edge around its apex within which the integrand changes little: less near the
   // boundary of a shadow, and less than the shortest wave's first zone.
   double scale_m(double shortest_wave_m) const {
-    const double reach_m = r_from_m_ * r_to_m_ / (r_from_m_ + r_to_m_);
+    const double reach_m = points_.r_from_m * points_.r_to_m / (points_.r_from_m + points_.r_to_m);
     return std::min(reach_m * boundary_rad_, kZoneFraction * std::sqrt(shortest_wave_m * reach_m));
   }
 
-  double detour_m(double z) const {
-    return std::hypot(r_from_m_, z - z_from_m_) + std::hypot(r_to_m_, z - z_to_m_) - straight_m_;
-  }
+  double detour_m(double z) const { return points_.path_m(z) - straight_m_; }
 
   // The integrand without its phase, per metre.
   double density(double z) const {
-    const double m = std::hypot(r_from_m_, z - z_from_m_), l = std::hypot(r_to_m_, z - z_to_m_);
+    const double from_z = z - points_.z_from_m, to_z = z - points_.z_to_m;
+    const double m = std::hypot(points_.r_from_m, from_z), l = std::hypot(points_.r_to_m, to_z);
     const double cosh_eta =
-        std::max(1.0, (m * l + (z - z_from_m_) * (z - z_to_m_)) / (r_from_m_ * r_to_m_));
+        std::max(1.0, (m * l + from_z * to_z) / (points_.r_from_m * points_.r_to_m));
     const double sinh_half = std::sinh(index_ * std::acosh(cosh_eta) / 2);
     double beta = 0;
     for (const Term& term : terms_) {
@@ -100,7 +93,7 @@ class Wedge {
     double phi, weight;
   };
 
-  void add(double angle_rad, double weight) {
+  Term term(double angle_rad, double weight) {
     // Right at the boundary of a shadow, the smallest step to one side of it.
     double phi = index_ * angle_rad;
     const double from_boundary = std::remainder(phi, 2 * pi), least = kMinAngle_rad * index_;
@@ -108,13 +101,12 @@ class Wedge {
       phi += (from_boundary < -kTie_rad ? -least : least) - from_boundary;
     if (weight > 0)
       boundary_rad_ = std::min(boundary_rad_, std::max(std::abs(from_boundary), least) / index_);
-    terms_[count_++] = {phi, weight};
+    return {phi, weight};
   }
 
+  PointsAroundEdge points_;
   double index_, straight_m_;
-  double z_from_m_ = 0, z_to_m_ = 0, r_from_m_ = 0, r_to_m_ = 0;
   std::array<Term, 4> terms_{};
-  std::size_t count_ = 0;
   double boundary_rad_ = pi;
 };
 
@@ -253,7 +245,8 @@ DiffractingEdge at_blocking_corner(const DiffractingEdge& sheet, const Vec3& fro
   return corners[depth_rad[0] < depth_rad[1] ? 1 : 0];
 }
 
-// Of the two sheets across each other that stand for a post, the one across the path counts.
+// The share of one of the two sheets across each other that stand for a post: the one across the
+// path counts.
 double share_of_direction(const DiffractingEdge& edge, const Vec3& path_m) {
   const double over = dot(path_m, Vec3(edge.air)), beside = dot(path_m, Vec3(edge.face));
   return over * over / std::max(over * over + beside * beside, 1e-12);
@@ -261,8 +254,8 @@ double share_of_direction(const DiffractingEdge& edge, const Vec3& path_m) {
 
 // Where a path from one point to another passes the edge.
 double crossing_m(const EdgeInAir& edge, const Vec3& from_m, const Vec3& to_m) {
-  const Wedge wedge(edge.edge(), from_m, to_m, true);
-  return wedge.is_singular() ? 0 : std::clamp(wedge.apex_m(), 0.0, edge.length_m());
+  const PointsAroundEdge points(edge.edge(), from_m, to_m);
+  return points.is_singular() ? 0 : std::clamp(points.apex_m(), 0.0, edge.length_m());
 }
 
 Vec3 point_m(const EdgeInAir& edge, double z) {

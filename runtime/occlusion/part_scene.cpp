@@ -97,11 +97,8 @@ void PartScene::find_edges(const Vec3& from_m, const Vec3& to_m, std::size_t cou
   const double straight_m = length(to_m - from_m);
   for (const Part& part : parts_) {
     if (part.shape == nullptr) continue;
-    const Vec3 low_m(part.bounds.low_m), high_m(part.bounds.high_m);
-    const auto beyond_m = [&](const Vec3& point_m) {
-      return length(glm::max(glm::max(low_m - point_m, point_m - high_m), Vec3(0)));
-    };
-    if (beyond_m(from_m) + beyond_m(to_m) > straight_m + longest_m) continue;
+    if (distance_m(from_m, part.bounds) + distance_m(to_m, part.bounds) > straight_m + longest_m)
+      continue;
     const Matrix turn = part.axes / part.scale;
     const auto to_part = [&](const Vec3& point_m) {
       return glm::transpose(turn) * (point_m - part.position_m) / part.scale;

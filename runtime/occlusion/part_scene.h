@@ -22,10 +22,8 @@ namespace clamor {
 
 class EmbreeInstances;
 
-// An axis-aligned box around a part where it was or is.
-struct PartBounds {
-  Vec3f low_m{}, high_m{};
-};
+// The bounds of a part where it was or is.
+using PartBounds = Box;
 
 class PartScene {
  public:

@@ -30,16 +30,16 @@ Quaternion turn_between(const Vec3& from, const Vec3& to) {
 // way, and emission and movement are turned so that they are as in the direction in which it left.
 void bend(SampledSource& sampled, const BentPath& path, const Vec3& place_m, Source& source) {
   const Vec3 away_m = place_m - Vec3(path.heard_at_m);
-  const double straight_m = length(place_m - Vec3(source.position_m)), way_m = length(away_m);
-  if (!(straight_m > 0 && way_m > 0)) return;
-  const Quaternion turn = turn_between(Vec3(path.leaves), away_m / way_m);
+  const double straight_m = length(place_m - Vec3(source.position_m)), path_m = length(away_m);
+  if (!(straight_m > 0 && path_m > 0)) return;
+  const Quaternion turn = turn_between(Vec3(path.leaves), away_m / path_m);
   source.position_m = path.heard_at_m;
   source.normal = Vec3f(turn * Vec3(source.normal));
   sampled.source = &source;
   sampled.velocity_mps = Vec3f(turn * Vec3(sampled.velocity_mps));
   sampled.moves = true;
   // The visibility is relative to the straight line's distance.
-  const auto nearer = static_cast<float>(way_m * way_m / (straight_m * straight_m));
+  const auto nearer = static_cast<float>(path_m * path_m / (straight_m * straight_m));
   for (float& share : sampled.visibility) share *= nearer;
 }
 

@@ -40,9 +40,9 @@ inline double slow_visibility(const OcclusionGeometry& geometry, const LineOfSig
   }
   double longer = 0;  // power by the paths of long detours
   for (std::size_t k = 0; k <= band; ++k) {
-    const double least_m = wave_m * std::exp2(static_cast<double>(k));
-    const double inner_m2 = least_m * (2 * distance_m + least_m);
-    const double outer_m2 = 2 * least_m * (2 * distance_m + 2 * least_m);
+    const double min_m = wave_m * std::exp2(static_cast<double>(k));
+    const double inner_m2 = min_m * (2 * distance_m + min_m);
+    const double outer_m2 = 2 * min_m * (2 * distance_m + 2 * min_m);
     int counted = 0, passed = 0;
     for (std::uint32_t i = 1; i <= paths / 4; ++i) {
       const double area_m2 = inner_m2 + (outer_m2 - inner_m2) * halton(2, i);
