@@ -15,7 +15,8 @@
 // Eviction is safe for the audio thread, which takes no locks. It checks the flag of each piece
 // that its next segment reads, reads no others, and calls mark_quiescent() between segments. The
 // loader clears the flag of an evicted piece and frees it only after a later mark_quiescent(): a
-// reader that saw the flag set has then finished. Both sides use sequentially consistent order.
+// reader that saw the flag set has then finished. Before the first mark_quiescent() there are no
+// readers, and it is freed at once. Both sides use sequentially consistent order.
 // Pieces are faulted in, locked where the system allows it, and filled before their flag is set.
 //
 // Threads: play() and wait() run on the sampler's thread, mark_quiescent() on the audio thread,
@@ -64,8 +65,8 @@ class SoundLoader {
   // Sampler: announces a keyframe with these voices.
   void play(std::span<const Voice> voices);
   // Waits until all pieces that are read now are resident or have failed (true), or until the time
-  // limit. With a strict budget, progress may need a mark_quiescent(). Without threads it loads
-  // them itself, without a time limit.
+  // limit. With a strict budget, progress may need a mark_quiescent() once there was one. Without
+  // threads it loads them itself, without a time limit.
   bool wait(double longest_s);
 
   // For a loader without threads: loads the most urgent piece now; false if there is none. On any

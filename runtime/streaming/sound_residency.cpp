@@ -131,8 +131,11 @@ bool SoundResidency::make_room(const Piece& wanted) {
   });
   std::size_t go = 0;
   for (; go < idle_.size() && !fits(left); ++go) left -= pieces_[idle_[go]].bytes;
-  if (fits(left))
+  if (fits(left)) {
     for (std::size_t i = 0; i < go; ++i) evict(idle_[i]);
+    free_evicted();
+    if (fits(statistics_.bytes)) return true;
+  }
   return !budget_.strict && wanted.need == Need::kNow;
 }
 
@@ -155,7 +158,8 @@ void SoundResidency::free_evicted() {
   std::erase_if(evicting_, [&](std::uint32_t i) {
     Piece& piece = pieces_[i];
     if (piece.state != State::kEvicting) return true;
-    if (piece.evicted_at == quiescent_points) return false;
+    // Before its first quiescent point, the audio thread has read nothing.
+    if (quiescent_points > 0 && piece.evicted_at == quiescent_points) return false;
     signals_[piece.signal].decommit(piece.piece);
     piece.state = State::kAbsent;
     statistics_.bytes -= piece.bytes;

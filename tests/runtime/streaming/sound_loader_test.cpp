@@ -187,6 +187,24 @@ TEST(SoundLoader, PlaysTheLoudestVoicesWithTooLittleMemoryAndReportsIt) {
   EXPECT_LT(streamed.mixer().late_voices(), 8u * 100);
 }
 
+// A player that opens a crowd's file loads what emitters play, and then its first keyframe asks for
+// other pieces. Nothing has been mixed yet, and nothing will be before they are there.
+TEST(SoundLoader, ReplacesPiecesBeforeTheFirstSegmentIsMixed) {
+  const std::vector<SignalDescription> shapes(8, {600 * kSecond_frames, true});
+  std::vector<Emitter> emitters(8);
+  for (std::uint32_t e = 0; e < 8; ++e) emitters[e].signal = e;
+  SoundLoader loader(shapes, emitters, kPlain, decoder(shapes), {5'000'000, true}, 2, 0);
+  while (loader.load_next()) {
+  }
+  const std::uint64_t loaded = loader.statistics().loaded;
+  ASSERT_GT(loaded, 1u);
+  const std::vector<Voice> voices = {tone_voice(0, 0, -300), tone_voice(1, 1, -300)};
+  loader.play(voices);
+  EXPECT_TRUE(loader.wait(0));
+  EXPECT_GT(loader.statistics().loaded, loaded);
+  EXPECT_EQ(loader.statistics().over_budget, 0u);
+}
+
 long page_faults() {
   rusage usage{};
   ::getrusage(RUSAGE_THREAD, &usage);
