@@ -178,7 +178,7 @@ void SamplingPipeline::add_probes(const AuralizerInput& input, const BakeFile& f
   probes_ = std::make_unique<ProbePool>(
       file.probes(), *probe_bounds_, *surfaces_,
       FirstReflectionTracer(*surfaces_, input.materials, input.air, input.portals.portals),
-      weights_, *moving_list_, *probe_loader_);
+      weights_, *moving_list_, *probe_loader_, occlusion_ != nullptr);
 }
 
 }  // namespace clamor

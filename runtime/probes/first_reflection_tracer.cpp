@@ -16,7 +16,8 @@ namespace clamor {
 namespace {
 
 constexpr double kReach_m = 1000;
-constexpr double kMinCosine = 0.05;  // of incidence, for patch radii
+constexpr double kMinCosine = 0.05;      // of incidence, for patch radii
+constexpr float kLeastMirrored = 1e-3f;  // share of the power, in the loudest band
 // A cone is divided if the listener is nearer to its patch than so many times the patch's radius.
 constexpr double kFarFromPatch = 4;
 
@@ -71,6 +72,8 @@ FirstReflectionTracer::FirstReflectionTracer(const OcclusionGeometry& surfaces,
   for (const Material& material : materials) {
     Surface& surface = by_material_.emplace_back();
     surface.transmitted = material.transmission;
+    surface.scattering = material.scattering;
+    surface.mirrored = std::ranges::max(mirror_reflection(material));
     for (std::size_t b = 0; b < kBandCount; ++b) {
       surface.reflected[b] = 1 - material.absorption[b];
       surface.transmits |= material.transmission[b] > 0;
@@ -135,6 +138,9 @@ void FirstReflectionTracer::add(const Vec3& place_m, std::uint64_t key, const Ra
   const Surface& surface = by_material_[hit.material];
   const auto add_side = [&](std::uint32_t side, const Bands& kept) {
     reflection.number = 2 * ray.number + side;
+    const bool is_mirrored =
+        side == 0 && surface.mirrored >= kLeastMirrored && reflection.portals.is_empty();
+    reflection.mirrored_rays = is_mirrored ? static_cast<float>(ray.share * kRays) : 0;
     const RandomBits bits = philox(key, {1, reflection.number, 0, 0});
     source.u = static_cast<float>(unit_above_zero(bits[0]));
     source.polarity = (bits[1] & 1) != 0 ? 1 : -1;

@@ -45,6 +45,9 @@ struct FirstReflection {
   Source source;             // its emitter is 0
   PortalSet portals;         // that the ray passed
   std::uint32_t number = 0;  // of the ray, and of the side of the surface; below kNumbers
+  // How many of the kRays rays it stands for, if a mirror reflects it and no portal is on its way;
+  // otherwise 0.
+  float mirrored_rays = 0;
 };
 
 class FirstReflectionTracer {
@@ -68,9 +71,16 @@ class FirstReflectionTracer {
   Traced trace(const Vec3& place_m, const Vec3& listener_m, std::uint64_t key, std::uint32_t set,
                std::vector<FirstReflection>& reflections) const;
 
+  // The share of the reflected power that a material scatters, and the share of the power that it
+  // reflects as a mirror, in its loudest band.
+  const Bands& scattering(std::size_t material) const { return by_material_[material].scattering; }
+  float mirrored(std::size_t material) const { return by_material_[material].mirrored; }
+
  private:
   struct Surface {
     Bands reflected{}, transmitted{};  // shares of the power
+    Bands scattering{};                // of what is reflected
+    float mirrored = 0;
     bool transmits = false;
   };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -22,12 +23,24 @@ constexpr double kMinRadius_m = 0.05, kMaxRadius_m = 5;
 constexpr double kNearest_m = 1;  // nearer listeners make no source more urgent
 // A set that was never traced is as urgent as one that its source has left by so many radii.
 constexpr double kMissing = 8;
+// Only so many sources have images. Those that have them count as this much louder in the choice,
+// so that few change.
+constexpr std::size_t kMaxImagedSources = 64;
+constexpr double kHysteresis = 2;
+
+std::uint64_t key_of(std::uint32_t source, std::uint32_t generation) {
+  return std::uint64_t{source} << 32 | generation;
+}
 
 }  // namespace
 
 FirstReflections::FirstReflections(const OcclusionGeometry& surfaces, FirstReflectionTracer tracer,
-                                   const ProbeBounds& bounds, std::size_t sources)
-    : surfaces_(surfaces), tracer_(std::move(tracer)), bounds_(bounds), states_(sources) {}
+                                   const ProbeBounds& bounds, std::size_t sources, bool with_images)
+    : surfaces_(surfaces),
+      tracer_(std::move(tracer)),
+      bounds_(bounds),
+      with_images_(with_images),
+      states_(sources) {}
 
 void FirstReflections::begin(const Vec3& listener_m) {
   listener_m_ = listener_m;
@@ -45,7 +58,11 @@ void FirstReflections::add(std::size_t source, std::uint32_t generation, const V
   auto& state = states_[source];
   if (state == nullptr) state = std::make_unique<State>();
   const bool leaps = !(length(place_m - state->last_m) < kLeap_m);
-  if (state->generation != generation || leaps) state->traced = 0;
+  if (state->generation != generation || leaps) {
+    state->traced = 0;
+    state->mirrors.clear(key_of(active.source, generation));
+    state->has_images = false;
+  }
   state->generation = generation;
   state->last_m = place_m;
   if (state->traced == 0) trace(active, state->traced++);
@@ -60,15 +77,19 @@ double FirstReflections::staleness(const Set& set, const Vec3& place_m) const {
   return parts_moved && keyframe_ >= set.traced_in + kPartsTestedEvery ? 1 + moved : moved;
 }
 
+double FirstReflections::loudness(const Active& active) const {
+  const double r_m = std::max(length(active.place_m - listener_m_), kNearest_m);
+  return static_cast<double>(active.factor) / (r_m * r_m);
+}
+
 // Lists the sets of a source that are missing of so many, and the stalest one that it has.
 void FirstReflections::list_waiting(std::size_t a, std::size_t sets) {
   const Active& active = active_[a];
   State& state = *states_[active.source];
   state.traced = std::min(state.traced, sets);
-  const double r_m = std::max(length(active.place_m - listener_m_), kNearest_m);
   const auto list = [&](std::size_t set, double stale) {
     waiting_.push_back({static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(set),
-                        static_cast<double>(active.factor) / (r_m * r_m) * stale * stale});
+                        loudness(active) * stale * stale});
   };
   for (std::size_t s = state.traced; s < sets; ++s) list(s, kMissing);
   std::size_t stalest = 0;
@@ -102,6 +123,24 @@ void FirstReflections::trace() {
     trace(active, waiting_[w].set);
   }
   is_settled_ &= w == waiting_.size();
+  if (with_images_) choose_images();
+}
+
+// Gives images to the sources that are the loudest for the listener. The others' mirrors reflect
+// through their traced reflections, so that a crowd has no more images than 64 sources.
+void FirstReflections::choose_images() {
+  loudness_.clear();
+  for (const Active& active : active_)
+    loudness_.push_back((states_[active.source]->has_images ? kHysteresis : 1) * loudness(active));
+  double least = 0;
+  if (active_.size() > kMaxImagedSources) {
+    sorted_loudness_ = loudness_;
+    const auto last = sorted_loudness_.begin() + kMaxImagedSources - 1;
+    std::ranges::nth_element(sorted_loudness_, last, std::greater<>());
+    least = *last;
+  }
+  for (std::size_t a = 0; a < active_.size(); ++a)
+    states_[active_[a].source]->has_images = loudness_[a] >= least;
 }
 
 void FirstReflections::trace(const Active& active, std::size_t s) {
@@ -113,7 +152,7 @@ void FirstReflections::trace(const Active& active, std::size_t s) {
   ++set.count;
   set.reflections.clear();
   set.rows.clear();
-  const std::uint64_t key = std::uint64_t{active.source} << 32 | state.generation;
+  const std::uint64_t key = key_of(active.source, state.generation);
   const auto [rays, nearest_m] = tracer_.trace(active.place_m, listener_m_, key,
                                                static_cast<std::uint32_t>(s), set.reflections);
   rays_left_ -= static_cast<std::int64_t>(rays);
@@ -130,6 +169,23 @@ void FirstReflections::trace(const Active& active, std::size_t s) {
   }
   set.valid_for_listener_m =
       std::clamp(kListenerRadiusPerDistance * heard_m, kMinRadius_m, kMaxRadius_m);
+  if (with_images_) find_mirrors(state, s);
+}
+
+void FirstReflections::find_mirrors(State& state, std::size_t s) const {
+  Set& set = state.sets[s];
+  set.mirrors.clear();
+  state.mirrors.begin_set(s);
+  for (const FirstReflection& reflection : set.reflections) {
+    const Vec3 normal(reflection.source.normal);
+    const MirrorPlane plane{normal, dot(normal, Vec3(reflection.source.position_m))};
+    set.mirrors.push_back(reflection.mirrored_rays > 0
+                              ? state.mirrors.add(s, set.place_m, plane,
+                                                  tracer_.mirrored(reflection.source.material),
+                                                  reflection.mirrored_rays)
+                              : SourceMirrors::kNone);
+  }
+  state.mirrors.end_set(state.traced);
 }
 
 // The factor of a set's power: the sets that have been traced stand for all.
@@ -184,6 +240,11 @@ Source FirstReflections::moved(const Found& found, const MovingRadiator& radiato
   Source source = first_reflection(set.reflections[found.index].source, set.place_m, radiator,
                                    bounds_.radiation().speed_of_sound_mps());
   for (float& power : source.power) power *= power_of_set(state);
+  if (state.has_images && state.mirrors.makes_image(set.mirrors[found.index])) {
+    const Bands& scattering = tracer_.scattering(source.material);
+    for (std::size_t b = 0; b < kBandCount; ++b) source.power[b] *= scattering[b];
+    source.material = bounds_.late_material();
+  }
   return source;
 }
 

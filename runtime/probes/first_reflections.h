@@ -9,6 +9,9 @@
 // often than every 0.2 s. At most one set that a source has is traced anew in a keyframe, so most
 // of its reflections stay as they are while some crossfade.
 //
+// Where mirrors reflect the sound of one of the 64 loudest sources, image sources take their
+// place (source_mirrors.h), and the traced reflections keep what the mirrors scatter.
+//
 // A source has six sets. Where more than 170 sources sound at once, each has fewer, and one where
 // more than 512 do: the sets that it has stand for all. A source that is new or has leaped traces
 // at least one at once. All others share what that leaves of a budget of 1024 rays per keyframe,
@@ -30,14 +33,16 @@
 #include "runtime/probes/first_reflection_kernel.h"
 #include "runtime/probes/first_reflection_tracer.h"
 #include "runtime/probes/probe_sources.h"
+#include "runtime/probes/source_mirrors.h"
 
 namespace clamor {
 
 class FirstReflections {
  public:
-  // All arguments must outlive the object.
+  // All arguments must outlive the object. Images are heard only by those who test what is on
+  // their paths, so others take none.
   FirstReflections(const OcclusionGeometry& surfaces, FirstReflectionTracer tracer,
-                   const ProbeBounds& bounds, std::size_t sources);
+                   const ProbeBounds& bounds, std::size_t sources, bool with_images);
 
   // Begins a keyframe.
   void begin(const Vec3& listener_m);
@@ -69,6 +74,16 @@ class FirstReflections {
   }
   // The reflection for the source's own place. Its emitter is 0.
   Source moved(const Found& found, const MovingRadiator& radiator) const;
+  // Calls visit(source, mirror) for each mirror of the keyframe's sources that makes an image.
+  template <class Visit>
+  void for_each_image(const Visit& visit) const {
+    for (const Active& active : active_) {
+      const State& state = *states_[active.source];
+      if (!state.has_images) continue;
+      for (const SourceMirrors::Mirror& mirror : state.mirrors.all())
+        if (mirror.makes_image) visit(active.source, mirror);
+    }
+  }
   // Identifies the reflection until it is traced again, below 2^61.
   std::uint64_t number(const Found& found) const;
 
@@ -81,6 +96,7 @@ class FirstReflections {
     std::uint64_t parts_version = 0, traced_in = 0;  // of the surfaces, and the keyframe
     std::uint32_t count = 0;                         // how often it was traced
     std::vector<FirstReflection> reflections;
+    std::vector<std::uint32_t> mirrors;  // the index of each reflection's, or kNone
     FirstReflectionRows rows;
     std::vector<BandMix> mixes;
   };
@@ -89,6 +105,8 @@ class FirstReflections {
     Vec3 last_m{};           // the place in the last keyframe
     std::size_t traced = 0;  // sets, the first ones
     std::array<Set, kSets> sets;
+    SourceMirrors mirrors;
+    bool has_images = false;
   };
   struct Active {
     std::uint32_t source = 0;
@@ -104,15 +122,20 @@ class FirstReflections {
 
   void list_waiting(std::size_t active, std::size_t sets);
   void trace(const Active& active, std::size_t set);
+  void find_mirrors(State& state, std::size_t set) const;
+  void choose_images();
+  double loudness(const Active& active) const;  // for the listener
   double staleness(const Set& set, const Vec3& place_m) const;
   static float power_of_set(const State& state);
 
   const OcclusionGeometry& surfaces_;
   const FirstReflectionTracer tracer_;
   const ProbeBounds& bounds_;
+  const bool with_images_;
   std::vector<std::unique_ptr<State>> states_;  // by source; null: it has not sounded yet
   std::vector<Active> active_;
   std::vector<Waiting> waiting_;
+  std::vector<double> loudness_, sorted_loudness_;  // scratch memory of choose_images()
   CulledPage reaching_;
   Vec3 listener_m_{};
   std::uint64_t keyframe_ = 0, parts_version_ = 0;

@@ -65,7 +65,8 @@ double number_beside(double share, float stored_u) {
 
 ProbePool::ProbePool(const StoredProbes& probes, const ProbeBounds& bounds,
                      const OcclusionGeometry& surfaces, FirstReflectionTracer tracer,
-                     const SignalWeights& weights, MovingSourceList& moving, PageLoader& loader)
+                     const SignalWeights& weights, MovingSourceList& moving, PageLoader& loader,
+                     bool with_images)
     : bounds_(bounds),
       weights_(weights),
       moving_(moving),
@@ -73,7 +74,7 @@ ProbePool::ProbePool(const StoredProbes& probes, const ProbeBounds& bounds,
       unit_weights_{{bounds.weights()}},
       node_bounds_(bounds.radiation(), unit_weights_, {}, {}),
       neighbours_(places_of(probes), &surfaces, moving.max_sources()),
-      first_reflections_(surfaces, std::move(tracer), bounds, moving.max_sources()),
+      first_reflections_(surfaces, std::move(tracer), bounds, moving.max_sources(), with_images),
       requests_(loader),
       radiators_(moving.max_sources()) {
   std::uint64_t first = kFirstProbeSource;
@@ -121,6 +122,7 @@ void ProbePool::begin(const Listener& listener, double time_s) {
   for (std::size_t slot = 0; slot < moving_.slots(); ++slot)
     if (moving_.reverberation(slot) > 0) add_copies(slot, time_s);
   first_reflections_.trace();
+  list_images();
   thin_crowds();
   sort_copies();
   for (const std::uint32_t t : active_) {
@@ -300,6 +302,7 @@ bool ProbePool::find_above(const Vec3& place, double threshold, std::size_t max_
   for (const std::uint32_t t : active_)
     if (!find_in_tree(trees_[t], place, threshold, max_count, found)) return false;
   find_first_reflections(place, threshold, max_count, found);
+  find_images(threshold, found);
   return found.size() <= max_count && !is_exhausted();
 }
 
@@ -392,6 +395,60 @@ void ProbePool::find_first_reflections(const Vec3& place, double threshold, std:
   }
 }
 
+// --- Images --------------------------------------------------------------------------------------
+
+// A listener hears the image of a source as the listener's own image hears the source; one behind
+// the mirror does not hear it.
+void ProbePool::list_images() {
+  images_.clear();
+  first_reflections_.for_each_image([&](std::uint32_t slot, const SourceMirrors::Mirror& mirror) {
+    if (dot(mirror.plane.normal, place_m_) <= mirror.plane.offset_m) return;
+    Image& image = images_.emplace_back();
+    image.slot = slot;
+    image.mirror = mirror.number;
+    image.plane = mirror.plane;
+    image.source.u = mirror.u;
+    const auto gain = static_cast<double>(moving_.settings(slot).reverberation);
+    image.upper_bound = gain * gain * static_cast<double>(mirror.reflected) *
+                        moving_.upper_bound_times_u(slot, mirror.plane.image_of(place_m_)) /
+                        static_cast<double>(std::max(image.source.u, kMinU));
+  });
+}
+
+void ProbePool::find_images(double threshold, std::vector<FoundSource>& found) {
+  for (Image& image : images_) {
+    if (!(image.upper_bound > 0 && image.upper_bound >= threshold)) continue;
+    if (!image.is_placed) place(image);
+    FoundSource& one = found.emplace_back();
+    one.source = &image.source;
+    one.signal = moving_.signal(image.slot);
+    one.voice = voice_number(moving_.number(image.slot), kFirstImage + image.mirror);
+    one.number = one.voice ^ image.cell;
+    one.velocity_mps = image.velocity_mps;
+    one.start_s = moving_.start_s(image.slot);
+    one.upper_bound = image.upper_bound;
+    spend(WorkBudget::kFound);
+  }
+}
+
+void ProbePool::place(Image& image) {
+  const MirrorPlane& plane = image.plane;
+  const MovingSourceList::Heard heard = moving_.heard_at(image.slot, plane.image_of(place_m_));
+  const float u = image.source.u, gain = moving_.settings(image.slot).reverberation;
+  image.source = heard.source;
+  image.source.u = u;
+  image.source.is_image = true;
+  image.source.mirror = heard.source.position_m;
+  image.source.position_m = Vec3f(plane.image_of(Vec3(heard.source.position_m)));
+  image.source.normal = Vec3f(plane.mirrored(Vec3(heard.source.normal)));
+  for (float& power : image.source.power) power *= gain * gain;
+  image.velocity_mps = Vec3f(plane.mirrored(Vec3(heard.velocity_mps)));
+  image.cell = heard.cell;
+  image.is_placed = true;
+}
+
+// --- Copies of trees -----------------------------------------------------------------------------
+
 void ProbePool::find_representatives(const Tree& tree, const Vec3& place, double threshold,
                                      std::vector<FoundSource>& found) {
   if (tree.share_ends.empty()) return;
@@ -481,6 +538,7 @@ FoundSource& ProbePool::append(Placed& placed, std::size_t slot, float weight, s
 
 double ProbePool::upper_bound(const Vec3& place) {
   double highest = first_reflections_.upper_bound(place);
+  for (const Image& image : images_) highest = std::max(highest, image.upper_bound);
   for (const std::uint32_t t : active_) {
     const Tree& tree = trees_[t];
     const PageEntry& top = *tree.entry;

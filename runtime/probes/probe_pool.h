@@ -1,12 +1,12 @@
 // probe_pool.h: the reflections of moving sources, as copies of the trees of the probes round them.
 //
-// First reflections are each source's own (first_reflections.h). For all later ones, each moving
-// source is heard through up to eight probes (probe_neighbours.h) and their zones, and each of
-// these copies holds the secondary sources of a tree, moved to the source's place
-// (probe_sources.h), with its signal, gain and directivity. They are ranked together with all other
-// sources. Of a level with 500 probes and 1000 moving sources these are ten million, of which a
-// query looks at few: a tree is traversed once per query for all its copies, with the highest
-// factor of any of them, and a source that is found meets those copies that hold it.
+// First reflections are each source's own (first_reflections.h), and so are its images in mirrors.
+// For all later ones, each moving source is heard through up to eight probes (probe_neighbours.h)
+// and their zones, and each of these copies holds the secondary sources of a tree, moved to the
+// source's place (probe_sources.h), with its signal, gain and directivity. They are ranked together
+// with all other sources. Of a level with 500 probes and 1000 moving sources these are ten million,
+// of which a query looks at few: a tree is traversed once per query for all its copies, with the
+// highest factor of any of them, and a source that is found meets those copies that hold it.
 //
 // Copies must not choose alike, or a crowd near one probe would be heard from one wall. As in
 // instance.h, each copy has one representative, drawn with a probability in proportion to its
@@ -55,9 +55,12 @@ inline constexpr std::uint64_t kFirstTracedReflection =
 class ProbePool {
  public:
   // All arguments must outlive the pool. `loader` reads pages of probes (probe_page_fetch()).
+  // `with_images`: mirrors make image sources, of which only a sampler that tests their occlusion
+  // knows where they are heard.
   ProbePool(const StoredProbes& probes, const ProbeBounds& bounds,
             const OcclusionGeometry& surfaces, FirstReflectionTracer tracer,
-            const SignalWeights& weights, MovingSourceList& moving, PageLoader& loader);
+            const SignalWeights& weights, MovingSourceList& moving, PageLoader& loader,
+            bool with_images);
 
   // As in SourcePool.
   void charge(WorkBudget* budget) { budget_ = budget; }
@@ -131,6 +134,16 @@ class ProbePool {
     double stored_power = 0, share = 0;
     bool is_representative = false;
   };
+  // The image of a moving source in a mirror.
+  struct Image {
+    std::uint32_t slot = 0, mirror = 0;  // and the mirror's number
+    MirrorPlane plane;
+    double upper_bound = 0;
+    bool is_placed = false;  // `source` and what follows are known
+    Source source;
+    Vec3f velocity_mps{};
+    std::uint64_t cell = 0;
+  };
   struct Waiting {
     const PageEntry* entry = nullptr;
     std::uint64_t first = 0;  // number of its first source
@@ -159,6 +172,9 @@ class ProbePool {
   static double share_of(const Tree& tree, const Copy& copy, const Source& stored) {
     return std::min(1.0, static_cast<double>(copy.scale()) * sum_of(stored.power) / tree.power);
   }
+  void list_images();
+  void find_images(double threshold, std::vector<FoundSource>& found);
+  void place(Image& image);
   void find_representatives(const Tree& tree, const Vec3& place, double threshold,
                             std::vector<FoundSource>& found);
   std::span<const Copy> copies_of(const Tree& tree) const {
@@ -192,9 +208,10 @@ class ProbePool {
   std::vector<Waiting> waiting_;
   CulledPage culled_;
   std::vector<FirstReflections::Found> reaching_;
-  double longest_s_ = 0;  // that sound is under way
-  double time_s_ = 0;     // of the keyframe,
-  Vec3 place_m_{};        // and its listener's place
+  std::vector<Image> images_;  // of the keyframe
+  double longest_s_ = 0;       // that sound is under way
+  double time_s_ = 0;          // of the keyframe,
+  Vec3 place_m_{};             // and its listener's place
   float boost_strength_ = 1;
   std::vector<float> openness_by_set_, openness_;  // of portals
   WorkBudget* budget_ = nullptr;

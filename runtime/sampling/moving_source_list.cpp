@@ -256,17 +256,33 @@ void MovingSourceList::apply_limits(const Vec3& place, std::size_t first,
   found.erase(std::remove_if(added, found.end(), is_over_limit), found.end());
 }
 
+// Upper bound of the priority of a source, negative if there is none.
+double MovingSourceList::upper_bound(std::size_t slot, const Vec3& place) const {
+  const Vec3 away_m = place - place_m(slot);
+  const double r2_m2 = std::max(dot(away_m, away_m), kEmitterRadius_m * kEmitterRadius_m);
+  const float priority = columns_.max_priority[slot] * history_.max_distance_ratio2()[slot];
+  return kBoundSlack * static_cast<double>(priority) / r2_m2;
+}
+
 double MovingSourceList::upper_bound(const Vec3& place) const {
   double highest = 0;
   if (newest_.snapshot == nullptr) return 0;
-  for (std::size_t i = 0; i < newest_.snapshot->count; ++i) {
-    const Vec3 away_m(place.x - columns_.x_m[i], place.y - columns_.y_m[i],
-                      place.z - columns_.z_m[i]);
-    const double r2_m2 = std::max(dot(away_m, away_m), kEmitterRadius_m * kEmitterRadius_m);
-    const float priority = columns_.max_priority[i] * history_.max_distance_ratio2()[i];
-    highest = std::max(highest, static_cast<double>(priority) / r2_m2);
-  }
-  return highest * kBoundSlack;
+  for (std::size_t i = 0; i < newest_.snapshot->count; ++i)
+    highest = std::max(highest, upper_bound(i, place));
+  return highest;
+}
+
+double MovingSourceList::upper_bound_times_u(std::size_t slot, const Vec3& place) const {
+  const auto u = static_cast<double>(std::max(columns_.sources[slot].u, kMinU));
+  return std::max(0.0, u * upper_bound(slot, place));
+}
+
+MovingSourceList::Heard MovingSourceList::heard_at(std::size_t slot, const Vec3& place) const {
+  const PositionHistory::Emission emission = history_.emission(slot, place);
+  Heard heard{columns_.sources[slot], emission.velocity_mps, 0};
+  heard.source.position_m = emission.position_m;
+  heard.cell = cell_of(emission.position_m, place) & ~kMovingSourceBit;
+  return heard;
 }
 
 }  // namespace clamor

@@ -83,6 +83,17 @@ class MovingSourceList {
   }
   double start_s(std::size_t slot) const { return columns_.starts_s[slot]; }
 
+  // What a place hears of one source, without occlusion: for its images, which the mirror image of
+  // the listener hears as the source itself. After begin().
+  struct Heard {
+    Source source;           // where the sound left it
+    Vec3f velocity_mps{};    // and how fast it was
+    std::uint64_t cell = 0;  // of its place, for numbers under which visibilities are cached
+  };
+  Heard heard_at(std::size_t slot, const Vec3& place) const;
+  // Upper bound of its priority there, times u; 0 without a source.
+  double upper_bound_times_u(std::size_t slot, const Vec3& place) const;
+
  private:
   static constexpr double kNeverEnds = std::numeric_limits<double>::infinity();
 
@@ -112,6 +123,7 @@ class MovingSourceList {
   void end_forgotten();
   void move_all(double time_s);
   void find_emission(std::size_t slot, const Vec3& listener_m);
+  double upper_bound(std::size_t slot, const Vec3& place) const;
   void apply_limits(const Vec3& place, std::size_t first, std::vector<FoundSource>& found);
 
   MovingSources& moving_;

@@ -1,7 +1,9 @@
 // Image sources as a listener hears them, from a bake to the output.
 #include <cmath>
 #include <complex>
+#include <memory>
 #include <numbers>
+#include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -9,9 +11,11 @@
 #include "bake/bake.h"
 #include "common/air.h"
 #include "common/sample_rate.h"
+#include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/mixing/keyframe_maker.h"
+#include "runtime/sampling/moving_sources.h"
 #include "runtime/voices/keyframe.h"
 #include "tests/rooms.h"
 #include "tests/temporary_file.h"
@@ -71,6 +75,79 @@ TEST(AuralizerImages, InterfereWithTheDirectSoundWhateverTheNumberOfVoices) {
       const std::complex<double> ratio = heard(true, height_m, voices) / alone;
       EXPECT_NEAR(std::abs(ratio - expected), 0, 0.03) << height_m << " m: " << ratio << expected;
     }
+  }
+}
+
+// A level without emitters, with a floor of this size and a probe above it.
+std::shared_ptr<const BakeFile> floor_with_probe(float half_m) {
+  Level level = testing::shoebox({1, 1, 1}, testing::uniform_material(0, 0, kMirrorExponent), {});
+  level.emitters.clear();
+  level.signals = {testing::sine(kFrequency_hz)};
+  level.mesh = {};
+  testing::add_quad(level.mesh, {Vec3f(-half_m, 0, -half_m), Vec3f(half_m, 0, -half_m),
+                                 Vec3f(half_m, 0, half_m), Vec3f(-half_m, 0, half_m)});
+  BakeOptions baking{.settings = {.photons = 1000, .sources = 1000}};
+  baking.probes_m = {{0, kHeight_m, 0}};
+  const auto contents = bake(level, baking);
+  EXPECT_TRUE(contents.ok()) << contents.error().message;
+  return testing::as_file(*contents);
+}
+
+// The left ear of someone past whom sources drive at 25 m/s, each at a height of its own.
+std::vector<float> passing(const std::shared_ptr<const BakeFile>& file, int voices,
+                           std::span<const double> heights_m, float reverberation) {
+  constexpr double kSpeed_mps = 25;
+  AuralizerOptions options;
+  options.voices = voices;
+  options.wait_for_pages = true;
+  options.moving.max_sources = heights_m.size();
+  options.moving.kinds = {{"car", 0, {}}};
+  auto auralizer = Auralizer::create(file, options);
+  EXPECT_TRUE(auralizer.ok()) << auralizer.error().message;
+  MovingSource car;
+  car.start_s = -10;
+  car.reverberation = reverberation;
+  std::vector<MovingHandle> cars;
+  for (std::size_t i = 0; i < heights_m.size(); ++i)
+    cars.push_back(*(*auralizer)->moving()->add(car));
+  std::vector<float> left, block(2 * kKeyframeFrames);
+  while (left.size() < kSampleRate_hz) {
+    while ((*auralizer)->wants_keyframe()) {
+      const double time_s = (*auralizer)->next_keyframe_time_s();
+      for (std::size_t i = 0; i < cars.size(); ++i)
+        EXPECT_TRUE(
+            (*auralizer)
+                ->moving()
+                ->move(cars[i], {kSpeed_mps * (time_s - 0.5), heights_m[i], -2}, {kSpeed_mps, 0, 0})
+                .ok());
+      (*auralizer)->moving()->commit(time_s);
+      (*auralizer)->make_keyframe({{0, 1.7, 3}, 0, 0});
+    }
+    (*auralizer)->mix(block);
+    for (std::size_t f = 0; f < block.size(); f += 2) left.push_back(block[f]);
+  }
+  return left;
+}
+
+// The image of a moving source in a floor is heard as another source would be that drives below it,
+// in level, delay and Doppler shift.
+TEST(AuralizerImages, OfAMovingSourceMoveAsItsMirrorImage) {
+  const auto file = floor_with_probe(40);
+  const double height_m[] = {kHeight_m}, heights_m[] = {kHeight_m, -kHeight_m};
+  const auto free_field = [&](std::span<const double> of_m) {
+    return passing(floor_with_probe(0.01f), 100, of_m, 0);
+  };
+  const std::vector<float> expected = free_field(heights_m), direct = free_field(height_m);
+  for (const int voices : {100, 2}) {
+    const std::vector<float> left = passing(file, voices, height_m, 1);
+    double error = 0, without_image = 0, power = 0;
+    for (std::size_t f = kSampleRate_hz / 10; f < left.size(); ++f) {  // the start fades in
+      error += std::pow(static_cast<double>(left[f] - expected[f]), 2);
+      without_image += std::pow(static_cast<double>(direct[f] - expected[f]), 2);
+      power += std::pow(static_cast<double>(expected[f]), 2);
+    }
+    EXPECT_LT(error, 0.001 * power) << voices;
+    EXPECT_GT(without_image, 0.3 * power);
   }
 }
 

@@ -19,13 +19,17 @@ namespace {
 
 constexpr std::size_t kSets = FirstReflectionTracer::kSets;
 
-// The first reflections of sources in a hall of 20 x 30 x 6 m that absorbs nothing.
+// The first reflections of sources in a hall of 20 x 30 x 6 m that absorbs nothing, without images,
+// or has mirrors on all sides.
 class Hall {
  public:
-  explicit Hall(std::size_t sources = 1)
-      : surfaces_(mesh_, materials_),
+  explicit Hall(std::size_t sources = 1,
+                std::vector<Material> materials = {testing::uniform_material(0)},
+                bool with_images = false)
+      : materials_(std::move(materials)),
+        surfaces_(mesh_, materials_),
         reflections_(surfaces_, FirstReflectionTracer(surfaces_, materials_, {}, {}), bounds_,
-                     sources) {}
+                     sources, with_images) {}
 
   // A keyframe with sources at these places.
   void keyframe(std::span<const Vec3> places_m, std::uint32_t generation = 1,
@@ -65,7 +69,7 @@ class Hall {
   std::span<const FirstReflections::Found> found() const { return found_; }
 
  private:
-  const std::vector<Material> materials_ = {testing::uniform_material(0)};
+  const std::vector<Material> materials_;
   const Mesh mesh_ = testing::box({20, 30, 6});
   const ProbeBounds bounds_{materials_, {}, {}};
   OcclusionGeometry surfaces_;
@@ -126,6 +130,52 @@ TEST(FirstReflections, ChangeByASetAtMostInAKeyframe) {
   hall.keyframe({&place_m, 1}, 2);
   EXPECT_EQ(hall.new_numbers(before), hall.numbers().size());
   EXPECT_EQ(hall.numbers().size(), FirstReflectionTracer::kRays);
+}
+
+// A source has an image in each of the hall's six sides, wherever it is, and what the mirrors
+// scatter stays with the traced reflections.
+TEST(FirstReflections, GiveWhatMirrorsReflectToImages) {
+  constexpr float kAbsorption = 0.2f, kScattering = 0.25f;
+  Hall hall(1, {testing::uniform_material(kAbsorption, kScattering, kMirrorExponent)}, true);
+  std::set<std::uint32_t> numbers;
+  for (int k = 0; k < 40; ++k) {
+    const Vec3 place_m(4 + 0.3 * k, 5 + 0.5 * k, 1.6);
+    hall.keyframe({&place_m, 1});
+    std::size_t images = 0;
+    double nearest_m = 0;  // sum over the sides
+    hall.reflections().for_each_image(
+        [&](std::uint32_t source, const SourceMirrors::Mirror& mirror) {
+          EXPECT_EQ(source, 0u);
+          numbers.insert(mirror.number);
+          ++images;
+          nearest_m += length(mirror.plane.image_of(place_m) - place_m) / 2;
+        });
+    EXPECT_EQ(images, 6u) << k;
+    EXPECT_NEAR(nearest_m, 20 + 30 + 6, 0.001) << k;
+    EXPECT_NEAR(hall.power(), (1 - kAbsorption) * kScattering, 0.02) << k;
+  }
+  EXPECT_EQ(numbers.size(), 6u);  // the same images all the time
+}
+
+// In a crowd the loudest sources have images, and they keep them while nobody is much louder.
+TEST(FirstReflections, GiveImagesToTheNearestOfACrowd) {
+  constexpr std::size_t kCount = 100, kImaged = 64;
+  Hall hall(kCount, {testing::uniform_material(0, 0, kMirrorExponent)}, true);
+  const Vec3 listener_m(1, 1, 1.6);
+  const auto imaged = [&](double shift_m) {
+    std::vector<Vec3> places_m;
+    for (std::size_t s = 0; s < kCount; ++s)
+      places_m.push_back({10, 3 + shift_m + 0.2 * static_cast<double>(s), 1.6});
+    hall.keyframe(places_m, 1, listener_m);
+    std::set<std::uint32_t> sources;
+    hall.reflections().for_each_image(
+        [&](std::uint32_t source, const SourceMirrors::Mirror&) { sources.insert(source); });
+    return sources;
+  };
+  const auto first = imaged(0);
+  EXPECT_EQ(first.size(), kImaged);
+  EXPECT_EQ(*first.rbegin(), kImaged - 1);
+  EXPECT_EQ(imaged(0.5), first);
 }
 
 TEST(FirstReflections, FollowAListenerWhoWalksAlongAWall) {
