@@ -105,6 +105,7 @@ class Preparation {
 
     std::vector<bool> dropped(triangles_.size(), false);
     std::map<std::pair<std::uint16_t, std::uint16_t>, MaterialClash> clashes;
+    std::map<std::pair<std::uint16_t, std::uint16_t>, double> largest_m2;
     for (std::size_t first = 0, i = 1; i < keys.size(); ++i) {
       if (keys[i].sorted != keys[first].sorted) {
         first = i;
@@ -120,7 +121,12 @@ class Preparation {
       clash.kept = materials.first;
       clash.dropped = materials.second;
       ++clash.faces;
-      clash.area_m2 += area_of(triangles_[t]);
+      const double face_m2 = area_of(triangles_[t]);
+      clash.area_m2 += face_m2;
+      if (double& largest = largest_m2[materials]; face_m2 > largest) {
+        largest = face_m2;
+        clash.place_m = middle_of(triangles_[t]);
+      }
     }
     for (const auto& [materials, clash] : clashes) out_.clashes.push_back(clash);
     std::stable_sort(out_.clashes.begin(), out_.clashes.end(),
@@ -258,6 +264,9 @@ class Preparation {
   double area_of(const Triangle& corners) const {
     const Vec3 a = position(corners[0]);
     return 0.5 * length(cross(position(corners[1]) - a, position(corners[2]) - a));
+  }
+  Vec3 middle_of(const Triangle& corners) const {
+    return (position(corners[0]) + position(corners[1]) + position(corners[2])) / 3.0;
   }
 
   const Mesh& input_;

@@ -37,6 +37,7 @@ struct MaterialClash {
   std::uint16_t kept = 0, dropped = 0;
   std::size_t faces = 0;  // number of dropped faces
   double area_m2 = 0;     // area of the dropped faces
+  Vec3 place_m{};         // middle of the largest of them
 };
 
 struct PreparedMesh {

@@ -113,7 +113,7 @@ Way way_of(const LevelOpening& opening) {
   if (std::abs(d.y) < std::max(std::abs(d.x), std::abs(d.z))) return Way::kSideways;
   return d.y > 0 ? Way::kUp : Way::kDown;
 }
-std::string in_words(const LevelOpening& opening) {
+std::string direction_of(const LevelOpening& opening) {
   const Vec3& d = opening.direction;
   switch (way_of(opening)) {
     case Way::kUp:
@@ -127,17 +127,6 @@ std::string in_words(const LevelOpening& opening) {
       break;
   }
   return "in all directions";
-}
-
-// Example: "upwards near (1.0, 3.0, 2.0), through an opening about 4 m wide along an open edge of
-// 16 m".
-std::string described(const LevelOpening& opening) {
-  if (way_of(opening) == Way::kAllRound || !(opening.width_m > 0)) return in_words(opening);
-  std::string text = fmt::format("{} near {}, through an opening about {} wide", in_words(opening),
-                                 at(opening.place_m), metres(opening.width_m));
-  if (opening.edge_length_m > 0)
-    text += fmt::format(" along an open edge of {}", metres(opening.edge_length_m));
-  return text;
 }
 
 std::string question(const LevelOpening& opening) {
@@ -169,14 +158,30 @@ std::string closedness(const LevelReport& report) {
   std::string text =
       fmt::format("{} of the sound leaves the level, ", percent(found.escaped_share));
   if (worth_naming > 1) text += fmt::format("first of all ({}) ", percent(found.openings[0].share));
-  text += fmt::format("{}: {}", described(found.openings[0]), question(found.openings[0]));
+  text += fmt::format("{}: {}", in_words(found.openings[0]), question(found.openings[0]));
   for (std::size_t i = 1; i < std::min(worth_naming, kShownOpenings); ++i)
     text += fmt::format("{} {} {}", i == 1 ? " Then" : ";", percent(found.openings[i].share),
-                        described(found.openings[i]));
+                        in_words(found.openings[i]));
   return text;
 }
 
 }  // namespace
+
+// Example: "upwards near (1.0, 3.0, 2.0), through an opening about 4 m wide along an open edge of
+// 16 m".
+std::string in_words(const LevelOpening& opening) {
+  if (way_of(opening) == Way::kAllRound || !(opening.width_m > 0)) return direction_of(opening);
+  std::string text = fmt::format("{} near {}, through an opening about {} wide", direction_of(opening),
+                                 at(opening.place_m), metres(opening.width_m));
+  if (opening.edge_length_m > 0)
+    text += fmt::format(" along an open edge of {}", metres(opening.edge_length_m));
+  return text;
+}
+
+std::string in_words(const ThinGap& gap) {
+  return fmt::format("{} wide over {} near {}", metres(gap.width_m), metres(gap.length_m),
+                     at(gap.place_m));
+}
 
 std::optional<double> LevelReport::geometric_free_path_m() const {
   if (!(volume_m3 > 0) || !(area_m2 > 0) || openings.escaped > 0) return std::nullopt;
@@ -202,7 +207,8 @@ LevelReport prepare_level(Level& level, const LevelOptions& options) {
   report.split_edges = prepared.split_edges;
   for (const MaterialClash& clash : prepared.clashes)
     report.clashes.push_back(
-        {level.materials[clash.kept].name, level.materials[clash.dropped].name, clash.area_m2});
+        {level.materials[clash.kept].name, level.materials[clash.dropped].name, clash.area_m2,
+         clash.place_m});
   if (options.simplify_m > 0 && !prepared.mesh.triangles.empty())
     simplify(prepared, level, options.simplify_m, report);
   report.volume_m3 = enclosed_volume_m3(prepared);
@@ -278,9 +284,7 @@ std::vector<std::string> report_lines(const LevelReport& report) {
     std::string text = fmt::format("{} between edges that nearly meet:",
                                    counted(report.gaps.size(), "thin gap", "thin gaps"));
     for (std::size_t i = 0; i < std::min(report.gaps.size(), kShownGaps); ++i)
-      text += fmt::format("{} {} wide over {} near {}", i == 0 ? "" : ";",
-                          metres(report.gaps[i].width_m), metres(report.gaps[i].length_m),
-                          at(report.gaps[i].place_m));
+      text += (i == 0 ? " " : "; ") + in_words(report.gaps[i]);
     lines.push_back(text);
   }
   if (report.openings.mean_free_path_m > 0) {
@@ -307,9 +311,11 @@ std::vector<std::string> report_warnings(const LevelReport& report) {
   if (is_suspicious(report)) warnings.push_back(closedness(report));
   for (std::size_t i = 0; i < std::min(report.clashes.size(), kShownClashes); ++i)
     warnings.push_back(
-        fmt::format("{:.2f} m2 are there twice, in {} and in {}; the first in the file counts, {}",
+        fmt::format("{:.2f} m2 are there twice, in {} and in {}, near {}; the first in the file "
+                    "counts, {}",
                     report.clashes[i].area_m2, in_quotes(report.clashes[i].kept),
-                    in_quotes(report.clashes[i].dropped), in_quotes(report.clashes[i].kept)));
+                    in_quotes(report.clashes[i].dropped), at(report.clashes[i].place_m),
+                    in_quotes(report.clashes[i].kept)));
   if (!report.emitters_at_surfaces.empty())
     warnings.push_back(fmt::format(
         "{} within the tolerance of --simplify from a surface and may have come to lie behind it: "

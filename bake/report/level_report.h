@@ -32,6 +32,7 @@ struct MaterialArea {
 struct MaterialClashNames {
   std::string kept, dropped;
   double area_m2 = 0;
+  Vec3 place_m{};  // middle of the largest face
 };
 
 struct SimplificationReport {
@@ -79,6 +80,10 @@ inline constexpr double kThinGap_m = 0.02;
 // Prepares level.mesh in place. The new mesh depends on the old mesh and the options alone;
 // emitters and materials are not changed.
 LevelReport prepare_level(Level& level, const LevelOptions& options = {});
+
+// A finding in words, as in the report.
+std::string in_words(const LevelOpening& opening);
+std::string in_words(const ThinGap& gap);
 
 // The report as sentences, most important first, and the warnings.
 std::vector<std::string> report_lines(const LevelReport& report);

@@ -1,5 +1,6 @@
 #include "formats/bake_file/expanded_sources.h"
 
+#include <algorithm>
 #include <deque>
 #include <map>
 #include <numeric>
@@ -9,6 +10,7 @@
 #include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/image_source.h"
 #include "formats/bake_file/page.h"
+#include "formats/bake_file/source_octree.h"
 
 namespace clamor {
 
@@ -40,6 +42,31 @@ class Reader {
     return {};
   }
 
+  // Reads nodes in the order of their highest keys, and returns the highest key that may be missing.
+  Result<double> read_strongest(const PageEntry& top, std::size_t count) {
+    const auto weaker = [](const Waiting& a, const Waiting& b) { return a.bound() < b.bound(); };
+    placed_.push_back({});
+    waiting_ = {{top, &placed_.back()}};
+    double missing = 0;
+    while (!waiting_.empty() && waiting_.front().bound() > missing) {
+      std::pop_heap(waiting_.begin(), waiting_.end(), weaker);
+      const Waiting next = waiting_.back();
+      waiting_.pop_back();
+      const std::size_t others = waiting_.size();
+      if (const auto done = read_one(next); !done.ok()) return done.error();
+      for (std::size_t end = others; end < waiting_.size();)
+        std::push_heap(waiting_.begin(),
+                       waiting_.begin() + static_cast<std::ptrdiff_t>(++end), weaker);
+      if (all_.sources.size() > 2 * count) missing = keep_strongest(count, missing);
+    }
+    if (all_.sources.size() > count) missing = keep_strongest(count, missing);
+    if (!waiting_.empty()) missing = std::max(missing, waiting_.front().bound());
+    std::erase_if(all_.sources, [&](const Source& source) {
+      return missing > 0 && static_cast<double>(octree_key(source)) <= missing;
+    });
+    return missing;
+  }
+
   ExpandedSources take() {
     const std::vector<Source> images = image_sources(file_.images(), file_.emitters());
     all_.sources.insert(all_.sources.end(), images.begin(), images.end());
@@ -55,7 +82,23 @@ class Reader {
   struct Waiting {
     PageEntry entry;
     const PlacedTree* tree;
+
+    // Upper bound of the keys of its sources.
+    double bound() const {
+      return static_cast<double>(entry.highest_key) * tree->placement.power * (1 + 1e-6);
+    }
   };
+
+  // Drops all but the `count` highest keys, and returns the highest key that is missing.
+  double keep_strongest(std::size_t count, double missing) {
+    const auto last = all_.sources.begin() + static_cast<std::ptrdiff_t>(count);
+    std::nth_element(
+        all_.sources.begin(), last, all_.sources.end(),
+        [](const Source& a, const Source& b) { return octree_key(a) > octree_key(b); });
+    missing = std::max(missing, static_cast<double>(octree_key(*last)));
+    all_.sources.resize(count);
+    return missing;
+  }
 
   Result<void> read_one(const Waiting& next) {
     PageLinks links;
@@ -150,6 +193,18 @@ Result<ExpandedSources> read_expanded_sources(const BakeFile& file) {
   if (file.top() != nullptr)
     if (const auto done = reader.read(*file.top()); !done.ok()) return done.error();
   return reader.take();
+}
+
+Result<StrongestSources> read_strongest_sources(const BakeFile& file, std::size_t count) {
+  Reader reader(file);
+  StrongestSources strongest;
+  if (file.top() != nullptr) {
+    const auto missing = reader.read_strongest(*file.top(), count);
+    if (!missing.ok()) return missing.error();
+    strongest.missing_key = *missing;
+  }
+  static_cast<ExpandedSources&>(strongest) = reader.take();
+  return strongest;
 }
 
 }  // namespace clamor

@@ -138,6 +138,8 @@ std::string complaint(const std::string& file, const std::string& header, bool q
     return is_system_header(header) ? "" : "a library without a fence; add it to kFences";
   if (header == "embedded_materials.h")
     return folder_of(file) == "formats" ? "" : "only formats reads the embedded presets";
+  if (header == "embedded_page.h")
+    return folder_of(file) == "tools" ? "" : "only tools writes pages";
   if (!std::filesystem::is_regular_file(kRoot / header))
     return "no such file from the repository's root, which is where our includes start";
   const auto allowed = kMayInclude.find(folder_of(file));

@@ -48,7 +48,7 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
       "bindings/python",
       "bindings/python/clamor"}},
     {"tools",
-     {"program", "strategies", "analysis", "bench", "experiments", "farm", "commands", "packaging",
+     {"program", "strategies", "analysis", "bench", "experiments", "farm", "report", "report/page", "commands", "packaging",
       "packaging/vcpkg", "packaging/conan", "packaging/conan/test_package"}},
 };
 

@@ -1,4 +1,5 @@
-// chart.h: line charts as self-contained SVG.
+// chart.h: charts as self-contained SVG, which the stylesheet of a page (tools/report/page/style.css)
+// adapts to its scheme and font.
 #pragma once
 
 #include <optional>
@@ -13,9 +14,17 @@ struct Chart {
     std::string name = {};                               // shown in the legend
     std::vector<std::pair<double, double>> points = {};  // sorted by x
     enum class Look { kLineAndDots, kLine, kDashes, kThin } look = Look::kLineAndDots;
-    int colour = -1;  // palette index or kGrey; -1: the next colour
+    int colour = -1;  // palette index, kGrey, or kBand + an octave band; -1: the next colour
   };
-  static constexpr int kGrey = 100;
+  static constexpr int kGrey = 100, kBand = 200;
+
+  // A range of y along x, shaded in the background.
+  struct Ribbon {
+    struct At {
+      double x, low, high;
+    };
+    std::vector<At> points;  // sorted by x
+  };
 
   // A labelled range of x, shaded in the background.
   struct Zone {
@@ -29,11 +38,26 @@ struct Chart {
   std::optional<std::pair<double, double>> y_range = {};
   std::vector<Series> series = {};
   std::vector<Zone> zones = {};
+  std::vector<Ribbon> ribbons = {};
   double width = 760, height = 400;
 };
 
 // Points that are not finite, or not positive on a logarithmic axis, are left out.
 std::string to_svg(const Chart& chart);
+
+// Columns of stacked bars.
+struct BarChart {
+  struct Part {
+    std::string name;  // shown in the legend
+    std::vector<double> values = {};  // one per column, not negative
+    int colour = -1;  // palette index or Chart::kGrey; -1: the next colour
+  };
+  std::string title = {}, x_label = {}, y_label = {};  // including units
+  std::vector<std::string> columns = {};
+  std::vector<Part> parts = {};  // from the bottom
+  double width = 760, height = 400;
+};
+std::string to_svg(const BarChart& chart);
 
 // Escapes & < > " for HTML and SVG.
 std::string escaped(const std::string& text);

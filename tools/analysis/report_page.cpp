@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "common/version.h"
+#include "embedded_page.h"
 #include "formats/files/atomic_file.h"
 
 namespace clamor {
@@ -17,21 +18,12 @@ namespace clamor {
 namespace {
 
 constexpr const char* kHead = R"(<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><title>{0}</title><style>
-body {{ font: 15px/1.5 Helvetica, Arial, sans-serif; color: #222; max-width: 1000px; margin: 2em auto; padding: 0 1em; }}
-h1 {{ font-size: 24px; margin-bottom: 0; }} h2 {{ font-size: 18px; margin-top: 2em; border-bottom: 1px solid #ddd; }}
-.setting {{ color: #666; }}
-.claim {{ display: grid; grid-template-columns: 1fr 1fr; gap: 1em; margin: 1em 0; }}
-.claim div {{ padding: .6em 1em; border-left: 4px solid #bbb; background: #f7f7f7; }}
-.claim div.ours {{ border-color: #0072B2; background: #eef5fa; }}
-.claim b {{ display: block; font-size: 12px; text-transform: uppercase; color: #666; }}
-figure {{ margin: 1em 0; }} figure svg {{ max-width: 100%; height: auto; }} figcaption {{ color: #555; font-size: 13px; }}
-.row {{ display: flex; flex-wrap: wrap; gap: 6px; }}
-table {{ border-collapse: collapse; font-size: 13px; margin: .5em 0; }}
-th, td {{ padding: 2px 10px; text-align: right; border-bottom: 1px solid #eee; }} th {{ background: #f2f2f2; }}
-th:first-child, td:first-child {{ text-align: left; }} summary {{ cursor: pointer; color: #0072B2; }}
-</style></head><body>
-<h1>{0}</h1><p class="setting">{1}</p>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark"><title>{0}</title>
+<link rel="icon" href="data:,"><style>
+{2}</style></head><body>
+<header><h1>{0}</h1><p class="setting">{1}</p></header>
+<main>
 )";
 
 std::string words(const ReportTable::Cell& cell) {
@@ -64,19 +56,25 @@ std::string to_csv(const ReportTable& table) {
   return csv;
 }
 
+// A folded table has its title above the fold, others have a caption.
 std::string to_html(const ReportTable& table) {
-  std::string html = "<table><tr>";
-  for (const std::string& column : table.columns) html += "<th>" + escaped(column) + "</th>";
-  html += "</tr>\n";
+  std::string html = "<div class=\"table\"><table>";
+  html += fmt::format("<caption{}>{}</caption>", table.folded ? " class=\"skip\"" : "",
+                      escaped(table.title));
+  html += "<thead><tr>";
+  for (const std::string& column : table.columns)
+    html += "<th scope=\"col\">" + escaped(column) + "</th>";
+  html += "</tr></thead><tbody>\n";
   for (const auto& row : table.rows) {
     html += "<tr>";
-    for (const auto& cell : row) html += "<td>" + escaped(words(cell)) + "</td>";
+    for (std::size_t c = 0; c < row.size(); ++c)
+      html += fmt::format("<{0}{1}>{2}</{0}>", c == 0 ? "th" : "td", c == 0 ? " scope=\"row\"" : "",
+                          escaped(words(row[c])));
     html += "</tr>\n";
   }
-  html += "</table>\n";
-  if (table.folded)
-    return fmt::format("<details><summary>{}</summary>{}</details>\n", escaped(table.title), html);
-  return fmt::format("<p><b>{}</b></p>{}", escaped(table.title), html);
+  html += "</tbody></table></div>\n";
+  if (!table.folded) return html;
+  return fmt::format("<details><summary>{}</summary>{}</details>\n", escaped(table.title), html);
 }
 
 nlohmann::ordered_json to_json(const ReportTable& table) {
@@ -118,11 +116,24 @@ void ReportPage::chart(const Chart& chart, const std::string& caption) {
 }
 
 void ReportPage::charts(const std::vector<Chart>& charts, int columns, const std::string& caption) {
-  body_ += "<figure><div class=\"row\">";
-  for (const Chart& chart : charts) {
-    pictures_.push_back(to_svg(chart));
-    body_ += fmt::format("<div style=\"flex: 0 1 calc({}% - 6px)\">{}</div>", 100 / columns,
-                         pictures_.back());
+  std::vector<std::string> pictures;
+  for (const Chart& chart : charts) pictures.push_back(to_svg(chart));
+  figure(pictures, columns, caption);
+}
+
+void ReportPage::charts(const std::vector<BarChart>& charts, int columns,
+                        const std::string& caption) {
+  std::vector<std::string> pictures;
+  for (const BarChart& chart : charts) pictures.push_back(to_svg(chart));
+  figure(pictures, columns, caption);
+}
+
+void ReportPage::figure(const std::vector<std::string>& pictures, int columns,
+                        const std::string& caption) {
+  body_ += fmt::format("<figure><div class=\"row\" style=\"--columns: {}\">", columns);
+  for (const std::string& picture : pictures) {
+    pictures_.push_back(picture);
+    body_ += "<div>" + picture + "</div>";
   }
   body_ += "</div><figcaption>" + escaped(caption) + "</figcaption></figure>\n";
 }
@@ -130,6 +141,17 @@ void ReportPage::charts(const std::vector<Chart>& charts, int columns, const std
 void ReportPage::picture(const std::string& svg, const std::string& caption) {
   pictures_.push_back(svg);
   body_ += "<figure>" + svg + "<figcaption>" + escaped(caption) + "</figcaption></figure>\n";
+}
+
+void ReportPage::subheading(const std::string& text) {
+  body_ += "<h3>" + escaped(text) + "</h3>\n";
+}
+
+void ReportPage::markup(const std::string& html) { body_ += html; }
+
+std::string ReportPage::html() const {
+  return fmt::format(fmt::runtime(kHead), escaped(title_), escaped(setting_), kPageStyle) + body_ +
+         "</main></body></html>\n";
 }
 
 void ReportPage::table(ReportTable table) {
@@ -168,9 +190,7 @@ Result<void> ReportPage::write(const std::string& folder) const {
     return Error("cannot be made a folder: " + failed.message() + ". Name another with -o.")
         .in(folder);
   const std::string base = folder + "/" + name_;
-  const std::string page = fmt::format(fmt::runtime(kHead), escaped(title_), escaped(setting_)) +
-                           body_ + "</body></html>\n";
-  if (auto written = write_file(base + ".html", page); !written) return written;
+  if (auto written = write_file(base + ".html", html()); !written) return written;
   nlohmann::ordered_json json = {
       {"experiment", name_}, {"clamor", kVersion}, {"title", title_}, {"setting", setting_}};
   for (const ReportTable& table : tables_) json["tables"][table.name] = to_json(table);

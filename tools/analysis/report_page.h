@@ -1,5 +1,8 @@
-// report_page.h: a report as one HTML page with embedded pictures; each table also as CSV and JSON,
-// each picture also as SVG.
+// report_page.h: a report as one HTML page with embedded pictures; for experiments each table also
+// as CSV and JSON, each picture also as SVG.
+//
+// Every page that Clamor writes is made here, so that they share one stylesheet
+// (tools/report/page/style.css) and one style of charts (chart.h).
 #pragma once
 
 #include <string>
@@ -34,7 +37,11 @@ class ReportPage {
   void chart(const Chart& chart, const std::string& caption);
   // Several charts in rows of `columns`.
   void charts(const std::vector<Chart>& charts, int columns, const std::string& caption);
+  void charts(const std::vector<BarChart>& charts, int columns, const std::string& caption);
   void picture(const std::string& svg, const std::string& caption);
+  void subheading(const std::string& text);
+  // Markup as it is: text in it must be escaped().
+  void markup(const std::string& html);
   void table(ReportTable table);
 
   // Checks that a report of that name can be written to the folder and would not replace one of the
@@ -45,9 +52,14 @@ class ReportPage {
   // Creates the folder if needed. The Error names the file that could not be written.
   Result<void> write(const std::string& folder) const;
 
+  // The whole page, self-contained.
+  std::string html() const;
+
   const std::vector<ReportTable>& tables() const { return tables_; }
 
  private:
+  void figure(const std::vector<std::string>& pictures, int columns, const std::string& caption);
+
   std::string name_, title_, setting_, body_;
   std::vector<ReportTable> tables_;
   std::vector<std::string> pictures_;  // SVG

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "common/decay_curve.h"
 #include "common/directivity.h"
 #include "common/sample_rate.h"
 #include "runtime/response/octave_filter.h"
@@ -64,28 +63,35 @@ Bands free_field_energy_at_10m(const Emitter& emitter) {
   return energy;
 }
 
+std::optional<DecayCurve> energy_decay(std::span<const Arrival> arrivals, std::size_t band) {
+  std::vector<EnergyStep> steps;
+  for (const Arrival& arrival : arrivals)
+    if (arrival.energy[band] > 0)
+      steps.push_back({arrival.time_s - arrivals.front().time_s, arrival.energy[band]});
+  if (steps.empty()) return std::nullopt;
+  return DecayCurve(steps, steps.back().time_s);
+}
+
 RoomParameters room_parameters(std::span<const Arrival> arrivals, const Bands& energy_at_10m) {
   RoomParameters parameters;
   if (arrivals.empty()) return parameters;
   const double direct_s = arrivals.front().time_s;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    std::vector<EnergyStep> steps;
+    const auto curve = energy_decay(arrivals, b);
+    if (!curve) continue;
     double clear = 0, defined = 0, late = 0, moment = 0;
     for (const Arrival& arrival : arrivals) {
       const double t_s = arrival.time_s - direct_s, energy = arrival.energy[b];
       if (energy <= 0) continue;
-      steps.push_back({t_s, energy});
       (t_s < kClarity_s ? clear : late) += energy;
       if (t_s < kDefinition_s) defined += energy;
       moment += t_s * energy;
     }
-    if (steps.empty()) continue;
-    const DecayCurve curve(steps, steps.back().time_s);
-    set_decay_times(parameters, b, curve, 0);
+    set_decay_times(parameters, b, *curve, 0);
     parameters.c80_db[b] = decibels(clear / late);
-    parameters.d50[b] = defined / curve.energy();
-    parameters.ts_s[b] = moment / curve.energy();
-    parameters.g_db[b] = decibels(curve.energy() / energy_at_10m[b]);
+    parameters.d50[b] = defined / curve->energy();
+    parameters.ts_s[b] = moment / curve->energy();
+    parameters.g_db[b] = decibels(curve->energy() / energy_at_10m[b]);
   }
   return parameters;
 }

@@ -25,6 +25,7 @@
 #include <span>
 
 #include "common/bands.h"
+#include "common/decay_curve.h"
 #include "formats/level/emitter.h"
 #include "runtime/response/energy_response.h"
 
@@ -35,8 +36,35 @@ struct RoomParameters {
   Value edt_s, t20_s, t30_s, c80_db, d50, ts_s, g_db;
 };
 
+// How a parameter is named, printed and judged. Its just-noticeable difference (ISO 3382-1, annex A)
+// is a share of the value, or an absolute one.
+struct ParameterKind {
+  const char* key;    // in JSON
+  const char* name;   // "T30"
+  const char* unit;   // "s", or ""
+  RoomParameters::Value RoomParameters::*value;
+  int digits;  // after the point
+  double noticeable;
+  bool is_share;
+
+  // The just-noticeable difference at a value.
+  double noticeable_at(double x) const { return is_share ? noticeable * x : noticeable; }
+};
+inline constexpr std::array<ParameterKind, 7> kParameterKinds = {{
+    {"edt_s", "EDT", "s", &RoomParameters::edt_s, 3, 0.05, true},
+    {"t20_s", "T20", "s", &RoomParameters::t20_s, 3, 0.05, true},
+    {"t30_s", "T30", "s", &RoomParameters::t30_s, 3, 0.05, true},
+    {"c80_db", "C80", "dB", &RoomParameters::c80_db, 2, 1, false},
+    {"d50", "D50", "", &RoomParameters::d50, 3, 0.05, false},
+    {"ts_s", "Ts", "s", &RoomParameters::ts_s, 4, 0.01, false},
+    {"g_db", "G", "dB", &RoomParameters::g_db, 2, 1, false},
+}};
+
 // Energy of an impulse from an omnidirectional emitter of the same power, at 10 m in a free field.
 Bands free_field_energy_at_10m(const Emitter& emitter);
+
+// The decay of one octave, from the direct sound on; none if nothing arrives in it.
+std::optional<DecayCurve> energy_decay(std::span<const Arrival> arrivals, std::size_t band);
 
 // Arrivals must be sorted by time; without any, all parameters are missing.
 RoomParameters room_parameters(std::span<const Arrival> arrivals, const Bands& energy_at_10m);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/commands/bake_overview.h"
+#include "tools/report/bake_overview.h"
 
 namespace clamor {
 

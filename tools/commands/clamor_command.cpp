@@ -24,7 +24,7 @@ struct Command {
   int (*run)(std::span<const std::string>, std::ostream&, std::ostream&);
 };
 
-constexpr std::array<Command, 13> kCommands = {{
+constexpr std::array<Command, 14> kCommands = {{
     {"bake", "LEVEL.gltf -o LEVEL.clamor", "traces sound through a level and writes a bake file",
      run_bake},
     {"merge", "SHARDS... -o LEVEL.clamor", "joins the parts of a bake that several machines traced",
@@ -32,6 +32,8 @@ constexpr std::array<Command, 13> kCommands = {{
     {"farm", "LEVEL.gltf -o LEVEL.clamor", "plans a bake for many machines, and says how far it is",
      run_farm},
     {"inspect", "LEVEL.clamor", "prints what a bake file holds", run_inspect},
+    {"report", "LEVEL.clamor -o PAGE.html", "writes what a bake sounds like as a page for a browser",
+     run_report},
     {"diff", "A.clamor B.clamor", "prints how two bake files differ", run_diff},
     {"play", "LEVEL.clamor", "plays a bake; the keyboard walks through it", run_play},
     {"render", "LEVEL.clamor -o OUT.wav", "renders the same to a WAV or FLAC file", run_render},

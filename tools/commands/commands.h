@@ -17,6 +17,7 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
 int run_merge(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_farm(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+int run_report(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_render(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);

@@ -27,6 +27,7 @@
 #include "tools/commands/strategy_options.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
+#include "tools/report/room.h"
 
 namespace clamor {
 
@@ -43,28 +44,6 @@ struct Options {
   std::string visibility = "on";
 };
 
-struct Row {
-  const char* key;
-  const char* title;
-  RoomParameters::Value RoomParameters::*value;
-  int digits;
-};
-constexpr Row kRows[] = {
-    {"edt_s", "EDT s", &RoomParameters::edt_s, 3}, {"t20_s", "T20 s", &RoomParameters::t20_s, 3},
-    {"t30_s", "T30 s", &RoomParameters::t30_s, 3}, {"c80_db", "C80 dB", &RoomParameters::c80_db, 2},
-    {"d50", "D50", &RoomParameters::d50, 3},       {"ts_s", "Ts s", &RoomParameters::ts_s, 4},
-    {"g_db", "G dB", &RoomParameters::g_db, 2},
-};
-
-Result<std::uint32_t> find_emitter(const std::vector<Emitter>& emitters, const std::string& name) {
-  std::vector<std::string> names;
-  for (const Emitter& emitter : emitters) names.push_back(emitter.name);
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found != names.end()) return static_cast<std::uint32_t>(found - names.begin());
-  return Error(fmt::format("there is no emitter {}; the nearest of {} names is {}", in_quotes(name),
-                           names.size(), in_quotes(nearest_name(name, names))));
-}
-
 Result<void> write_wav(const std::string& path, std::span<const float> samples) {
   Result<WavWriter> wav = WavWriter::create(path, 1, kSampleRate_hz, SampleFormat::kFloat32);
   if (!wav) return wav.error();
@@ -74,9 +53,9 @@ Result<void> write_wav(const std::string& path, std::span<const float> samples) 
 
 nlohmann::ordered_json to_json(const RoomParameters& parameters) {
   nlohmann::ordered_json json;
-  for (const Row& row : kRows) {
-    auto& values = json[row.key] = nlohmann::ordered_json::array();
-    for (const auto& value : parameters.*row.value)
+  for (const ParameterKind& kind : kParameterKinds) {
+    auto& values = json[kind.key] = nlohmann::ordered_json::array();
+    for (const auto& value : parameters.*kind.value)
       values.push_back(value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr));
   }
   return json;
@@ -86,10 +65,10 @@ void print_table(const char* title, const RoomParameters& parameters, std::ostre
   out << fmt::format("{:<10}", title);
   for (const double hz : kBandCentres_hz) out << fmt::format("{:>9} Hz", hz);
   out << '\n';
-  for (const Row& row : kRows) {
-    out << fmt::format("  {:<8}", row.title);
-    for (const auto& value : parameters.*row.value)
-      out << (value ? fmt::format("{:>12.{}f}", *value, row.digits) : fmt::format("{:>12}", "-"));
+  for (const ParameterKind& kind : kParameterKinds) {
+    out << fmt::format("  {:<8}", fmt::format("{} {}", kind.name, kind.unit));
+    for (const auto& value : parameters.*kind.value)
+      out << (value ? fmt::format("{:>12.{}f}", *value, kind.digits) : fmt::format("{:>12}", "-"));
     out << '\n';
   }
 }

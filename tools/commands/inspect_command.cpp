@@ -5,7 +5,7 @@
 #include <fmt/ostream.h>
 
 #include "formats/bake_file/bake_file.h"
-#include "tools/commands/bake_overview.h"
+#include "tools/report/bake_overview.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/inspect_json.h"
 #include "tools/commands/inspect_tables.h"

@@ -18,14 +18,6 @@ namespace {
 
 constexpr std::size_t kShownGroups = 12, kShownInputs = 6, kShownMaterials = 20;
 constexpr std::size_t kWidth = 100;
-constexpr double kMinLevel_db = -99.9;
-
-std::string as_db(double power) {
-  const double level_db = decibels_of(power);
-  return level_db > kMinLevel_db ? fmt::format("{:.1f}", level_db) : "-";
-}
-
-std::string as_seconds(float seconds) { return seconds > 0 ? fmt::format("{:.2f}", seconds) : "-"; }
 
 std::string as_percent(double share) {
   return share <= 0 ? "-" : share < 0.0005 ? "<0.1" : fmt::format("{:.1f}", 100 * share);
@@ -49,9 +41,7 @@ std::string row(const std::string& title, const Values& values, Format format) {
 
 std::string band_header(const char* title) {
   std::string line = fmt::format("{:<26}", title);
-  for (const double hz : kBandCentres_hz)
-    line += fmt::format(
-        "{:>8}", hz < 1000 ? fmt::format("{:.0f} Hz", hz) : fmt::format("{:.0f} kHz", hz / 1000));
+  for (std::size_t b = 0; b < kBandCount; ++b) line += fmt::format("{:>8}", band_title(b));
   return line;
 }
 
@@ -98,41 +88,26 @@ void print_title(const BakeFile& file, const BakeOverview& overview, std::ostrea
 }
 
 void print_making(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
-  const BakeSettings& settings = file.settings();
-  const BakeStatistics& statistics = file.statistics();
+  const std::vector<MakingLine> lines = making_lines(file, overview);
   fmt::print(out, "\nhow it was made (inputs {:016x})\n", file.provenance().input_hash);
-  fmt::print(out, "  {:<10}{}\n", "by",
-             overview.command.empty() ? "an application, through libclamor_bake"
-                                      : printable(overview.command));
+  const auto print_line = [&out](const MakingLine& line) {
+    fmt::print(out, "  {:<10}{}\n", line.title, printable(line.text));
+  };
+  print_line(lines[0]);
   print_list("from", inputs_of(file.provenance()), out);
   print_list("using", file.provenance().libraries, out);
-  fmt::print(out, "  {:<10}seed {}, {}, up to {}, roulette exponent {}, paths up to {} s\n",
-             "settings", settings.seed, counted(settings.photons, "photon"),
-             counted(settings.sources, "secondary source"), settings.roulette_exponent,
-             settings.longest_path_s);
-  fmt::print(out, "  {:<10}{} C, {} % humidity, {} kPa: sound travels at {:.1f} m/s\n", "air",
-             settings.air.temperature_c, settings.air.humidity_percent, settings.air.pressure_kpa,
-             speed_of_sound_mps(settings.air));
-  fmt::print(out, "  {:<10}{}, {}, mean free path {:.2f} m, {:.1f} % escaped\n", "traced",
-             counted(statistics.photons_traced, "photon"), counted(statistics.bounces, "bounce"),
-             statistics.mean_free_path_m, 100 * escaped_share(statistics));
+  for (std::size_t i = 1; i < lines.size(); ++i) print_line(lines[i]);
 }
 
 void print_sound(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
-  const BakeStatistics& statistics = file.statistics();
-  const DecaySummary& decay = statistics.decay;
   fmt::print(out, "\n{}\n", band_header("acoustics"));
-  const bool dry =
-      std::all_of(decay.t30_s.begin(), decay.t30_s.end(), [](float s) { return s == 0; });
-  if (decay.places > 0 && !dry) out << row("T30, s", decay.t30_s, as_seconds) << '\n';
-  if (decay.places > 0 && dry) out << "  too dry for a T30\n";
-  out << row("power emitted, dB", statistics.power_emitted, as_db) << '\n';
-  out << row("  in all sources, dB", overview.power, as_db) << '\n';
-  const auto sum = [](const Bands& bands) { return *std::max_element(bands.begin(), bands.end()); };
-  if (sum(statistics.power_escaped) > 0)
-    out << row("  escaped, dB", statistics.power_escaped, as_db) << '\n';
-  if (sum(statistics.power_unfinished) > 0)
-    out << row("  cut at longest path, dB", statistics.power_unfinished, as_db) << '\n';
+  const DecaySummary& decay = file.statistics().decay;
+  if (decay.places > 0 && is_too_dry(decay)) out << "  too dry for a T30\n";
+  for (const BandRow& line : acoustic_rows(file, overview)) {
+    out << fmt::format("  {:<24}", line.title);
+    for (std::size_t b = 0; b < kBandCount; ++b) out << fmt::format("{:>8}", line.text(b));
+    out << '\n';
+  }
 }
 
 void print_emitters(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
@@ -244,8 +219,7 @@ void print_shares(const BakeOverview& overview, std::ostream& out) {
   };
   fmt::print(out, "\n{}\n", band_header("power by octree depth, %"));
   for (std::size_t d = 0; d < overview.depths.size(); ++d)
-    out << row(d == 0 ? "depth 0, the first page" : fmt::format("depth {}", d),
-               shares_of(overview.depths[d].power), as_percent)
+    out << row(depth_title(d), shares_of(overview.depths[d].power), as_percent)
         << '\n';
   if (overview.instanced.trees > 0)
     out << row("in instances", shares_of(overview.instanced.stored.power), as_percent) << '\n';
@@ -277,11 +251,7 @@ void print_bytes(const BakeFile& file, std::ostream& out) {
                as_percent(share_of(static_cast<double>(size), static_cast<double>(bytes.file))),
                share_of(static_cast<double>(size), sources));
   };
-  section("pages", bytes.pages);
-  section("signals", bytes.signals);
-  section("geometry", bytes.geometry);
-  section("root", bytes.root);
-  section("file", bytes.file);
+  for (const ByteSection& part : byte_sections(file)) section(part.title, part.bytes);
   fmt::print(out, "  {}: {:.2f} times smaller than unpacked ({} MB)\n",
              counted(file.page_count(), "page"),
              share_of(static_cast<double>(bytes.pages_unpacked), static_cast<double>(bytes.pages)),

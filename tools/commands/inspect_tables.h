@@ -3,7 +3,7 @@
 
 #include <iosfwd>
 
-#include "tools/commands/bake_overview.h"
+#include "tools/report/bake_overview.h"
 
 namespace clamor {
 

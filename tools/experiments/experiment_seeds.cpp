@@ -32,21 +32,6 @@ constexpr std::size_t kLowestJudged = 1, kHighestJudged = 6;  // 125 Hz to 4 kHz
 constexpr std::size_t kSeedPlaces = 6;
 constexpr std::uint64_t kManyTimes = 4;  // the photons of the file
 
-// A parameter with its just-noticeable difference (ISO 3382-1, annex A): a share of the value, or
-// an absolute one.
-struct Judged {
-  const char* name;
-  RoomParameters::Value RoomParameters::*value;
-  double noticeable;
-  bool is_share;
-};
-constexpr std::array<Judged, 6> kJudged = {{{"T30", &RoomParameters::t30_s, 0.05, true},
-                                            {"EDT", &RoomParameters::edt_s, 0.05, true},
-                                            {"C80", &RoomParameters::c80_db, 1, false},
-                                            {"D50", &RoomParameters::d50, 0.05, false},
-                                            {"Ts", &RoomParameters::ts_s, 0.01, false},
-                                            {"G", &RoomParameters::g_db, 1, false}}};
-
 struct SeedResult {
   RoomParameters of_energy, of_waveform;
 };
@@ -104,7 +89,7 @@ struct OverSeeds {
 
 // Over the seeds; nothing if one of them has no value.
 std::optional<OverSeeds> over_seeds(const SeedResults& results, std::size_t place,
-                                    RoomParameters SeedResult::*kind, const Judged& judged,
+                                    RoomParameters SeedResult::*kind, const ParameterKind& judged,
                                     std::size_t band) {
   OverSeeds over;
   std::vector<double> values;
@@ -123,14 +108,14 @@ std::optional<OverSeeds> over_seeds(const SeedResults& results, std::size_t plac
 // Deviation over the seeds in just-noticeable differences, root mean square over the places, in
 // each octave.
 std::vector<ReportTable::Cell> deviations(const SeedResults& results,
-                                          RoomParameters SeedResult::*kind, const Judged& judged) {
+                                          RoomParameters SeedResult::*kind, const ParameterKind& judged) {
   std::vector<ReportTable::Cell> cells;
   for (std::size_t b = kLowestJudged; b <= kHighestJudged; ++b) {
     double squares = 0;
     int count = 0;
     for (std::size_t p = 0; p < results[0].size(); ++p)
       if (const auto over = over_seeds(results, p, kind, judged, b)) {
-        const double unit = judged.noticeable * (judged.is_share ? over->mean : 1);
+        const double unit = judged.noticeable_at(over->mean);
         squares += over->deviation / unit * over->deviation / unit;
         ++count;
       }
@@ -143,7 +128,7 @@ std::vector<ReportTable::Cell> deviations(const SeedResults& results,
 // Difference that more photons make to the mean over seeds and places, in just-noticeable
 // differences.
 std::vector<ReportTable::Cell> shifts(const SeedResults& from, const SeedResults& to,
-                                      RoomParameters SeedResult::*kind, const Judged& judged) {
+                                      RoomParameters SeedResult::*kind, const ParameterKind& judged) {
   std::vector<ReportTable::Cell> cells;
   for (std::size_t b = kLowestJudged; b <= kHighestJudged; ++b) {
     double sum = 0;
@@ -151,7 +136,7 @@ std::vector<ReportTable::Cell> shifts(const SeedResults& from, const SeedResults
     for (std::size_t p = 0; p < from[0].size(); ++p) {
       const auto a = over_seeds(from, p, kind, judged, b), c = over_seeds(to, p, kind, judged, b);
       if (!a || !c) continue;
-      sum += (c->mean - a->mean) / (judged.noticeable * (judged.is_share ? a->mean : 1));
+      sum += (c->mean - a->mean) / judged.noticeable_at(a->mean);
       ++count;
     }
     cells.emplace_back(count > 0 ? ReportTable::Cell(sum / count)
@@ -214,7 +199,8 @@ Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostre
       {}};
   for (const auto& [of, kind] : {std::pair("energies", &SeedResult::of_energy),
                                  std::pair("one waveform", &SeedResult::of_waveform)})
-    for (const Judged& judged : kJudged) {
+    for (const ParameterKind& judged : kParameterKinds) {
+      if (judged.key == std::string("t20_s")) continue;  // T30 tells the same
       for (std::size_t n = 0; n < photons.size(); ++n)
         add_octaves(spread, {judged.name, of, static_cast<double>(photons[n])},
                     deviations(by_photons[n], kind, judged));

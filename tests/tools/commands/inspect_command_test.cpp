@@ -10,7 +10,7 @@
 #include "tests/baked_room.h"
 #include "tests/build_paths.h"
 #include "tests/tools/run_clamor.h"
-#include "tools/commands/bake_overview.h"
+#include "tools/report/bake_overview.h"
 
 namespace clamor::testing {
 

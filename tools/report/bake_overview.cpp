@@ -1,4 +1,4 @@
-#include "tools/commands/bake_overview.h"
+#include "tools/report/bake_overview.h"
 
 #include <algorithm>
 #include <array>
@@ -13,11 +13,13 @@
 
 #include <fmt/format.h>
 
+#include "common/air.h"
 #include "common/version.h"
 #include "formats/bake_file/signal_envelope.h"
 #include "formats/level/mesh.h"
 #include "formats/level/signal.h"
 #include "tools/program/shell_quote.h"
+#include "tools/program/text_format.h"
 
 namespace clamor {
 
@@ -178,6 +180,69 @@ std::vector<MaterialGroup> groups_of(std::span<const Material> materials) {
     groups[place->second].names.push_back(material.name);
   }
   return groups;
+}
+
+std::string BandRow::text(std::size_t band) const {
+  if (!is_power) return values[band] > 0 ? fmt::format("{:.2f}", values[band]) : "-";
+  constexpr double kMinLevel_db = -99.9;
+  const double level_db = decibels_of(static_cast<double>(values[band]));
+  return level_db > kMinLevel_db ? fmt::format("{:.1f}", level_db) : "-";
+}
+
+bool is_too_dry(const DecaySummary& decay) {
+  return std::all_of(decay.t30_s.begin(), decay.t30_s.end(), [](float s) { return s == 0; });
+}
+
+std::vector<BandRow> acoustic_rows(const BakeFile& file, const BakeOverview& overview) {
+  const BakeStatistics& statistics = file.statistics();
+  std::vector<BandRow> rows;
+  if (statistics.decay.places > 0 && !is_too_dry(statistics.decay))
+    rows.push_back({"T30, s", statistics.decay.t30_s, false});
+  rows.push_back({"power emitted, dB", statistics.power_emitted});
+  rows.push_back({"  in all sources, dB", overview.power});
+  const auto any = [](const Bands& bands) { return *std::max_element(bands.begin(), bands.end()) > 0; };
+  if (any(statistics.power_escaped)) rows.push_back({"  escaped, dB", statistics.power_escaped});
+  if (any(statistics.power_unfinished))
+    rows.push_back({"  cut at longest path, dB", statistics.power_unfinished});
+  return rows;
+}
+
+std::string depth_title(std::size_t depth) {
+  return depth == 0 ? "depth 0, the first page" : fmt::format("depth {}", depth);
+}
+
+std::string band_title(std::size_t band) {
+  const double hz = kBandCentres_hz[band];
+  return hz < 1000 ? fmt::format("{:.0f} Hz", hz) : fmt::format("{:.0f} kHz", hz / 1000);
+}
+
+std::vector<ByteSection> byte_sections(const BakeFile& file) {
+  const BakeBytes bytes = file.bytes();
+  return {{"pages", bytes.pages},
+          {"signals", bytes.signals},
+          {"geometry", bytes.geometry},
+          {"root", bytes.root},
+          {"file", bytes.file}};
+}
+
+std::vector<MakingLine> making_lines(const BakeFile& file, const BakeOverview& overview) {
+  const BakeSettings& settings = file.settings();
+  const BakeStatistics& statistics = file.statistics();
+  return {
+      {"by", overview.command.empty() ? "an application, through libclamor_bake" : overview.command},
+      {"settings",
+       fmt::format("seed {}, {}, up to {}, roulette exponent {}, paths up to {} s", settings.seed,
+                   counted(settings.photons, "photon"),
+                   counted(settings.sources, "secondary source"), settings.roulette_exponent,
+                   settings.longest_path_s)},
+      {"air", fmt::format("{} C, {} % humidity, {} kPa: sound travels at {:.1f} m/s",
+                          settings.air.temperature_c, settings.air.humidity_percent,
+                          settings.air.pressure_kpa, speed_of_sound_mps(settings.air))},
+      {"traced", fmt::format("{}, {}, mean free path {:.2f} m, {:.1f} % escaped",
+                             counted(statistics.photons_traced, "photon"),
+                             counted(statistics.bounces, "bounce"), statistics.mean_free_path_m,
+                             100 * escaped_share(statistics))},
+  };
 }
 
 Result<BakeOverview> overview_of(const BakeFile& file) {

@@ -1,6 +1,8 @@
-// bake_overview.h: totals and groups of what an open bake file holds, for clamor inspect.
+// bake_overview.h: totals and groups of what an open bake file holds, in the words that clamor
+// inspect, clamor report and others share.
 //
-// inspect_tables.cpp prints them for people, inspect_json.cpp for programs.
+// inspect_tables.cpp prints them in a terminal, inspect_json.cpp for programs, report_document.cpp on
+// a page.
 #pragma once
 
 #include <cstdint>
@@ -47,6 +49,38 @@ struct BakeOverview {
 
 // Reads pages only if there are instances and the root does not say whether anything was traced.
 Result<BakeOverview> overview_of(const BakeFile& file);
+
+// Values per octave, with their title and unit.
+struct BandRow {
+  std::string title;
+  Bands values{};
+  bool is_power = true;  // printed in decibels; otherwise in seconds
+
+  std::string text(std::size_t band) const;  // "-" for what is not known
+};
+
+// Decay times and powers: "T30, s", "power emitted, dB" and so on. No T30 where it is too dry.
+std::vector<BandRow> acoustic_rows(const BakeFile& file, const BakeOverview& overview);
+bool is_too_dry(const DecaySummary& decay);
+
+// "depth 0, the first page".
+std::string depth_title(std::size_t depth);
+// "63 Hz", "1 kHz".
+std::string band_title(std::size_t band);
+
+struct ByteSection {
+  const char* title;
+  std::uint64_t bytes;
+};
+// The parts of the file, and last the whole.
+std::vector<ByteSection> byte_sections(const BakeFile& file);
+
+// "seed 1, 20 000 photons, ...": the lines of how it was made, each with its title.
+struct MakingLine {
+  const char* title;
+  std::string text;
+};
+std::vector<MakingLine> making_lines(const BakeFile& file, const BakeOverview& overview);
 
 // Decodes everything and checks the root's totals against the pages. The Error names the first part
 // that is damaged.

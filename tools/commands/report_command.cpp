@@ -1,0 +1,165 @@
+// report_command.cpp: clamor report: what a bake sounds like, as one page.
+#include <ostream>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_metadata.h"
+#include "formats/files/atomic_file.h"
+#include "formats/files/output_target.h"
+#include "tools/commands/commands.h"
+#include "tools/program/arguments.h"
+#include "tools/program/interrupt.h"
+#include "tools/program/progress.h"
+#include "tools/program/text_format.h"
+#include "tools/report/report_document.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kListenerSources = 20'000, kMapSources = 3000, kMapCells = 240;
+constexpr std::size_t kMaxListeners = 9;  // colours of a chart
+
+struct ReportOptions {
+  std::string level, output, other, emitter;
+  std::vector<Vec3> listeners_m;
+  bool exact = false;
+};
+
+struct OpenRoom {
+  explicit OpenRoom(BakeFile opened) : file(std::move(opened)) {}
+  BakeFile file;
+  Room room;
+};
+
+Result<std::unique_ptr<OpenRoom>> open_room(const std::string& path) {
+  auto file = BakeFile::open(path, FileAccess::kMap);
+  if (!file.ok()) return file.error();
+  auto opened = std::make_unique<OpenRoom>(std::move(*file));
+  auto room = Room::read(opened->file);
+  if (!room.ok()) return room.error();
+  opened->room = std::move(*room);
+  return opened;
+}
+
+MeasuredRoom measure_at(const ReportOptions& options, const Room& room, const Excitation& excitation,
+                        const std::vector<Vec3>& listeners_m, const std::string& label,
+                        std::ostream& err) {
+  MeasuredRoom measured{&room, excitation, {}, 0};
+  const std::vector<Source> sample =
+      fair_sample(room, excitation, options.exact ? room.sources.size() : kListenerSources,
+                  middle_t30_s(room.file->statistics().decay.t30_s));
+  measured.sources = sample.size();
+  Progress progress(err, label);
+  for (const Vec3& listener_m : listeners_m) {
+    progress.update(static_cast<double>(measured.responses.size()) /
+                        static_cast<double>(listeners_m.size()),
+                    counted(sample.size(), "source"));
+    measured.responses.push_back(measure_response(room, excitation, sample, listener_m));
+  }
+  progress.update(1, counted(sample.size(), "source"));
+  return measured;
+}
+
+Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
+  auto opened = open_room(options.level);
+  if (!opened.ok()) return opened.error();
+  const Room& room = (*opened)->room;
+  auto excitation = excitation_of(room, options.emitter);
+  if (!excitation.ok()) return excitation.error();
+  ReportContents contents;
+  auto overview = overview_of((*opened)->file);
+  if (!overview.ok()) return overview.error();
+  contents.overview = std::move(*overview);
+  contents.findings = find_in_level(room);
+  contents.map = floor_grid(room, kMapCells);
+  const std::vector<Vec3> listeners_m =
+      options.listeners_m.empty() ? listening_places(room, *excitation, contents.map)
+                                  : options.listeners_m;
+  contents.measured = measure_at(options, room, *excitation, listeners_m, "  listeners", err);
+
+  const std::vector<Source> few = fair_sample(room, *excitation, kMapSources,
+                                              middle_t30_s(room.file->statistics().decay.t30_s));
+  const QuickResponse quick(room, *excitation, few);
+  if (!contents.map.cells.empty()) {
+    Progress progress(err, "  map");
+    measure(quick,
+            [&](double share) { progress.update(share, counted(contents.map.cells.size(), "place")); },
+            contents.map);
+    contents.map_at_first = quick.at(listeners_m[0]);
+  }
+  std::unique_ptr<OpenRoom> other;
+  if (!options.other.empty()) {
+    auto second = open_room(options.other);
+    if (!second.ok()) return second.error();
+    other = std::move(*second);
+    auto other_excitation = excitation_of(other->room, options.emitter);
+    if (!other_excitation.ok()) return other_excitation.error();
+    contents.other = measure_at(options, other->room, *other_excitation, listeners_m,
+                                "  the other bake", err);
+  }
+  auto view = view_of(room, contents.findings, contents.map, listeners_m);
+  if (!view.ok()) return view.error();
+  contents.view = std::move(*view);
+  return report_html(contents);
+}
+
+}  // namespace
+
+int run_report(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+  ReportOptions options;
+  std::vector<std::string> listeners;
+  Arguments parser(
+      "report",
+      "Writes what a bake sounds like, and whether anything is wrong with it, as one page for a "
+      "browser: a view of the level with its sources, openings, gaps and a listener to drag; decay "
+      "curves and room parameters (ISO 3382-1) at listeners; maps of level, C80 and T30 over the "
+      "floor; materials and sizes. The page is one file and needs no network.",
+      "clamor report hall.clamor -o report.html");
+  parser.positional("bake", options.level, "the bake file");
+  parser.option("-o,--output", options.output, "the page to write, HTML");
+  parser.required("-o");
+  parser.option("--listener", listeners,
+                "position X,Y,Z in metres; may be repeated [unset: near, amid and far]");
+  parser.option("--emitter", options.emitter,
+                "name of the emitter that sounds [unset: the first, or all of a crowd]");
+  parser.option("--compare", options.other, "another bake, to be shown beside it at the same places");
+  parser.flag("--exact", options.exact,
+              "measure at listeners with all sources, as clamor impulse does (slower)");
+  if (const auto code = parser.parse(arguments, out, err)) return *code;
+  for (const std::string& text : listeners) {
+    const auto pose = parse_listener(text);
+    if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
+    options.listeners_m.push_back(pose->position_m);
+  }
+  if (options.listeners_m.size() > kMaxListeners)
+    return parser.bad_usage(err, fmt::format("--listener may be given {} times at most", kMaxListeners));
+  const auto fail = [&err](const Error& error) {
+    err << "clamor report: " << error.message << '\n';
+    return kBadInput;
+  };
+  InputFiles inputs;
+  inputs.add(options.level);
+  inputs.add(options.other);
+  if (const auto target = OutputTarget::find(options.output, inputs); !target.ok())
+    return fail(target.error());
+  const Progress whole(err, "");
+  const auto page = [&] {
+    const ExitOnSignal stop("report");
+    return page_of(options, err);
+  }();
+  if (!page.ok()) return fail(page.error());
+  const Interrupt until_written;
+  auto file = AtomicFile::create(options.output);
+  if (!file.ok()) return fail(file.error());
+  if (const auto written = file->write(std::as_bytes(std::span(*page))); !written.ok())
+    return fail(written.error());
+  if (const auto done = file->commit(); !done.ok()) return fail(done.error());
+  err << fmt::format("  wrote    {}: {:.1f} MB in {}\n", options.output,
+                     static_cast<double>(page->size()) / 1e6, format_duration(whole.seconds()));
+  return kSuccess;
+}
+
+}  // namespace clamor

@@ -1,0 +1,470 @@
+"use strict";
+// view.js: the level in three dimensions, and the sources that a listener in it hears.
+
+// Viridis (S. van der Walt, N. Smith, 2015), at eighths.
+const kScale = [[68, 1, 84], [70, 51, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [159, 218, 58], [253, 231, 37]];
+function scaleColour(share) {
+  const x = Math.min(Math.max(share, 0), 1) * (kScale.length - 1), k = Math.min(Math.floor(x), kScale.length - 2);
+  return kScale[k].map((value, i) => Math.round(value + (x - k) * (kScale[k + 1][i] - value)));
+}
+const kPalette = [[194, 79, 0], [0, 105, 171], [0, 128, 93], [176, 86, 139], [47, 143, 201], [178, 123, 0], [122, 79, 191], [128, 96, 34]];
+const kLayers = [
+  ["surfaces", "surfaces", true, null], ["sources", "sources", true, null], ["chosen", "chosen", true, null],
+  ["emitters", "emitters", true, [194, 79, 0]], ["openings", "openings", true, [200, 30, 45]], ["gaps", "thin gaps", false, [224, 150, 0]],
+  ["duplicates", "twice there", true, [132, 60, 190]], ["probes", "probes", false, [0, 150, 136]], ["portals", "portals", false, [60, 110, 220]],
+  ["octree", "octree", false, null], ["map", "map", false, null]];
+const kListener = [214, 0, 110];
+
+class View {
+  constructor(level) {
+    this.level = level;
+    this.place = (level.listeners[0] ?? times(add(level.low, level.high), 0.5)).slice();
+    this.layers = Object.fromEntries(kLayers.map(([key, , shown]) => [key, shown]));
+    this.occluders = null;
+    this.focus = null;
+    this.camera = new Camera(level.low, level.high);
+    this.canvas = document.getElementById("canvas");
+    this.stage = document.getElementById("stage");
+    this.longest = Math.max(1e-3, level.sources.delays.reduce((a, b) => Math.max(a, b), 0));
+    this.loudest = this.powerRange();
+    this.fillControls();
+    try {
+      this.drawing = new Drawing(this.canvas);
+    } catch (problem) {
+      this.drawing = null;
+      this.withoutWebGl();
+    }
+    if (this.drawing !== null) {
+      this.paintMesh();
+      this.paintSources();
+      this.paintMarkers();
+      this.paintNodes();
+      this.listen();
+      new ResizeObserver(() => this.redraw()).observe(this.stage);
+      window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.paintMesh(); this.redraw(); });
+      window.addEventListener("beforeprint", () => this.drawNow());
+    }
+    this.moved();
+    this.tellShown();
+    // Sorting the triangles takes a moment that the first picture need not wait for.
+    setTimeout(() => {
+      this.occluders = new Occluders(level.mesh);
+      this.moved();
+    }, 30);
+  }
+
+  withoutWebGl() {
+    this.canvas.remove();
+    document.getElementById("legend").remove();
+    const text = document.createElement("p");
+    text.className = "missing";
+    text.textContent = "This browser has no WebGL2, so the level cannot be drawn. The listener can be moved with the numbers beside it; all else on this page is there.";
+    this.stage.append(text);
+    this.stage.style.height = this.stage.style.minHeight = "auto";
+    for (const set of document.querySelectorAll("#controls fieldset")) if (set.querySelector("#listener-x") === null) set.hidden = true;
+    for (const note of document.querySelectorAll(".note.keys")) note.hidden = true;
+    for (const button of document.querySelectorAll("[data-finding]")) button.hidden = true;
+  }
+
+  get(id) { return document.getElementById(id); }
+
+  powerRange() {
+    const s = this.level.sources;
+    let top = -Infinity;
+    for (let i = 0; i < s.flags.length; ++i) if (s.flags[i] === 0) top = Math.max(top, this.powerDb(i, -1));
+    return top;
+  }
+
+  powerDb(i, band) {
+    const powers = this.level.sources.powers;
+    let sum = 0;
+    if (band >= 0) sum = powers[8 * i + band];
+    else for (let b = 0; b < 8; ++b) sum += powers[8 * i + b];
+    return sum > 0 ? 10 * Math.log10(sum) : -Infinity;
+  }
+
+  fillControls() {
+    const option = (select, value, text) => select.append(new Option(text, value));
+    for (const [key, text, shown, colour] of kLayers) {
+      const label = document.createElement("label"), box = document.createElement("input");
+      box.type = "checkbox";
+      box.id = "layer-" + key;
+      box.checked = shown;
+      box.addEventListener("change", () => { this.layers[key] = box.checked; this.redraw(); });
+      label.append(box);
+      if (colour !== null) {
+        const swatch = document.createElement("span");
+        swatch.className = "swatch";
+        swatch.style.background = `rgb(${colour})`;
+        label.append(swatch);
+      }
+      label.append(text);
+      this.get("layers").append(label);
+    }
+    const colour = this.get("colour"), band = this.get("band"), surface = this.get("surface");
+    option(colour, "delay", "by delay");
+    option(colour, "power", "by power");
+    option(colour, "material", "by material");
+    if (this.level.kinds.length > 1) option(colour, "emitter", "by emitter");
+    option(band, -1, "all octaves");
+    option(surface, "plain", "plain");
+    option(surface, "material", "by material");
+    this.level.bandsHz.forEach((hz, b) => {
+      option(band, b, this.hertz(hz));
+      option(surface, b, "absorption at " + this.hertz(hz));
+    });
+    const depth = this.get("depth");
+    depth.max = Math.max(0, this.level.nodes.shown - 1);
+    depth.value = Math.min(2, depth.max);
+    for (const id of ["colour", "band", "delay-from", "delay-to", "power"])
+      this.get(id).addEventListener("input", () => { this.paintSources(); this.moved(); });
+    surface.addEventListener("input", () => { this.paintMesh(); this.redraw(); });
+    this.get("cut").addEventListener("input", () => this.redraw());
+    depth.addEventListener("input", () => { this.layers.octree = this.get("layer-octree").checked = true; this.paintNodes(); this.redraw(); });
+    ["x", "y", "z"].forEach((axis, i) => {
+      const input = this.get("listener-" + axis);
+      input.value = this.place[i].toFixed(1);
+      input.addEventListener("change", () => { this.place[i] = Number(input.value) || 0; this.moved(); });
+    });
+    for (const id of ["voices", "occlusion"]) this.get(id).addEventListener("change", () => this.moved());
+    this.get("controls").addEventListener("submit", (event) => event.preventDefault());
+    for (const button of document.querySelectorAll("[data-finding]"))
+      button.addEventListener("click", () => this.show(Number(button.dataset.finding)));
+  }
+
+  hertz(hz) { return hz < 1000 ? hz + " Hz" : hz / 1000 + " kHz"; }
+
+  tellShown() {
+    const {sources, mesh, nodes, emitters} = this.level, parts = [];
+    const count = (n) => n.toLocaleString("en").replaceAll(",", "\u202f");
+    parts.push(sources.held < sources.total - sources.images
+      ? `The view holds the ${count(sources.held)} of ${count(sources.total)} sources of highest power over u: the octree's top, a fair sample of all. The choice is made among them.`
+      : `The view holds all ${count(sources.held)} sources.`);
+    if (sources.images > 0) parts.push(`${count(sources.images)} image sources (early reflections by mirrors) are not among those chosen here: whether they are heard takes their mirrors.`);
+    if (mesh.corners.length / 3 < mesh.total) parts.push(`It draws the ${count(mesh.corners.length / 3)} largest of ${count(mesh.total)} triangles.`);
+    if (nodes.shown < nodes.depths) parts.push(`Octree nodes are there for the first ${nodes.shown} of ${nodes.depths} depths.`);
+    if (emitters.places.length / 6 < emitters.total) parts.push(`It shows ${count(emitters.places.length / 6)} of ${count(emitters.total)} emitters.`);
+    parts.push("Sources are hidden or seen in a straight line, without the diffraction that the player has.");
+    this.get("shown").textContent = parts.join(" ");
+  }
+
+  show(index) {
+    const finding = this.level.findings[index];
+    this.focus = finding;
+    const layer = {opening: "openings", gap: "gaps", duplicate: "duplicates"}[finding.kind];
+    if (layer !== undefined) this.layers[layer] = this.get("layer-" + layer).checked = true;
+    this.camera.lookAt(finding.place.slice(), Math.min(finding.size, 0.4 * this.camera.extent));
+    this.stage.scrollIntoView({block: "center"});
+    this.canvas.focus({preventScroll: true});
+    this.paintMarkers();
+    this.redraw();
+  }
+
+  // --- What is drawn ---------------------------------------------------------------------------
+
+  isDark() { return window.matchMedia("(prefers-color-scheme: dark)").matches && !window.matchMedia("print").matches; }
+
+  paintMesh() {
+    if (this.drawing === null) return;
+    const {mesh, laws} = this.level, mode = this.get("surface").value, dark = this.isDark();
+    const plain = dark ? [112, 118, 126] : [214, 212, 206];
+    const used = [...new Set(mesh.materials)].sort((a, b) => a - b);
+    const ofMaterial = laws.materials.map((material, m) => {
+      if (mode === "plain") return plain;
+      if (mode === "material") return kPalette[used.indexOf(m) % kPalette.length].map((c) => Math.round(0.55 * c + 0.45 * plain[0]));
+      return scaleColour(material.absorption[Number(mode)]);
+    });
+    const places = new Float32Array(3 * mesh.corners.length), shades = new Uint8Array(3 * mesh.corners.length);
+    for (let i = 0; i < mesh.corners.length; ++i) {
+      places.set(mesh.positions.subarray(3 * mesh.corners[i], 3 * mesh.corners[i] + 3), 3 * i);
+      shades.set(ofMaterial[mesh.materials[Math.floor(i / 3)]], 3 * i);
+    }
+    this.drawing.set("surfaces", "triangles", {place: [3, places], shade: [3, shades]});
+  }
+
+  passes(i) {
+    const s = this.level.sources, delay = s.delays[i] / this.longest * 1000, band = Number(this.get("band").value);
+    const db = this.powerDb(i, band), least = this.loudest - 60 + 0.6 * Number(this.get("power").value);
+    return delay >= Number(this.get("delay-from").value) && delay <= Number(this.get("delay-to").value) &&
+      (Number(this.get("power").value) === 0 || db >= least);
+  }
+
+  colourOf(i) {
+    const s = this.level.sources, mode = this.get("colour").value;
+    if (mode === "delay") return scaleColour(Math.sqrt(s.delays[i] / this.longest));
+    if (mode === "power") return scaleColour((this.powerDb(i, Number(this.get("band").value)) - this.loudest + 40) / 40);
+    return kPalette[(mode === "material" ? s.materials[i] : s.kinds[i]) % kPalette.length];
+  }
+
+  paintSources() {
+    if (this.drawing === null) return;
+    const s = this.level.sources, places = [], shades = [], sizes = [];
+    for (let i = 0; i < s.flags.length; ++i) {
+      if (s.flags[i] !== 0 || !this.passes(i)) continue;
+      places.push(s.places[9 * i], s.places[9 * i + 1], s.places[9 * i + 2]);
+      shades.push(...this.colourOf(i), 190);
+      sizes.push(1.6 + 0.05 * Math.max(0, this.powerDb(i, Number(this.get("band").value)) - this.loudest + 40));
+    }
+    this.drawing.set("sources", "points", {place: [3, Float32Array.from(places)], shade: [4, Uint8Array.from(shades)], size: [1, Float32Array.from(sizes)]});
+    this.legend();
+  }
+
+  legend() {
+    const mode = this.get("colour").value, legend = this.get("legend");
+    if (legend === null) return;
+    const bar = `<span class="bar" style="background: linear-gradient(90deg, ${kScale.map((c) => `rgb(${c})`).join()})"></span>`;
+    const ends = {delay: ["0 ms", `${Math.round(250 * this.longest)} ms`, `${Math.round(1000 * this.longest)} ms`],
+      power: [`${Math.round(this.loudest - 40)} dB`, `${Math.round(this.loudest)} dB`]}[mode];
+    legend.innerHTML = ends === undefined ? `Sources by ${mode}` :
+      `${mode === "delay" ? "Path delay of sources" : "Power of sources"}${bar}<span class="ends">${ends.map((e) => `<span>${e}</span>`).join("")}</span>`;
+  }
+
+  points(name, list, options = {}) {
+    this.drawing.set(name, "points", {
+      place: [3, Float32Array.from(list.flatMap((p) => [...p.place]))],
+      shade: [4, Uint8Array.from(list.flatMap((p) => [...p.colour, p.alpha ?? 255]))],
+      size: [1, Float32Array.from(list.map((p) => p.size))]}, {onTop: true, ...options});
+  }
+
+  lines(name, list, options = {}) {
+    this.drawing.set(name, "lines", {
+      place: [3, Float32Array.from(list.flatMap((l) => [...l.from, ...l.to]))],
+      shade: [4, Uint8Array.from(list.flatMap((l) => [...l.colour, l.alpha ?? 255, ...l.colour, l.alpha ?? 255]))]}, options);
+  }
+
+  // A circle across a direction.
+  circle(middle, across, radius, colour) {
+    const n = unit(Math.hypot(...across) > 0.05 ? across : [0, 1, 0]), u = unit(outer(Math.abs(n[1]) < 0.9 ? [0, 1, 0] : [1, 0, 0], n)), v = outer(n, u), list = [];
+    const at = (k) => add(middle, add(times(u, radius * Math.cos(k * Math.PI / 24)), times(v, radius * Math.sin(k * Math.PI / 24))));
+    for (let k = 0; k < 48; ++k) list.push({from: at(k), to: at(k + 1), colour});
+    return list;
+  }
+
+  paintMarkers() {
+    if (this.drawing === null) return;
+    const {emitters, probes, portals, findings} = this.level, colours = Object.fromEntries(kLayers.map(([key, , , colour]) => [key, colour]));
+    const many = emitters.places.length / 6 > 200, list = [];
+    for (let e = 0; e < emitters.places.length / 6; ++e)
+      list.push({place: emitters.places.subarray(6 * e, 6 * e + 3), colour: colours.emitters, size: many ? 3 : 13, alpha: many ? 200 : 255});
+    this.points("emitters", list, {onTop: !many});
+    const zones = probes.zones;
+    this.points("probes", Array.from(zones, (_, p) => ({place: probes.places.subarray(3 * p, 3 * p + 3), colour: colours.probes, size: 6})));
+    const outlines = [];
+    for (const portal of portals) {
+      const corner = (a, b) => add(portal.centre, add(times(portal.u, a), times(portal.v, b)));
+      const corners = [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)];
+      corners.forEach((from, k) => outlines.push({from, to: corners[(k + 1) % 4], colour: colours.portals}));
+    }
+    this.lines("portals", outlines, {onTop: true});
+    const openings = [], marks = {openings: [], gaps: [], duplicates: []};
+    for (const finding of findings) {
+      if (finding.place === undefined) continue;
+      const layer = {opening: "openings", gap: "gaps", duplicate: "duplicates", warning: "openings"}[finding.kind];
+      marks[layer].push({place: finding.place, colour: colours[layer], size: 10});
+      if (finding.kind !== "opening") continue;
+      openings.push(...this.circle(finding.place, finding.direction, finding.size / 2, colours.openings));
+      openings.push({from: finding.place, to: add(finding.place, times(finding.direction, 0.6 * finding.size + 0.5)), colour: colours.openings});
+    }
+    for (const [layer, points] of Object.entries(marks)) this.points(layer, points);
+    this.lines("opening-lines", openings, {onTop: true});
+    this.points("focus", this.focus === null ? [] : [{place: this.focus.place, colour: kListener, size: 30}], {ring: 0.8});
+  }
+
+  paintNodes() {
+    if (this.drawing === null) return;
+    const {boxes, of} = this.level.nodes, depth = Number(this.get("depth").value), list = [], colour = this.isDark() ? [150, 190, 230] : [40, 80, 130];
+    for (let n = 0; n < of.length; ++n) {
+      if (of[n] !== depth) continue;
+      const b = boxes.subarray(6 * n, 6 * n + 6), corner = (k) => [b[k & 1 ? 3 : 0], b[k & 2 ? 4 : 1], b[k & 4 ? 5 : 2]];
+      for (const [from, to] of [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]])
+        list.push({from: corner(from), to: corner(to), colour, alpha: 130});
+    }
+    this.lines("octree", list);
+  }
+
+  // Squares of the floor map's colours (floor.js).
+  paintMap(squares) {
+    if (this.drawing === null) return;
+    const places = [], shades = [];
+    for (const {x, y, z, half, colour} of squares)
+      for (const [u, v] of [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]]) {
+        places.push(x + u * half, y + 0.04, z + v * half);
+        shades.push(...colour);
+      }
+    this.drawing.set("map", "triangles", {place: [3, Float32Array.from(places)], shade: [3, Uint8Array.from(shades)]}, {bothSides: true});
+    this.redraw();
+  }
+
+  redraw() {
+    if (this.drawing === null || this.waiting === true) return;
+    this.waiting = true;
+    requestAnimationFrame(() => { this.waiting = false; this.drawNow(); });
+  }
+
+  drawNow() {
+    const cut = this.level.low[1] + (this.level.high[1] - this.level.low[1]) * Number(this.get("cut").value) / 1000 + 0.01;
+    const paper = getComputedStyle(this.stage).backgroundColor.match(/[\d.]+/g).slice(0, 3).map((c) => c / 255);
+    const on = (layer) => this.layers[layer] ? [layer] : [];
+    this.drawing.draw(this.camera, {paper, cut, names: [
+      ...on("surfaces"), ...on("map"), ...on("octree"), ...on("sources"), ...(this.layers.chosen ? ["rays", "chosen"] : []), ...on("portals"),
+      ...on("probes"), ...on("gaps"), ...on("duplicates"), ...(this.layers.openings ? ["opening-lines", "openings"] : []), ...on("emitters"), "focus", "listener", "ring"]});
+    this.placeLabels();
+  }
+
+  // Words beside what is marked, where there is room for them.
+  placeLabels() {
+    for (const old of this.stage.querySelectorAll(".label")) old.remove();
+    const wide = this.stage.clientWidth, high = this.stage.clientHeight, taken = [], wanted = [[this.place, "listener"]];
+    if (this.focus !== null) wanted.push([this.focus.place, this.focus.text.split(": ")[0].slice(0, 60)]);
+    if (this.layers.emitters) this.level.emitters.names.slice(0, 8).forEach((name, e) => wanted.push([this.level.emitters.places.subarray(6 * e, 6 * e + 3), name]));
+    if (this.layers.openings) for (const f of this.level.findings) if (f.kind === "opening" && f.place !== undefined && f !== this.focus) wanted.push([f.place, f.text.split(" of ")[0]]);
+    for (const [place, text] of wanted) {
+      const seen = this.camera.project(place, wide / high);
+      if (seen === null || Math.abs(seen[0]) > 1 || Math.abs(seen[1]) > 1) continue;
+      const x = (seen[0] + 1) / 2 * wide, y = (1 - seen[1]) / 2 * high, label = document.createElement("span");
+      label.className = "label";
+      label.setAttribute("aria-hidden", "true");
+      label.textContent = text;
+      this.stage.append(label);
+      const box = {left: x + 15 + label.offsetWidth > wide ? x - 15 - label.offsetWidth : x + 15, top: y - 10};
+      box.right = box.left + label.offsetWidth;
+      box.bottom = box.top + label.offsetHeight;
+      if (taken.some((t) => t.left < box.right && box.left < t.right && t.top < box.bottom && box.top < t.bottom)) {
+        label.remove();
+        continue;
+      }
+      taken.push(box);
+      label.style.transform = `translate(${box.left}px, ${box.top}px)`;
+    }
+  }
+
+  // --- The listener ----------------------------------------------------------------------------
+
+  moveTo(place) {
+    this.place = place.slice();
+    ["x", "y", "z"].forEach((axis, i) => { this.get("listener-" + axis).value = this.place[i].toFixed(1); });
+    this.moved();
+  }
+
+  moved() {
+    if (this.choosing === true) return;
+    this.choosing = true;
+    requestAnimationFrame(() => { this.choosing = false; this.chooseNow(); });
+  }
+
+  chooseNow() {
+    const level = this.level, voices = Math.min(4000, Math.max(1, Number(this.get("voices").value) || 1));
+    const hides = this.get("occlusion").checked && this.occluders !== null;
+    this.choice = choose(level, this.place, voices, hides ? sightTo(level, this.occluders, this.place) : null);
+    const bands = new Float64Array(8), shares = [0, 0, 0];
+    let first = Infinity, all = 0;
+    for (const one of this.choice.chosen) {
+      const o = 9 * one.index, at = level.sources.places;
+      one.distance = Math.hypot(this.place[0] - at[o], this.place[1] - at[o + 1], this.place[2] - at[o + 2]);
+      one.arrives = level.sources.delays[one.index] + one.distance / level.speed;
+      first = Math.min(first, one.arrives);
+      one.heard = one.weight * one.scale;
+      all += one.heard;
+    }
+    for (const one of this.choice.chosen) shares[(level.sources.flags[one.index] & kEmitter) !== 0 ? 0 : one.arrives - first < 0.08 ? 1 : 2] += one.heard / all;
+    const percent = (x) => `${(100 * x).toFixed(0)} %`, {chosen, hidden, tau} = this.choice;
+    const exact = chosen.filter((one) => one.scale === 1).length;
+    const text = [
+      chosen.length === 0 ? "Nothing is heard here." : `${chosen.length} of ${level.sources.held} sources chosen${hides ? `, ${hidden} passed over behind surfaces` : ""}; ${exact} of them exactly, the others scaled up.`,
+      chosen.length === 0 ? "" : `Direct sound ${percent(shares[0])}, first 80 ms ${percent(shares[1])}, later ${percent(shares[2])} of the loudness.`];
+    clearTimeout(this.telling);
+    this.telling = setTimeout(() => { this.get("heard").innerHTML = text.map((line) => `<p>${line}</p>`).join(""); }, 120);
+    this.get("heard").dataset.chosen = chosen.map((one) => one.index).join();
+    this.get("heard").dataset.tau = tau;
+    this.fillTable(all);
+    if (this.drawing === null) return;
+    const drawn = chosen.filter((one) => level.sources.flags[one.index] === 0 && this.passes(one.index));
+    this.points("chosen", drawn.map((one) => ({place: level.sources.places.subarray(9 * one.index, 9 * one.index + 3), colour: this.colourOf(one.index), size: 7})), {onTop: false});
+    const strongest = [...chosen].sort((a, b) => b.heard - a.heard).slice(0, 60), top = strongest[0]?.heard ?? 1;
+    this.lines("rays", strongest.map((one) => ({from: this.place, to: level.sources.places.subarray(9 * one.index, 9 * one.index + 3), colour: kListener, alpha: Math.round(40 + 190 * Math.sqrt(one.heard / top))})));
+    this.points("listener", [{place: this.place, colour: kListener, size: 11}]);
+    this.points("ring", [{place: this.place, colour: kListener, size: 26}], {ring: 0.78});
+    this.redraw();
+  }
+
+  fillTable(all) {
+    const level = this.level, rows = [...this.choice.chosen].sort((a, b) => b.heard - a.heard).slice(0, 15).map((one) => {
+      const i = one.index, emits = (level.sources.flags[i] & kEmitter) !== 0;
+      const cells = [emits ? level.kinds[level.sources.kinds[i]].name : level.laws.materials[level.sources.materials[i]].name,
+        emits ? "emitter" : "reflection", (1000 * one.arrives).toFixed(1), one.distance.toFixed(2), (10 * Math.log10(one.heard / all)).toFixed(1), one.scale.toFixed(1)];
+      return `<tr>${cells.map((cell, c) => c === 0 ? `<th scope="row">${escapeText(cell)}</th>` : `<td>${cell}</td>`).join("")}</tr>`;
+    });
+    this.get("chosen").innerHTML = `<div class="table"><table><caption>Strongest sources at ${this.place.map((x) => x.toFixed(1)).join(", ")} m</caption><thead><tr>` +
+      ["from", "kind", "arrives (ms)", "distance (m)", "share (dB)", "scaled by"].map((title) => `<th scope="col">${title}</th>`).join("") +
+      `</tr></thead><tbody>${rows.join("")}</tbody></table></div>`;
+  }
+
+  // --- Hands -----------------------------------------------------------------------------------
+
+  listen() {
+    const canvas = this.canvas, pointers = new Map();
+    let drag = null, pinch = 0;
+    const share = (event) => {
+      const box = canvas.getBoundingClientRect();
+      return [(event.clientX - box.left) / box.width * 2 - 1, 1 - (event.clientY - box.top) / box.height * 2, box];
+    };
+    const onListener = (event) => {
+      const [x, y, box] = share(event), seen = this.camera.project(this.place, box.width / box.height);
+      return seen !== null && Math.hypot((seen[0] - x) * box.width / 2, (seen[1] - y) * box.height / 2) < 20;
+    };
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      pointers.set(event.pointerId, [event.clientX, event.clientY]);
+      drag = onListener(event) ? "listener" : event.shiftKey || event.button !== 0 ? "pan" : "orbit";
+      canvas.style.cursor = "grabbing";
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      if (!pointers.has(event.pointerId)) {
+        canvas.style.cursor = onListener(event) ? "move" : "grab";
+        return;
+      }
+      const [oldX, oldY] = pointers.get(event.pointerId), dx = event.clientX - oldX, dy = event.clientY - oldY;
+      pointers.set(event.pointerId, [event.clientX, event.clientY]);
+      if (pointers.size === 2) {
+        const [[ax, ay], [bx, by]] = [...pointers.values()], apart = Math.hypot(ax - bx, ay - by);
+        if (pinch > 0) this.camera.zoom(pinch / apart);
+        pinch = apart;
+        this.redraw();
+      } else if (drag === "listener") {
+        const [x, y, box] = share(event), place = this.camera.onPlane(x, y, box.width / box.height, this.place);
+        if (place !== null) this.moveTo(place.map((value, i) => Math.min(Math.max(value, this.level.low[i] - 20), this.level.high[i] + 20)));
+      } else if (drag === "pan") {
+        this.camera.pan(dx / canvas.clientHeight * 0.7, dy / canvas.clientHeight * 0.7);
+        this.redraw();
+      } else {
+        this.camera.orbit(-0.006 * dx, 0.006 * dy);
+        this.redraw();
+      }
+    });
+    for (const end of ["pointerup", "pointercancel"])
+      canvas.addEventListener(end, (event) => { pointers.delete(event.pointerId); pinch = 0; drag = null; canvas.style.cursor = "grab"; });
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("wheel", (event) => { event.preventDefault(); this.camera.zoom(Math.exp(0.0012 * event.deltaY)); this.redraw(); }, {passive: false});
+    canvas.addEventListener("keydown", (event) => this.press(event));
+  }
+
+  press(event) {
+    const {right} = this.camera.axes(), forth = unit([right[2], 0, -right[0]]), step = Math.max(0.1, this.camera.extent / 80);
+    const moves = {ArrowLeft: times(right, -step), ArrowRight: times(right, step), ArrowUp: times(forth, step), ArrowDown: times(forth, -step), PageUp: [0, step, 0], PageDown: [0, -step, 0]};
+    const turns = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1]};
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    if (event.shiftKey && turns[event.key] !== undefined) this.camera.orbit(...turns[event.key]);
+    else if (moves[event.key] !== undefined) this.moveTo(add(this.place, moves[event.key]));
+    else if (event.key === "+" || event.key === "=") this.camera.zoom(0.85);
+    else if (event.key === "-") this.camera.zoom(1 / 0.85);
+    else if (event.key === "Home") this.camera.reset();
+    else if (event.key === "l" || event.key === "L") this.camera.lookAt(this.place.slice(), 1);
+    else return;
+    event.preventDefault();
+    this.redraw();
+  }
+}
+
+function escapeText(text) {
+  return text.replace(/[&<>"]/g, (c) => ({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\"": "&quot;"})[c]);
+}

@@ -1,0 +1,150 @@
+#include "tools/report/room_summary.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "bake/mesh/mesh_preparation.h"
+#include "common/text.h"
+#include "tools/report/bake_overview.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t k125Hz = 1, k250Hz = 2, k500Hz = 3, k1000Hz = 4;
+constexpr double kBooms = 1.3, kThin = 0.8;
+
+// Mean of some octaves over all listeners that have a value.
+std::optional<double> mean_of(std::span<const RoomResponse> responses,
+                              RoomParameters::Value RoomParameters::*value,
+                              std::span<const std::size_t> bands) {
+  double sum = 0;
+  int count = 0;
+  for (const RoomResponse& response : responses)
+    for (const std::size_t band : bands)
+      if (const auto& one = (response.parameters.*value)[band]) sum += *one, ++count;
+  return count > 0 ? std::optional(sum / count) : std::nullopt;
+}
+
+constexpr std::array kMiddle = {k500Hz, k1000Hz}, kBass = {k125Hz, k250Hz};
+
+// Typical reverberation times of occupied rooms.
+std::string room_like(double t30_s) {
+  if (t30_s < 0.35) return "like a studio";
+  if (t30_s < 0.65) return "like a furnished living room";
+  if (t30_s < 0.9) return "like a classroom";
+  if (t30_s < 1.4) return "like a theatre";
+  if (t30_s < 1.8) return "like a chamber music hall";
+  if (t30_s < 2.4) return "like a concert hall";
+  if (t30_s < 4) return "like a church";
+  return "like a cathedral";
+}
+
+}  // namespace
+
+std::optional<double> middle_value(std::span<const RoomResponse> responses,
+                                   const ParameterKind& kind) {
+  return mean_of(responses, kind.value, kMiddle);
+}
+
+std::optional<double> bass_ratio(std::span<const RoomResponse> responses) {
+  const auto bass_s = mean_of(responses, &RoomParameters::t30_s, kBass);
+  const auto middle_s = mean_of(responses, &RoomParameters::t30_s, kMiddle);
+  if (!bass_s || !middle_s || !(*middle_s > 0)) return std::nullopt;
+  return *bass_s / *middle_s;
+}
+
+std::vector<AbsorbingArea> absorbing_areas(const Room& room) {
+  const std::vector<Material>& materials = room.file->materials();
+  std::vector<double> area(materials.size(), 0);
+  for (std::size_t t = 0; t < room.mesh.triangles.size(); ++t)
+    area[room.mesh.materials[t]] += area_m2(room.mesh, t);
+  std::vector<AbsorbingArea> areas;
+  for (const MaterialGroup& group : groups_of(std::span(materials))) {
+    AbsorbingArea sum;
+    sum.absorption = materials[group.first].absorption;
+    double largest_m2 = -1;
+    for (std::size_t m = 0; m < materials.size(); ++m)
+      if (std::find(group.names.begin(), group.names.end(), materials[m].name) !=
+              group.names.end() &&
+          materials[m].absorption == sum.absorption) {
+        sum.area_m2 += area[m];
+        if (area[m] > largest_m2) largest_m2 = area[m], sum.name = materials[m].name;
+      }
+    if (group.names.size() > 1) sum.name += fmt::format(" and {} more", group.names.size() - 1);
+    if (sum.area_m2 > 0) areas.push_back(std::move(sum));
+  }
+  std::stable_sort(areas.begin(), areas.end(),
+                   [](const auto& a, const auto& b) { return a.area_m2 > b.area_m2; });
+  return areas;
+}
+
+std::string described(std::span<const RoomResponse> responses) {
+  const auto t30_s = mean_of(responses, &RoomParameters::t30_s, kMiddle);
+  const auto c80_db = mean_of(responses, &RoomParameters::c80_db, kMiddle);
+  const auto d50 = mean_of(responses, &RoomParameters::d50, kMiddle);
+  std::string text;
+  if (t30_s)
+    text = fmt::format("It reverberates for {:.{}f} s, {}.", *t30_s, *t30_s < 10 ? 1 : 0,
+                       room_like(*t30_s));
+  else
+    text = "It is too dry, or too open, for a reverberation time.";
+  if (d50)
+    text += fmt::format(" Speech is {}",
+                        *d50 > 0.7 ? "clear" : *d50 > 0.5 ? "clear enough" : *d50 > 0.3 ? "blurred" : "hard to follow");
+  if (d50 && c80_db)
+    text += fmt::format(", and music {}",
+                        *c80_db > 8   ? "sounds dry"
+                        : *c80_db > 3 ? "is transparent"
+                        : *c80_db > -3 ? "has a balance of clarity and blend"
+                                       : "blurs");
+  if (d50) text += ".";
+  if (const auto ratio = bass_ratio(responses)) {
+    if (*ratio > kBooms)
+      text += fmt::format(" It booms: the bass decays {:.1f} times as long as the middle.", *ratio);
+    else if (*ratio < kThin)
+      text += fmt::format(" It sounds thin: the bass decays {:.1f} times as long as the middle.",
+                          *ratio);
+  }
+  return text;
+}
+
+std::string cause_of_bass(std::span<const RoomResponse> responses,
+                          std::span<const AbsorbingArea> areas) {
+  const auto ratio = bass_ratio(responses);
+  if (!ratio || *ratio <= kBooms || areas.empty()) return "";
+  double bass_m2 = 0, middle_m2 = 0, all_m2 = 0;
+  const AbsorbingArea* worst = nullptr;
+  double most_lost_m2 = 0;
+  for (const AbsorbingArea& area : areas) {
+    const double bass = (area.absorbed_m2(k125Hz) + area.absorbed_m2(k250Hz)) / 2;
+    const double middle = (area.absorbed_m2(k500Hz) + area.absorbed_m2(k1000Hz)) / 2;
+    bass_m2 += bass;
+    middle_m2 += middle;
+    all_m2 += area.area_m2;
+    if (worst == nullptr || middle - bass > most_lost_m2)
+      worst = &area, most_lost_m2 = middle - bass;
+  }
+  std::string text = fmt::format(
+      "All surfaces together absorb as much as {:.0f} m2 of open window at 125 and 250 Hz, and {:.0f} "
+      "m2 at 500 Hz and 1 kHz.",
+      bass_m2, middle_m2);
+  if (most_lost_m2 > 0)
+    text += fmt::format(" Most of the difference is {}: {:.0f} % of the area, it absorbs {:.0f} % of "
+                        "the bass and {:.0f} % of the middle.",
+                        in_quotes(worst->name), 100 * worst->area_m2 / all_m2,
+                        50 * static_cast<double>(worst->absorption[k125Hz] + worst->absorption[k250Hz]),
+                        50 * static_cast<double>(worst->absorption[k500Hz] + worst->absorption[k1000Hz]));
+  const auto& largest = areas.front();
+  if (&largest != worst || !(most_lost_m2 > 0))
+    text += fmt::format(" {} is the largest surface, {:.0f} %, and absorbs {:.0f} % of the bass.",
+                        in_quotes(largest.name), 100 * largest.area_m2 / all_m2,
+                        50 * static_cast<double>(largest.absorption[k125Hz] + largest.absorption[k250Hz]));
+  return text + " To mend it, give a large surface a material that absorbs more below 250 Hz "
+                "(clamor materials lists them).";
+}
+
+}  // namespace clamor

@@ -1,0 +1,47 @@
+// room_summary.h: what a room sounds like, in a sentence, and what makes it so.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/bands.h"
+#include "common/material.h"
+#include "tools/report/room.h"
+#include "tools/report/room_response.h"
+
+namespace clamor {
+
+// Mean over the listeners and the octaves of 500 Hz and 1 kHz, as ISO 3382-1 judges rooms.
+std::optional<double> middle_value(std::span<const RoomResponse> responses,
+                                   const ParameterKind& kind);
+
+// T30 at 125 and 250 Hz over that at 500 Hz and 1 kHz: above 1.2 a room sounds warm, and much above
+// that it booms (L. Beranek. Concert Halls and Opera Houses, 2004).
+std::optional<double> bass_ratio(std::span<const RoomResponse> responses);
+
+// The area of a material and what it absorbs of sound that arrives from all sides.
+struct AbsorbingArea {
+  std::string name;
+  double area_m2 = 0;
+  Bands absorption{};
+
+  double absorbed_m2(std::size_t band) const {
+    return area_m2 * static_cast<double>(absorption[band]);
+  }
+};
+
+// Largest area first. Counts one side of each surface; materials of equal values are one
+// (bake_overview.h).
+std::vector<AbsorbingArea> absorbing_areas(const Room& room);
+
+// "It rings for 1.1 s, like a classroom; ..."
+std::string described(std::span<const RoomResponse> responses);
+
+// Why a room booms, or that nothing absorbs the bass less than the rest; empty where there is
+// nothing to say.
+std::string cause_of_bass(std::span<const RoomResponse> responses,
+                          std::span<const AbsorbingArea> areas);
+
+}  // namespace clamor

@@ -1,0 +1,386 @@
+#include "tools/report/view_json.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <numeric>
+#include <tuple>
+#include <type_traits>
+
+#include <nlohmann/json.hpp>
+
+#include "bake/mesh/mesh_preparation.h"
+#include "common/reflection.h"
+#include "formats/bake_file/baked_portals.h"
+#include "formats/bake_file/bake_metadata.h"
+#include "formats/bake_file/source_octree.h"
+#include "runtime/propagation/late_boost.h"
+#include "runtime/propagation/signal_weights.h"
+#include "tools/report/bake_overview.h"
+
+namespace clamor {
+
+namespace {
+
+using ViewJson = nlohmann::ordered_json;
+
+static_assert(std::endian::native == std::endian::little);
+
+std::string base64(std::span<const std::byte> bytes) {
+  constexpr char kLetters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t three = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      three = three << 8 | (i + k < bytes.size() ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0);
+    for (std::size_t k = 0; k < 4; ++k)
+      text += i + k > bytes.size() ? '=' : kLetters[three >> (18 - 6 * k) & 63];
+  }
+  return text;
+}
+
+// A column of numbers, as it is.
+template <class T>
+std::string column(const std::vector<T>& values) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  return base64(std::as_bytes(std::span(values)));
+}
+
+ViewJson as_json(const Vec3& v) { return {v.x, v.y, v.z}; }
+
+void put(std::vector<float>& column, const Vec3f& v) { column.insert(column.end(), {v.x, v.y, v.z}); }
+
+// A number with as many digits as a reader of the map sees.
+ViewJson rounded(const std::optional<double>& value) {
+  if (!value) return nullptr;
+  return std::round(*value * 1000) / 1000;
+}
+
+struct Extent {
+  Vec3f low_m{0}, high_m{0};
+};
+
+Extent extent_of(const Room& room) {
+  if (room.mesh.vertices_m.empty()) {
+    if (room.sources.empty()) return {};
+    Extent extent{room.sources[0].position_m, room.sources[0].position_m};
+    for (const Source& source : room.sources) {
+      extent.low_m = glm::min(extent.low_m, source.position_m);
+      extent.high_m = glm::max(extent.high_m, source.position_m);
+    }
+    return extent;
+  }
+  Extent extent{room.mesh.vertices_m[0], room.mesh.vertices_m[0]};
+  for (const Vec3f& vertex_m : room.mesh.vertices_m) {
+    extent.low_m = glm::min(extent.low_m, vertex_m);
+    extent.high_m = glm::max(extent.high_m, vertex_m);
+  }
+  return extent;
+}
+
+// Vertices in 65535 steps of the extent; of many triangles the largest.
+ViewJson mesh_of(const Room& room, const Extent& extent, std::size_t max_triangles, ViewCounts& shown) {
+  std::vector<std::size_t> kept(room.mesh.triangles.size());
+  std::iota(kept.begin(), kept.end(), std::size_t{0});
+  if (kept.size() > max_triangles) {
+    std::vector<double> areas(kept.size());
+    for (std::size_t t = 0; t < areas.size(); ++t) areas[t] = area_m2(room.mesh, t);
+    std::stable_sort(kept.begin(), kept.end(),
+                     [&](std::size_t a, std::size_t b) { return areas[a] > areas[b]; });
+    kept.resize(max_triangles);
+    std::sort(kept.begin(), kept.end());
+  }
+  shown.triangles = kept.size();
+  const Vec3f size_m = glm::max(extent.high_m - extent.low_m, Vec3f(1e-6f));
+  constexpr std::uint32_t kUnused = 0xffffffff;
+  std::vector<std::uint32_t> number(room.mesh.vertices_m.size(), kUnused), corners;
+  std::vector<std::uint16_t> vertices, materials;
+  std::uint32_t count = 0;
+  for (const std::size_t t : kept) {
+    for (const std::uint32_t corner : room.mesh.triangles[t]) {
+      if (number[corner] == kUnused) {
+        number[corner] = count++;
+        for (int axis = 0; axis < 3; ++axis) {
+          const float share = (room.mesh.vertices_m[corner][axis] - extent.low_m[axis]) / size_m[axis];
+          vertices.push_back(static_cast<std::uint16_t>(std::lround(share * 65535)));
+        }
+      }
+      corners.push_back(number[corner]);
+    }
+    materials.push_back(room.mesh.materials[t]);
+  }
+  ViewJson json = {{"low", as_json(Vec3(extent.low_m))},
+               {"size", as_json(Vec3(size_m))},
+               {"total", room.mesh.triangles.size()},
+               {"vertices", column(vertices)},
+               {"materials", column(materials)}};
+  if (count < 65536)
+    json["corners16"] = column(std::vector<std::uint16_t>(corners.begin(), corners.end()));
+  else
+    json["corners32"] = column(corners);
+  return json;
+}
+
+// The laws by which surfaces reflect, as the sampler has them (common/reflection.h).
+ViewJson laws_of(const std::vector<Material>& materials) {
+  const ReflectionLaws laws{std::span<const Material>(materials)};
+  ViewJson list = ViewJson::array(), lobes = ViewJson::object();
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    ViewJson one = {{"name", materials[m].name}, {"absorption", materials[m].absorption}};
+    ViewJson scattering = ViewJson::array(), exponents = ViewJson::array();
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      scattering.push_back(laws.scattering(m, b));
+      const PhongLobe* const lobe = laws.lobe(m, b);
+      const double exponent = lobe != nullptr ? lobe->exponent() : 0;
+      exponents.push_back(exponent);
+      const std::string key = std::to_string(exponent);
+      if (lobe == nullptr || lobes.contains(key)) continue;
+      std::vector<float> albedo;
+      constexpr int kCells = 256;
+      for (int k = 0; k <= kCells; ++k)
+        albedo.push_back(static_cast<float>(lobe->albedo(std::pow(k / double{kCells}, 2))));
+      lobes[key] = {{"exponent", exponent}, {"mean", lobe->mean_albedo()}, {"albedo", column(albedo)}};
+    }
+    one["scattering"] = scattering;
+    one["exponents"] = exponents;
+    list.push_back(std::move(one));
+  }
+  ViewJson found = ViewJson::array();
+  for (auto& [key, lobe] : lobes.items()) found.push_back(std::move(lobe));
+  return {{"materials", list}, {"lobes", found}};
+}
+
+// Emitters that differ in more than their place: what a source needs to know of its own.
+class EmitterKinds {
+ public:
+  std::uint16_t kind_of(const Emitter& emitter) {
+    const auto next = static_cast<std::uint16_t>(list_.size());
+    const auto [found, is_new] = known_.try_emplace(
+        {without_number(emitter.name), emitter.signal, emitter.gain, emitter.directivity}, next);
+    if (is_new)
+      list_.push_back({{"name", std::get<0>(found->first)},
+                       {"signal", emitter.signal},
+                       {"gain", emitter.gain},
+                       {"directivity", emitter.directivity}});
+    return found->second;
+  }
+  ViewJson json() const { return list_; }
+
+ private:
+  std::map<std::tuple<std::string, std::uint32_t, double, Bands>, std::uint16_t> known_;
+  ViewJson list_ = ViewJson::array();
+};
+
+struct SourceFlags {
+  static constexpr std::uint8_t kEmitter = 1, kImage = 2;
+};
+
+ViewJson sources_of(const Room& room, std::size_t count, EmitterKinds& kinds, ViewCounts& shown) {
+  const HeldSources held = held_sources(room, count);
+  std::vector<float> places, delays, us, radii;
+  std::vector<std::uint8_t> powers, flags;
+  std::vector<std::uint16_t> materials, of_kind;
+  float top = 0;
+  for (const std::size_t i : held.index)
+    for (const float power : room.sources[i].power) top = std::max(top, power);
+  const auto add = [&](std::size_t i) {
+    const Source& source = room.sources[i];
+    for (const Vec3f& vector : {source.position_m, source.normal, source.mirror}) put(places, vector);
+    for (const float power : source.power) {
+      // Half decibels below the highest power, as the file has them; 255 is silence.
+      const double step = power > 0 ? std::round(-20 * std::log10(static_cast<double>(power) / top)) : 255;
+      powers.push_back(static_cast<std::uint8_t>(std::min(step, 255.0)));
+    }
+    delays.push_back(source.delay_s);
+    us.push_back(source.u);
+    radii.push_back(source.patch_radius_m);
+    materials.push_back(source.material);
+    of_kind.push_back(kinds.kind_of(room.playing[room.playing_of.size() > i ? room.playing_of[i] : source.emitter]));
+    flags.push_back(static_cast<std::uint8_t>((source.is_emitter ? SourceFlags::kEmitter : 0) |
+                                              (source.is_image ? SourceFlags::kImage : 0)));
+  };
+  for (const std::size_t i : held.index) add(i);
+  std::size_t images = 0;
+  for (std::size_t i = 0; i < room.sources.size(); ++i)
+    if (room.sources[i].is_image) add(i), ++images;
+  shown.sources = held.index.size();
+  return {{"total", room.file->source_count()},
+          {"held", held.index.size()},
+          {"images", images},
+          {"missingKey", held.missing_key},
+          {"top", top},
+          {"places", column(places)},
+          {"powers", column(powers)},
+          {"delays", column(delays)},
+          {"us", column(us)},
+          {"radii", column(radii)},
+          {"materials", column(materials)},
+          {"kinds", column(of_kind)},
+          {"flags", column(flags)}};
+}
+
+ViewJson emitters_of(const Room& room, std::size_t max_emitters, EmitterKinds& kinds, ViewCounts& shown) {
+  std::vector<float> places;
+  std::vector<std::uint16_t> of_kind;
+  const std::vector<Emitter>& emitters = room.emitters();
+  shown.emitters = std::min(emitters.size(), max_emitters);
+  ViewJson names = ViewJson::array();
+  for (std::size_t e = 0; e < shown.emitters; ++e) {
+    put(places, Vec3f(emitters[e].position_m));
+    put(places, Vec3f(emitters[e].axis));
+    of_kind.push_back(kinds.kind_of(emitters[e]));
+    if (emitters.size() <= 64) names.push_back(emitters[e].name);
+  }
+  return {{"total", emitters.size()}, {"names", names}, {"places", column(places)}, {"kinds", column(of_kind)}};
+}
+
+// Whole depths of the level's own tree, as far as the limit reaches.
+Result<ViewJson> nodes_of(const BakeFile& file, std::size_t max_nodes, ViewCounts& shown) {
+  ViewJson json = {{"depths", 0}, {"shown", 0}};
+  if (file.top() == nullptr) return json;
+  std::vector<float> boxes;
+  std::vector<std::uint8_t> depths;
+  std::vector<PageEntry> level = {*file.top()};
+  std::size_t depth = 0;
+  for (; !level.empty() && shown.nodes + level.size() <= max_nodes && depth < 255; ++depth) {
+    std::vector<PageEntry> below;
+    for (const PageEntry& entry : level) {
+      put(boxes, entry.low_m);
+      put(boxes, entry.high_m);
+      depths.push_back(static_cast<std::uint8_t>(depth));
+      const auto page = file.read_page(entry);
+      if (!page.ok()) return page.error();
+      below.insert(below.end(), page->links.children.begin(), page->links.children.end());
+    }
+    shown.nodes += level.size();
+    level = std::move(below);
+  }
+  json["depths"] = file.depths().back().size();
+  json["shown"] = depth;
+  json["boxes"] = column(boxes);
+  json["of"] = column(depths);
+  return json;
+}
+
+ViewJson probes_of(const BakeFile& file) {
+  std::vector<float> places;
+  std::vector<std::uint16_t> zones;
+  for (const StoredProbe& probe : file.probes().places) {
+    put(places, Vec3f(probe.position_m));
+    zones.push_back(static_cast<std::uint16_t>(probe.zone));
+  }
+  return {{"places", column(places)}, {"zones", column(zones)}};
+}
+
+ViewJson portals_of(const BakeFile& file) {
+  ViewJson list = ViewJson::array();
+  for (const Portal& portal : file.portals().portals)
+    list.push_back({{"name", portal.name},
+                    {"centre", as_json(Vec3(portal.centre_m))},
+                    {"u", as_json(Vec3(portal.half_u_m))},
+                    {"v", as_json(Vec3(portal.half_v_m))}});
+  return list;
+}
+
+ViewJson findings_of(const LevelFindings& found) {
+  ViewJson list = ViewJson::array();
+  constexpr const char* kKinds[] = {"warning", "fact", "opening", "gap", "duplicate"};
+  for (const LevelFinding& finding : found.findings) {
+    ViewJson one = {{"kind", kKinds[static_cast<std::size_t>(finding.kind)]}, {"text", finding.text}};
+    if (finding.place_m) one["place"] = as_json(*finding.place_m);
+    one["size"] = finding.size_m;
+    one["direction"] = as_json(finding.direction);
+    list.push_back(std::move(one));
+  }
+  return list;
+}
+
+ViewJson map_of(const FloorMap& map) {
+  ViewJson cells = ViewJson::array();
+  for (const MapCell& cell : map.cells) {
+    ViewJson values = ViewJson::object();
+    for (const ParameterKind& kind : kParameterKinds) {
+      const std::string key = kind.key;
+      if (key != "g_db" && key != "c80_db" && key != "t30_s") continue;
+      ViewJson bands = ViewJson::array();
+      for (const auto& value : cell.parameters.*kind.value) bands.push_back(rounded(value));
+      values[key] = std::move(bands);
+    }
+    cells.push_back({cell.column, cell.row, cell.storey, rounded(cell.ear_m.x), rounded(cell.ear_m.y),
+                     rounded(cell.ear_m.z), rounded(cell.floor_m), std::move(values)});
+  }
+  return {{"step", map.step_m}, {"lowX", map.low_x_m}, {"lowZ", map.low_z_m}, {"cells", cells}};
+}
+
+}  // namespace
+
+HeldSources held_sources(const Room& room, std::size_t count) {
+  HeldSources held;
+  held.missing_key = room.missing_key;
+  for (std::size_t i = 0; i < room.sources.size(); ++i)
+    if (!room.sources[i].is_image) held.index.push_back(i);
+  if (held.index.size() <= count) return held;
+  const auto key = [&](std::size_t i) { return octree_key(room.sources[i]); };
+  const auto last = held.index.begin() + static_cast<std::ptrdiff_t>(count);
+  std::nth_element(held.index.begin(), last, held.index.end(), [&](std::size_t a, std::size_t b) {
+    return key(a) != key(b) ? key(a) > key(b) : a < b;
+  });
+  held.missing_key = std::max(held.missing_key, static_cast<double>(key(*last)));
+  held.index.resize(count);
+  std::sort(held.index.begin(), held.index.end());
+  return held;
+}
+
+Result<std::vector<Bands>> loudest_weights(const BakeFile& file) {
+  std::vector<TimedEnvelope> envelopes;
+  for (std::size_t s = 0; s < file.signal_count(); ++s) {
+    auto envelope = file.read_envelope(s);
+    if (!envelope.ok()) return envelope.error();
+    const SignalInfo info = file.signal(s);
+    envelopes.push_back({std::move(*envelope), info.frames, info.loop});
+  }
+  return make_signal_weights(envelopes).by_signal;
+}
+
+Result<RoomView> view_of(const Room& room, const LevelFindings& findings, const FloorMap& map,
+                         std::span<const Vec3> listeners_m, const ViewLimits& limits) {
+  const BakeFile& file = *room.file;
+  const Extent extent = extent_of(room);
+  RoomView view;
+  EmitterKinds kinds;
+  ViewJson json;
+  const Air& air = file.settings().air;
+  json["low"] = as_json(Vec3(extent.low_m));
+  json["high"] = as_json(Vec3(extent.high_m));
+  json["speed"] = speed_of_sound_mps(air);
+  json["airLoss"] = air_loss_per_m(air);
+  json["bandsHz"] = kBandCentres_hz;
+  auto weights = loudest_weights(file);
+  if (!weights.ok()) return weights.error();
+  json["weights"] = *weights;
+  const LateBoost boost(file.statistics().decay, file.source_count());
+  std::vector<float> boosts;
+  for (int ms = 0; ms <= 300; ++ms) boosts.push_back(boost.at(static_cast<float>(ms + 0.5) / 1000));
+  json["lateBoost"] = column(boosts);
+  json["mesh"] = mesh_of(room, extent, limits.triangles, view.shown);
+  json["laws"] = laws_of(file.materials());
+  json["sources"] = sources_of(room, limits.sources, kinds, view.shown);
+  json["emitters"] = emitters_of(room, limits.emitters, kinds, view.shown);
+  json["kinds"] = kinds.json();
+  auto nodes = nodes_of(file, limits.nodes, view.shown);
+  if (!nodes.ok()) return nodes.error();
+  json["nodes"] = std::move(*nodes);
+  json["probes"] = probes_of(file);
+  json["portals"] = portals_of(file);
+  json["findings"] = findings_of(findings);
+  json["map"] = map_of(map);
+  json["listeners"] = ViewJson::array();
+  for (const Vec3& place_m : listeners_m) json["listeners"].push_back(as_json(place_m));
+  view.json = json.dump(-1, ' ', false, ViewJson::error_handler_t::replace);
+  return view;
+}
+
+}  // namespace clamor
