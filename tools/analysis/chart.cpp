@@ -16,7 +16,12 @@ constexpr std::array<const char*, 9> kPalette = {"#D55E00", "#0072B2", "#009E73"
                                                  "#CC79A7", "#56B4E9", "#E69F00",
                                                  "#7A4FBF", "#8C6D31", "#444444"};
 
-constexpr double kChartLeft = 74, kChartTop = 40, kChartBottom = 56, kLegend = 190, kChartRight = 18;
+constexpr double kChartLeft = 74, kChartTop = 40, kChartBottom = 56, kChartRight = 18;
+
+// Width of a legend with these names: letters of 11 px are 6 px wide on average.
+double legend_px(std::size_t longest_name) {
+  return std::min(190.0, 52 + 6 * static_cast<double>(longest_name));
+}
 
 struct Axis {
   double low = 0, high = 1;
@@ -247,9 +252,10 @@ std::string short_number(double value) {
 
 std::string to_svg(const Chart& chart) {
   std::vector<double> xs, ys;
-  std::size_t named = 0;
+  std::size_t named = 0, longest = 0;
   for (const auto& series : chart.series) {
     named += !series.name.empty();
+    longest = std::max(longest, series.name.size());
     for (const auto& [x, y] : series.points) {
       xs.push_back(x);
       ys.push_back(y);
@@ -257,7 +263,7 @@ std::string to_svg(const Chart& chart) {
   }
   for (const auto& ribbon : chart.ribbons)
     for (const auto& at : ribbon.points) ys.insert(ys.end(), {at.low, at.high});
-  const double legend = named > 1 ? kLegend : 0;
+  const double legend = named > 1 ? legend_px(longest) : 0;
   Axis x = axis_over(xs, chart.log_x, chart.log_x), y = axis_over(ys, chart.log_y, true);
   if (chart.y_range) std::tie(y.low, y.high) = *chart.y_range;
   x.from_px = kChartLeft;
@@ -282,7 +288,10 @@ std::string to_svg(const BarChart& chart) {
   if (!(y.high > 0)) y.high = 1;
   y.from_px = chart.height - kChartBottom;
   y.to_px = kChartTop;
-  const double right = chart.width - kChartRight - (chart.parts.size() > 1 ? kLegend : 0);
+  std::size_t longest = 0;
+  for (const auto& part : chart.parts) longest = std::max(longest, part.name.size());
+  const double right =
+      chart.width - kChartRight - (chart.parts.size() > 1 ? legend_px(longest) : 0);
   const double step = (right - kChartLeft) / static_cast<double>(std::max<std::size_t>(
                                                  1, chart.columns.size()));
   std::string svg = svg_head(chart.title, chart.width, chart.height);

@@ -19,7 +19,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kListenerSources = 20'000, kMapSources = 3000, kMapCells = 240;
+constexpr std::size_t kListenerSources = 8'000, kMapSources = 4000, kMapCells = 240;
 constexpr std::size_t kMaxListeners = 9;  // colours of a chart
 
 struct ReportOptions {
@@ -44,22 +44,18 @@ Result<std::unique_ptr<OpenRoom>> open_room(const std::string& path) {
   return opened;
 }
 
-MeasuredRoom measure_at(const ReportOptions& options, const Room& room, const Excitation& excitation,
+MeasuredRoom measure_at(const ReportOptions& options, const RoomMeter& meter,
                         const std::vector<Vec3>& listeners_m, const std::string& label,
                         std::ostream& err) {
-  MeasuredRoom measured{&room, excitation, {}, 0};
-  const std::vector<Source> sample =
-      fair_sample(room, excitation, options.exact ? room.sources.size() : kListenerSources,
-                  middle_t30_s(room.file->statistics().decay.t30_s));
-  measured.sources = sample.size();
+  MeasuredRoom measured{&meter, {}};
   Progress progress(err, label);
   for (const Vec3& listener_m : listeners_m) {
+    measured.responses.push_back(
+        meter.measure(listener_m, options.exact ? RoomMeter::kAll : kListenerSources));
     progress.update(static_cast<double>(measured.responses.size()) /
                         static_cast<double>(listeners_m.size()),
-                    counted(sample.size(), "source"));
-    measured.responses.push_back(measure_response(room, excitation, sample, listener_m));
+                    counted(measured.responses.back().sources, "source"));
   }
-  progress.update(1, counted(sample.size(), "source"));
   return measured;
 }
 
@@ -78,27 +74,25 @@ Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
   const std::vector<Vec3> listeners_m =
       options.listeners_m.empty() ? listening_places(room, *excitation, contents.map)
                                   : options.listeners_m;
-  contents.measured = measure_at(options, room, *excitation, listeners_m, "  listeners", err);
-
-  const std::vector<Source> few = fair_sample(room, *excitation, kMapSources,
-                                              middle_t30_s(room.file->statistics().decay.t30_s));
-  const QuickResponse quick(room, *excitation, few);
+  const RoomMeter meter(room, *excitation);
+  contents.measured = measure_at(options, meter, listeners_m, "  listeners", err);
   if (!contents.map.cells.empty()) {
     Progress progress(err, "  map");
-    measure(quick,
+    measure(meter, kMapSources,
             [&](double share) { progress.update(share, counted(contents.map.cells.size(), "place")); },
             contents.map);
-    contents.map_at_first = quick.at(listeners_m[0]);
+    contents.map_at_first = meter.quick(listeners_m[0], kMapSources);
   }
   std::unique_ptr<OpenRoom> other;
+  std::optional<RoomMeter> other_meter;
   if (!options.other.empty()) {
     auto second = open_room(options.other);
     if (!second.ok()) return second.error();
     other = std::move(*second);
     auto other_excitation = excitation_of(other->room, options.emitter);
     if (!other_excitation.ok()) return other_excitation.error();
-    contents.other = measure_at(options, other->room, *other_excitation, listeners_m,
-                                "  the other bake", err);
+    other_meter.emplace(other->room, *other_excitation);
+    contents.other = measure_at(options, *other_meter, listeners_m, "  the other bake", err);
   }
   auto view = view_of(room, contents.findings, contents.map, listeners_m);
   if (!view.ok()) return view.error();

@@ -83,14 +83,14 @@ FloorMap floor_grid(const Room& room, std::size_t max_cells) {
   return map;
 }
 
-void measure(const QuickResponse& response, const std::function<void(double)>& progress,
-             FloorMap& map) {
-  map.sources = response.sources();
+void measure(const RoomMeter& meter, std::size_t sources,
+             const std::function<void(double)>& progress, FloorMap& map) {
+  map.sources = sources;
   constexpr std::size_t kBatch = 16;
   for (std::size_t first = 0; first < map.cells.size(); first += kBatch) {
     const std::size_t count = std::min(kBatch, map.cells.size() - first);
     for_each_index(count, [&](std::size_t i) {
-      map.cells[first + i].parameters = response.at(map.cells[first + i].ear_m);
+      map.cells[first + i].parameters = meter.quick(map.cells[first + i].ear_m, sources);
     });
     progress(static_cast<double>(first + count) / static_cast<double>(map.cells.size()));
   }

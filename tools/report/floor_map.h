@@ -31,9 +31,9 @@ struct FloorMap {
 // A grid of at most about `max_cells`, without values. A level without surfaces has none.
 FloorMap floor_grid(const Room& room, std::size_t max_cells);
 
-// Fills in the values. Calls `progress` with the share that is done, on this thread.
-void measure(const QuickResponse& response, const std::function<void(double)>& progress,
-             FloorMap& map);
+// Fills in the values, each from so many sources. Calls `progress` with the share that is done, on this thread.
+void measure(const RoomMeter& meter, std::size_t sources,
+             const std::function<void(double)>& progress, FloorMap& map);
 
 // Up to three places that differ: near the sound, in the middle and far from it; in sight of a
 // single emitter and clear of surfaces, if there are such cells. Without a map, places around the

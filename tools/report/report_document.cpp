@@ -61,11 +61,19 @@ const ParameterKind& kind_of(const char* name) {
                        [&](const ParameterKind& kind) { return std::string(kind.name) == name; });
 }
 
+const char* meaning_of(const std::string& name) {
+  if (name == "T30") return "reverberation time";
+  if (name == "EDT") return "early decay time";
+  if (name == "C80") return "clarity of music";
+  if (name == "D50") return "definition of speech";
+  return "strength, the level";
+}
+
 class ReportWriter {
  public:
   explicit ReportWriter(const ReportContents& contents)
       : contents_(contents),
-        room_(*contents.measured.room),
+        room_(contents.measured.meter->room()),
         file_(*room_.file),
         page_("report", "How " + file_.provenance().level + " sounds", setting()),
         areas_(absorbing_areas(room_)) {}
@@ -123,14 +131,14 @@ class ReportWriter {
       const ParameterKind& kind = kind_of(name);
       const auto value = middle_value(responses, kind);
       if (!value) continue;
-      std::string words = fmt::format("{}, 500 Hz and 1 kHz", name);
+      std::string words = fmt::format("{}, {}", name, meaning_of(name));
       if (contents_.other)
         if (const auto other = middle_value(contents_.other->responses, kind))
-          words += fmt::format("; {} in {}", value_text(other, kind.is_share ? 2 : kind.digits - 1), file_name(*contents_.other->room->file));
+          words += fmt::format("; {} in {}", value_text(other, kind.is_share ? 2 : kind.digits - 1), file_name(contents_.other->file()));
       fact(value_text(value, kind.is_share ? 2 : kind.digits - 1) + (kind.unit[0] != 0 ? " " + std::string(kind.unit) : ""), words);
     }
     if (const auto ratio = bass_ratio(responses))
-      fact(fmt::format("{:.2f}", *ratio), "bass ratio: T30 of 125 and 250 Hz over 500 Hz and 1 kHz");
+      fact(fmt::format("{:.2f}", *ratio), "bass ratio: T30 below 350 Hz over that above");
     const double escaped_power = [&] {
       const double emitted = sum_of(file_.statistics().power_emitted);
       return emitted > 0 ? sum_of(file_.statistics().power_escaped) / emitted : 0;
@@ -138,8 +146,8 @@ class ReportWriter {
     fact(fmt::format("{:.1f} %", 100 * escaped_power), "of the power left the level");
     page_.markup(facts + "</ul>\n");
     page_.markup(fmt::format(
-        "<p class=\"note\">Means over {} for an impulse from {}.</p>\n",
-        counted(responses.size(), "listener"), escaped(contents_.measured.excitation.words)));
+        "<p class=\"note\">Means over {} and the octaves of 500 Hz and 1 kHz, for an impulse from {}.</p>\n",
+        counted(responses.size(), "listener"), escaped(contents_.measured.meter->excitation().words)));
   }
 
   void write_findings() {
@@ -147,14 +155,15 @@ class ReportWriter {
     constexpr std::size_t kShownGaps = 5;
     std::string list = "<ul class=\"findings\" aria-label=\"Findings\">";
     std::size_t gaps = 0, number = 0;
-    if (const std::string why = cause_of_bass(contents_.measured.responses, areas_); !why.empty())
-      list += "<li class=\"wrong\"><span class=\"kind\">It booms</span><span>" + escaped(why) + "</span><span></span></li>";
+    if (const std::string why = cause_of_decay(contents_.measured.responses, areas_); !why.empty())
+      list += "<li><span class=\"kind\">Its decay</span><span>" + escaped(why) + "</span><span></span></li>";
     for (const LevelFinding& finding : contents_.findings.findings) {
       const std::size_t index = number++;
       if (finding.kind == Kind::kGap && ++gaps > kShownGaps) continue;
       constexpr std::array<const char*, 5> kTitles = {"Warning", "Fine", "Opening", "Thin gap", "Twice there"};
       const bool wrong = finding.kind == Kind::kWarning || finding.kind == Kind::kDuplicate;
-      list += fmt::format("<li{}><span class=\"kind\">{}</span><span>{}</span>", wrong ? " class=\"wrong\"" : "",
+      list += fmt::format("<li{}><span class=\"kind\">{}</span><span>{}</span>",
+                          wrong ? " class=\"wrong\"" : finding.kind == Kind::kFact ? " class=\"fine\"" : "",
                           kTitles[static_cast<std::size_t>(finding.kind)], escaped(finding.text));
       list += finding.place_m
                   ? fmt::format("<button type=\"button\" data-finding=\"{}\" aria-label=\"Show in the view: {}\">Show in the view</button>", index, escaped(finding.text))
@@ -170,15 +179,23 @@ class ReportWriter {
   void write_sound() {
     page_.heading("What it sounds like");
     const auto& responses = contents_.measured.responses;
+    std::string legend = "<p class=\"note\">";
+    for (std::size_t i = 0; i < responses.size(); ++i)
+      legend += fmt::format("<span class=\"swatch s{}\"></span>listener {}: {} m &emsp;", i % 9, i + 1, place_text(responses[i].listener_m));
+    if (contents_.other)
+      legend += fmt::format("lines: {}, dashes: {}", escaped(file_name(file_)), escaped(file_name(contents_.other->file())));
+    page_.markup(legend + "</p>\n");
     std::vector<Chart> charts;
     for (const char* name : {"T30", "EDT", "C80", "D50", "G"}) charts.push_back(parameter_chart(kind_of(name)));
-    charts.push_back(legend_chart());
+    charts.push_back(decay_chart());
     page_.charts(charts, 3,
                  fmt::format("Room parameters of ISO 3382-1 in octaves{}. Listeners who differ by less than the grey "
                              "band hear the same: it is one just-noticeable difference either way of their mean.",
-                             contents_.other ? ", dashed those of " + file_name(*contents_.other->room->file) : ""));
+                             contents_.other ? ", dashed those of " + file_name(contents_.other->file()) : ""));
     for (std::size_t i = 0; i < responses.size(); ++i) {
-      page_.table(parameter_table(i, contents_.measured, ""));
+      ReportTable parameters = parameter_table(i, contents_.measured, "");
+      parameters.folded = i > 0;
+      page_.table(std::move(parameters));
       if (contents_.other) page_.table(difference_table(i));
     }
     page_.table(bake_table());
@@ -215,23 +232,21 @@ class ReportWriter {
     return chart;
   }
 
-  // The bass of the decay against its middle: what a designer mends first. Its legend names the
-  // listeners of all charts.
-  Chart legend_chart() const {
-    Chart chart{.title = "Decay over frequency", .x_label = "octave (Hz)", .y_label = "T30 / mean of 500 Hz, 1 kHz", .log_x = true};
-    chart.x_ticks = {63, 250, 1000, 4000};
+  // The bass of the decay against its middle: what a designer mends first.
+  Chart decay_chart() const {
+    Chart chart{.title = "Decay over frequency", .x_label = "octave (Hz)", .y_label = "T30 over its mean at 500 Hz and 1 kHz", .log_x = true};
+    chart.x_ticks.assign(kBandCentres_hz.begin(), kBandCentres_hz.end());
     chart.width = 420;
     chart.height = 290;
     const auto& responses = contents_.measured.responses;
     for (std::size_t i = 0; i < responses.size(); ++i) {
-      Chart::Series series{.name = fmt::format("{}: {} m", i + 1, place_text(responses[i].listener_m)), .colour = static_cast<int>(i)};
+      Chart::Series series{.colour = static_cast<int>(i)};
       const auto middle = middle_value(std::span(&responses[i], 1), kind_of("T30"));
       for (std::size_t b = 0; middle && b < kBandCount; ++b)
         if (const auto& value = responses[i].parameters.t30_s[b])
           series.points.emplace_back(kBandCentres_hz[b], *value / *middle);
       chart.series.push_back(std::move(series));
     }
-    if (chart.series.size() == 1) chart.series.push_back({.name = "", .colour = Chart::kGrey});
     return chart;
   }
 
@@ -254,7 +269,7 @@ class ReportWriter {
     const RoomResponse& there = contents_.other->responses[listener];
     ReportTable table{"differences",
                       fmt::format("{} in {}: difference in just-noticeable differences",
-                                  listener_title(listener, here.listener_m), file_name(*contents_.other->room->file)),
+                                  listener_title(listener, here.listener_m), file_name(contents_.other->file())),
                       band_columns("parameter"), {}};
     for (const ParameterKind& kind : kParameterKinds) {
       std::vector<ReportTable::Cell> row = {std::string(kind.name)};
@@ -284,12 +299,13 @@ class ReportWriter {
 
   void write_listeners() {
     page_.heading("At the listeners");
-    page_.paragraph(fmt::format(
-        "An impulse from {}, as {} it. {}", contents_.measured.excitation.words,
-        counted(contents_.measured.sources, "source") + (contents_.measured.sources == 1 ? " gives" : " give"),
-        contents_.measured.sources + 1000 < file_.source_count()
-            ? fmt::format("They are a fair sample of {} in the file: energies are right on average.", grouped(file_.source_count()))
-            : ""));
+    const std::size_t sources = contents_.measured.responses[0].sources;
+    page_.paragraph(fmt::format("An impulse from {}. ", contents_.measured.meter->excitation().words) +
+                    (sources < file_.source_count() / 2
+                         ? fmt::format("Each response is that of {} of the file's {}, a fair sample chosen for the "
+                                       "place: energies are right on average. --exact takes all.",
+                                       counted(sources, "source"), grouped(file_.source_count()))
+                         : "Each response is that of all sources."));
     for (std::size_t i = 0; i < contents_.measured.responses.size(); ++i) write_listener(i);
   }
 
@@ -301,8 +317,8 @@ class ReportWriter {
       return;
     }
     Chart decay{.title = "Energy decay", .x_label = "time after the direct sound (s)", .y_label = "energy still to come (dB)"};
-    decay.width = 560;
-    decay.height = 320;
+    decay.width = 420;
+    decay.height = 290;
     decay.y_range = {{-60, 0}};
     ReportTable decays{"decay", "The energy decay as a table (dB)", band_columns("time (s)"), {}, true};
     std::array<std::optional<DecayCurve>, kBandCount> curves;
@@ -331,8 +347,11 @@ class ReportWriter {
     }
     auto [echogram, echoes] = echogram_of(response);
     auto [waveform, samples] = waveform_of(response);
-    page_.charts({decay}, 1, "Schroeder's backward integral of the energies, per octave: a straight line is an even decay, a knee two rooms in one.");
-    page_.charts({echogram, waveform}, 2, fmt::format("Left: energy at 1 kHz in steps of {:.0f} ms, relative to all of it. Right: the impulse response as {} plays it, one of many with these energies; 1 is the emitter at 1 m.", 1e3 * kEchoBin_s, "clamor impulse"));
+    page_.charts({decay, echogram, waveform}, 3,
+                 fmt::format("Left: Schroeder's backward integral of the energies; a straight line is an even decay, a "
+                             "knee two rooms in one. Middle: energy at 1 kHz in steps of {:.0f} ms, relative to all of it. "
+                             "Right: an impulse response with these energies; 1 is the emitter at 1 m.",
+                             1e3 * kEchoBin_s));
     page_.table(std::move(decays));
     page_.table(std::move(echoes));
     page_.table(std::move(samples));
@@ -340,7 +359,7 @@ class ReportWriter {
 
   static std::pair<Chart, ReportTable> echogram_of(const RoomResponse& response) {
     Chart chart{.title = "Echogram, 1 kHz", .x_label = "time after the direct sound (ms)", .y_label = "energy (dB)"};
-    chart.width = 560;
+    chart.width = 420;
     chart.height = 290;
     chart.y_range = {{kEchoFloor_db, 0}};
     chart.zones = {{0, 1e3 * kClarity_s, "early"}, {1e3 * kClarity_s, 1e3 * kEchogram_s, "late"}};
@@ -373,7 +392,7 @@ class ReportWriter {
   // Lowest and highest sample of each column of the chart.
   static std::pair<Chart, ReportTable> waveform_of(const RoomResponse& response) {
     Chart chart{.title = "Impulse response", .x_label = "time after emission (ms)", .y_label = "pressure"};
-    chart.width = 560;
+    chart.width = 420;
     chart.height = 290;
     const auto first = static_cast<std::size_t>(std::max(0.0, response.arrivals.front().time_s - 0.01) * kSampleRate_hz);
     const auto wide = static_cast<std::size_t>(kWaveform_s * kSampleRate_hz);
@@ -403,7 +422,7 @@ class ReportWriter {
     if (map.cells.empty()) return;
     page_.heading("Over the floor");
     page_.markup("<div id=\"floor\"></div>\n");
-    std::string text = fmt::format("{} at ear height, {:.2g} m apart; each value from {}, in straight lines.", counted(map.cells.size(), "place"), map.step_m, counted(map.sources, "source"));
+    std::string text = fmt::format("{} at ear height, {:.2g} m apart; each value from {} chosen for the place, heard in straight lines.", counted(map.cells.size(), "place"), map.step_m, counted(map.sources, "source"));
     if (contents_.map_at_first) {
       text += " At listener 1 that differs from the full measurement by ";
       bool is_first = true;

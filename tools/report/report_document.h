@@ -20,10 +20,10 @@ namespace clamor {
 
 // What was measured in one bake.
 struct MeasuredRoom {
-  const Room* room = nullptr;
-  Excitation excitation;
+  const RoomMeter* meter = nullptr;
   std::vector<RoomResponse> responses;  // one per listener
-  std::size_t sources = 0;  // behind each of them
+
+  const BakeFile& file() const { return *meter->room().file; }
 };
 
 struct ReportContents {

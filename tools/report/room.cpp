@@ -18,22 +18,6 @@ namespace {
 
 // An emitter with fewer reflections than this has no response of its own.
 constexpr std::uint64_t kEnoughSources = 2000;
-constexpr double kLatest_nepers = 4.5 * 2.302585;  // 45 dB: T30 ends at 35
-
-double total_power(const Source& source) { return sum_of(source.power); }
-
-// How many times as likely a source is chosen for its delay.
-double lateness(const Source& source, double t60_s) {
-  if (!(t60_s > 0)) return 1;
-  const double nepers =
-      std::min(6 * std::numbers::ln10 * static_cast<double>(source.delay_s) / t60_s, kLatest_nepers);
-  return 1 + std::expm1(nepers) / kLatest_nepers;
-}
-
-bool is_always_taken(const Source& source, bool all_emitters) {
-  return source.is_image || (all_emitters && source.is_emitter);
-}
-
 }  // namespace
 
 Result<Room> Room::read(const BakeFile& file, std::size_t max_sources) {
@@ -89,7 +73,7 @@ Result<Excitation> excitation_of(const Room& room, const std::string& emitter_na
     if (!source.is_emitter) continue;
     ++count;
     const double scale =
-        room.missing_key > 0 ? std::max(1.0, room.missing_key / total_power(source)) : 1;
+        room.missing_key > 0 ? std::max(1.0, room.missing_key / sum_of(source.power)) : 1;
     for (std::size_t b = 0; b < kBandCount; ++b)
       excitation.energy_at_10m[b] += static_cast<float>(
           scale * static_cast<double>(source.power[b]) / (4 * std::numbers::pi * 10 * 10));
@@ -97,53 +81,6 @@ Result<Excitation> excitation_of(const Room& room, const std::string& emitter_na
   excitation.words = "all " + grouped(std::max<std::uint64_t>(count, emitters.size())) +
                      " emitters at once";
   return excitation;
-}
-
-std::vector<Source> fair_sample(const Room& room, const Excitation& excitation, std::size_t count,
-                                double t60_s) {
-  const auto sounds = [&](const Source& source) {
-    return !excitation.emitter || source.emitter == *excitation.emitter;
-  };
-  const bool all_emitters =
-      excitation.emitter.has_value() || room.emitters().size() <= kMaxExactEmitters;
-  std::vector<Source> sample;
-  struct Candidate {
-    double priority, weight;
-    std::size_t index;
-  };
-  std::vector<Candidate> candidates;
-  for (std::size_t i = 0; i < room.sources.size(); ++i) {
-    const Source& source = room.sources[i];
-    if (!sounds(source)) continue;
-    if (is_always_taken(source, all_emitters)) {
-      sample.push_back(source);
-      continue;
-    }
-    const double weight = total_power(source) * lateness(source, t60_s);
-    if (weight > 0)
-      candidates.push_back({weight / static_cast<double>(source.u), weight, i});
-  }
-  double threshold = 0;
-  if (candidates.size() > count) {
-    const auto last = candidates.begin() + static_cast<std::ptrdiff_t>(count);
-    std::nth_element(candidates.begin(), last, candidates.end(),
-                     [](const Candidate& a, const Candidate& b) {
-                       return a.priority != b.priority ? a.priority > b.priority
-                                                       : a.index < b.index;
-                     });
-    threshold = last->priority;
-    candidates.resize(count);
-    std::sort(candidates.begin(), candidates.end(),
-              [](const Candidate& a, const Candidate& b) { return a.index < b.index; });
-  }
-  for (const Candidate& candidate : candidates) {
-    Source source = room.sources[candidate.index];
-    const double scale = std::max(
-        {1.0, threshold / candidate.weight, room.missing_key / total_power(source)});
-    for (float& band : source.power) band = static_cast<float>(scale * static_cast<double>(band));
-    sample.push_back(source);
-  }
-  return sample;
 }
 
 double middle_t30_s(const Bands& t30_s) {

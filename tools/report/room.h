@@ -56,14 +56,6 @@ struct Excitation {
 // or none of that name.
 Result<Excitation> excitation_of(const Room& room, const std::string& emitter_name);
 
-// A sample of `count` sources for responses anywhere in the room: half of the chance falls to
-// energy, half to all times of the decay (`t60_s`; 0: unknown) alike, so that a late decay rests on
-// as many sources as an early one. Powers are scaled, so that energies are unbiased (priority
-// sampling, sampler.h). Image sources and, of up to kMaxExact, emitters are all there.
-inline constexpr std::size_t kMaxExactEmitters = 64;
-std::vector<Source> fair_sample(const Room& room, const Excitation& excitation, std::size_t count,
-                                double t60_s);
-
 // T30 of the bake in the middle octaves, 500 Hz and 1 kHz; 0 if it was not measured.
 double middle_t30_s(const Bands& t30_s);
 

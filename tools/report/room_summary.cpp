@@ -15,7 +15,8 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t k125Hz = 1, k250Hz = 2, k500Hz = 3, k1000Hz = 4;
-constexpr double kBooms = 1.3, kThin = 0.8;
+constexpr double kBooms = 1.45, kThin = 0.8;  // ratios of the bass
+constexpr double kRings_s = 2.2;
 
 // Mean of some octaves over all listeners that have a value.
 std::optional<double> mean_of(std::span<const RoomResponse> responses,
@@ -112,39 +113,35 @@ std::string described(std::span<const RoomResponse> responses) {
   return text;
 }
 
-std::string cause_of_bass(std::span<const RoomResponse> responses,
-                          std::span<const AbsorbingArea> areas) {
+std::string cause_of_decay(std::span<const RoomResponse> responses,
+                           std::span<const AbsorbingArea> areas) {
   const auto ratio = bass_ratio(responses);
-  if (!ratio || *ratio <= kBooms || areas.empty()) return "";
-  double bass_m2 = 0, middle_m2 = 0, all_m2 = 0;
-  const AbsorbingArea* worst = nullptr;
-  double most_lost_m2 = 0;
+  const auto t30_s = mean_of(responses, &RoomParameters::t30_s, kMiddle);
+  const bool booms = ratio && *ratio > kBooms;
+  if (areas.empty() || !(booms || (t30_s && *t30_s > kRings_s))) return "";
+  const std::span<const std::size_t> judged = booms ? kBass : kMiddle;
+  const char* const octaves = booms ? "125 and 250 Hz" : "500 Hz and 1 kHz";
+  const auto absorption = [](const AbsorbingArea& area, std::span<const std::size_t> bands) {
+    return static_cast<double>(area.absorption[bands[0]] + area.absorption[bands[1]]) / 2;
+  };
+  double all_m2 = 0, absorbed_m2 = 0, middle_m2 = 0;
+  const AbsorbingArea* worst = nullptr;  // that reflects most
+  const auto reflected_m2 = [&](const AbsorbingArea& area) {
+    return area.area_m2 * (1 - absorption(area, judged));
+  };
   for (const AbsorbingArea& area : areas) {
-    const double bass = (area.absorbed_m2(k125Hz) + area.absorbed_m2(k250Hz)) / 2;
-    const double middle = (area.absorbed_m2(k500Hz) + area.absorbed_m2(k1000Hz)) / 2;
-    bass_m2 += bass;
-    middle_m2 += middle;
     all_m2 += area.area_m2;
-    if (worst == nullptr || middle - bass > most_lost_m2)
-      worst = &area, most_lost_m2 = middle - bass;
+    absorbed_m2 += area.area_m2 * absorption(area, judged);
+    middle_m2 += area.area_m2 * absorption(area, kMiddle);
+    if (worst == nullptr || reflected_m2(area) > reflected_m2(*worst)) worst = &area;
   }
-  std::string text = fmt::format(
-      "All surfaces together absorb as much as {:.0f} m2 of open window at 125 and 250 Hz, and {:.0f} "
-      "m2 at 500 Hz and 1 kHz.",
-      bass_m2, middle_m2);
-  if (most_lost_m2 > 0)
-    text += fmt::format(" Most of the difference is {}: {:.0f} % of the area, it absorbs {:.0f} % of "
-                        "the bass and {:.0f} % of the middle.",
-                        in_quotes(worst->name), 100 * worst->area_m2 / all_m2,
-                        50 * static_cast<double>(worst->absorption[k125Hz] + worst->absorption[k250Hz]),
-                        50 * static_cast<double>(worst->absorption[k500Hz] + worst->absorption[k1000Hz]));
-  const auto& largest = areas.front();
-  if (&largest != worst || !(most_lost_m2 > 0))
-    text += fmt::format(" {} is the largest surface, {:.0f} %, and absorbs {:.0f} % of the bass.",
-                        in_quotes(largest.name), 100 * largest.area_m2 / all_m2,
-                        50 * static_cast<double>(largest.absorption[k125Hz] + largest.absorption[k250Hz]));
-  return text + " To mend it, give a large surface a material that absorbs more below 250 Hz "
-                "(clamor materials lists them).";
+  std::string text = fmt::format("Its {:.0f} m2 of surfaces absorb as much as {:.0f} m2 of open window at {}", all_m2,
+                                 absorbed_m2, octaves);
+  if (booms) text += fmt::format(", but {:.0f} m2 at 500 Hz and 1 kHz", middle_m2);
+  return text +
+         fmt::format(". {} reflects most: it is {:.0f} % of the area and absorbs {:.0f} %. Give it, or another large "
+                     "surface, a material that absorbs more there (clamor materials lists them).",
+                     in_quotes(worst->name), 100 * worst->area_m2 / all_m2, 100 * absorption(*worst, judged));
 }
 
 }  // namespace clamor

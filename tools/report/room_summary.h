@@ -39,9 +39,8 @@ std::vector<AbsorbingArea> absorbing_areas(const Room& room);
 // "It rings for 1.1 s, like a classroom; ..."
 std::string described(std::span<const RoomResponse> responses);
 
-// Why a room booms, or that nothing absorbs the bass less than the rest; empty where there is
-// nothing to say.
-std::string cause_of_bass(std::span<const RoomResponse> responses,
-                          std::span<const AbsorbingArea> areas);
+// What makes a room boom, or ring for long, and how to mend it; empty if it does neither.
+std::string cause_of_decay(std::span<const RoomResponse> responses,
+                           std::span<const AbsorbingArea> areas);
 
 }  // namespace clamor

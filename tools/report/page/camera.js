@@ -19,10 +19,17 @@ class Camera {
     const size = minus(this.high, this.low);
     this.target = times(add(this.low, this.high), 0.5);
     this.extent = Math.max(0.5, Math.hypot(...size));
-    this.distance = 1.02 * this.extent;
+    this.distance = 1.5 * this.extent;
     // Looks along the shorter side, so that the longer one lies across.
     this.turn = size[0] >= size[2] ? 0.5 : 0.5 + Math.PI / 2;
     this.tilt = 0.75;
+  }
+
+  // The least distance from which all corners are in view.
+  fit(aspect) {
+    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [0, 1, 2].map((axis) => (k >> axis & 1 ? this.high : this.low)[axis]));
+    for (this.distance = 4 * this.extent; this.distance > 0.5 * this.extent; this.distance *= 0.97)
+      if (corners.some((corner) => this.project(corner, aspect).some((x) => Math.abs(x) > 0.93))) break;
   }
 
   eye() {

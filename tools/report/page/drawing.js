@@ -8,19 +8,29 @@ const kTriangleShader = [`#version 300 es
 uniform mat4 camera; in vec3 place; in vec3 shade; out vec3 at; flat out vec3 colour;
 void main() { at = place; colour = shade; gl_Position = camera * vec4(place, 1.0); }`,
 `#version 300 es
-precision highp float; uniform float cut; uniform vec3 eye; in vec3 at; flat in vec3 colour; out vec4 ink;
+precision highp float; uniform float cut; uniform vec3 eye; uniform vec2 heights; in vec3 at; flat in vec3 colour;
+out vec4 ink;
 void main() {
   if (at.y > cut) discard;
   vec3 normal = normalize(cross(dFdx(at), dFdy(at)));
-  float light = 0.62 + 0.26 * abs(normal.y) + 0.12 * abs(normal.x);
+  if (dot(normal, eye - at) < 0.0) normal = -normal;
+  float light = 0.78 + 0.22 * dot(normal, vec3(0.36, 0.80, 0.48)) + 0.10 * (at.y - heights.x) / (heights.y - heights.x);
   ink = vec4(colour * light, 1.0);
 }`];
 const kPointShader = [`#version 300 es
-uniform mat4 camera; uniform float scale; in vec3 place; in vec4 shade; in float size; out vec4 colour;
-void main() { colour = shade; gl_Position = camera * vec4(place, 1.0); gl_PointSize = size * scale; }`,
-`#version 300 es
-precision highp float; uniform float ring; in vec4 colour; out vec4 ink;
+uniform mat4 camera; uniform float scale; uniform vec3 eye; in vec3 place; in vec4 shade; in float size;
+out vec4 colour; out float height;
 void main() {
+  colour = shade;
+  height = place.y;
+  // A little nearer on the same line of sight, so that its wall does not hide half of a dot.
+  gl_Position = camera * vec4(mix(eye, place, 0.985), 1.0);
+  gl_PointSize = size * scale;
+}`,
+`#version 300 es
+precision highp float; uniform float ring; uniform float cut; in vec4 colour; in float height; out vec4 ink;
+void main() {
+  if (height > cut) discard;
   float r = length(gl_PointCoord - 0.5) * 2.0;
   if (r > 1.0 || r < ring) discard;
   ink = vec4(colour.rgb, colour.a * (1.0 - smoothstep(0.85, 1.0, r)));
@@ -76,7 +86,7 @@ class Drawing {
     this.batches.set(name, {kind, array, buffers, count, ...options});
   }
 
-  draw(camera, {paper, cut, names}) {
+  draw(camera, {paper, cut, heights, names}) {
     const gl = this.gl, canvas = this.canvas, density = Math.min(2, window.devicePixelRatio || 1);
     const width = Math.max(1, Math.round(canvas.clientWidth * density)), height = Math.max(1, Math.round(canvas.clientHeight * density));
     if (canvas.width !== width || canvas.height !== height) canvas.width = width, canvas.height = height;
@@ -99,6 +109,7 @@ class Drawing {
       if (batch.kind === "triangles") {
         gl.uniform1f(where("cut"), cut);
         gl.uniform3fv(where("eye"), eye);
+        gl.uniform2fv(where("heights"), heights);
         // Faces that are turned away are left out, which opens the near walls of a room.
         if (batch.bothSides === true) gl.disable(gl.CULL_FACE);
         else gl.enable(gl.CULL_FACE);
@@ -107,6 +118,8 @@ class Drawing {
         gl.disable(gl.CULL_FACE);
         gl.uniform1f(where("scale"), density);
         gl.uniform1f(where("ring"), batch.ring ?? 0);
+        gl.uniform1f(where("cut"), batch.onTop === true ? 1e9 : cut);
+        gl.uniform3fv(where("eye"), eye);
         gl.drawArrays(gl.POINTS, 0, batch.count);
       } else {
         gl.drawArrays(gl.LINES, 0, batch.count);

@@ -56,8 +56,9 @@ class Occluders {
     this.build(middles, i, last);
   }
 
-  // Whether the segment is free from `start` to `end`, as shares of its length.
-  isFree(a, b, start, end) {
+  // Whether the segment is free from `start` to `end`, as shares of its length. `frontOnly`: of faces
+  // that are turned to `a`.
+  isFree(a, b, start, end, frontOnly = false) {
     if (this.links.length === 0) return true;
     const d = [b[0] - a[0], b[1] - a[1], b[2] - a[2]], stack = [0];
     while (stack.length > 0) {
@@ -80,19 +81,19 @@ class Occluders {
         continue;
       }
       const first = this.links[2 * node];
-      for (let i = first; i < first + count; ++i) if (this.hits(this.order[i], a, d, start, end)) return false;
+      for (let i = first; i < first + count; ++i) if (this.hits(this.order[i], a, d, start, end, frontOnly)) return false;
     }
     return true;
   }
 
   // T. Moeller, B. Trumbore. Fast, Minimum Storage Ray-Triangle Intersection. 1997.
-  hits(t, a, d, start, end) {
+  hits(t, a, d, start, end, frontOnly) {
     const p = this.at, o = 9 * t;
     const ux = p[o + 3] - p[o], uy = p[o + 4] - p[o + 1], uz = p[o + 5] - p[o + 2];
     const vx = p[o + 6] - p[o], vy = p[o + 7] - p[o + 1], vz = p[o + 8] - p[o + 2];
     const hx = d[1] * vz - d[2] * vy, hy = d[2] * vx - d[0] * vz, hz = d[0] * vy - d[1] * vx;
     const det = ux * hx + uy * hy + uz * hz;
-    if (Math.abs(det) < 1e-12) return false;
+    if (Math.abs(det) < 1e-12 || (frontOnly && det < 0)) return false;
     const sx = a[0] - p[o], sy = a[1] - p[o + 1], sz = a[2] - p[o + 2];
     const u = (sx * hx + sy * hy + sz * hz) / det;
     if (u < 0 || u > 1) return false;
@@ -101,19 +102,6 @@ class Occluders {
     if (v < 0 || u + v > 1) return false;
     const where = (vx * qx + vy * qy + vz * qz) / det;
     return where > start && where < end;
-  }
-
-  // The nearest hit of a ray as a distance, or Infinity; for picking.
-  firstHit(a, d) {
-    let low = 0, high = 1e4;
-    const to = (t) => [a[0] + d[0] * t, a[1] + d[1] * t, a[2] + d[2] * t];
-    if (this.isFree(a, to(high), 0, 1)) return Infinity;
-    for (let i = 0; i < 40; ++i) {
-      const middle = (low + high) / 2;
-      if (this.isFree(a, to(middle), 0, 1)) low = middle;
-      else high = middle;
-    }
-    return low;
   }
 }
 

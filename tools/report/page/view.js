@@ -25,7 +25,10 @@ class View {
     this.camera = new Camera(level.low, level.high);
     this.canvas = document.getElementById("canvas");
     this.stage = document.getElementById("stage");
+    this.fitted = false;
     this.longest = Math.max(1e-3, level.sources.delays.reduce((a, b) => Math.max(a, b), 0));
+    const held = Array.from(level.sources.delays).filter((_, i) => level.sources.flags[i] === 0).sort((a, b) => a - b);
+    this.late = Math.max(1e-3, held[Math.floor(0.97 * held.length)] ?? 0);  // the end of the scale
     this.loudest = this.powerRange();
     this.fillControls();
     try {
@@ -40,7 +43,7 @@ class View {
       this.paintMarkers();
       this.paintNodes();
       this.listen();
-      new ResizeObserver(() => this.redraw()).observe(this.stage);
+      new ResizeObserver(() => { this.fitted &&= this.steered === true; this.redraw(); }).observe(this.stage);
       window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.paintMesh(); this.redraw(); });
       window.addEventListener("beforeprint", () => this.drawNow());
     }
@@ -49,8 +52,16 @@ class View {
     // Sorting the triangles takes a moment that the first picture need not wait for.
     setTimeout(() => {
       this.occluders = new Occluders(level.mesh);
+      this.openRoof();
       this.moved();
     }, 30);
+  }
+
+  // Cuts off what lies above the listener if it hides him.
+  openRoof() {
+    const cut = this.get("cut"), {low, high} = this.level, size = high[1] - low[1];
+    if (this.drawing === null || this.occluders.isFree(this.camera.eye(), this.place, 0, 1, true)) return;
+    cut.value = Math.min(1000, Math.round(1000 * (this.place[1] + Math.max(1.2, 0.12 * size) - low[1]) / size));
   }
 
   withoutWebGl() {
@@ -118,7 +129,7 @@ class View {
     depth.value = Math.min(2, depth.max);
     for (const id of ["colour", "band", "delay-from", "delay-to", "power"])
       this.get(id).addEventListener("input", () => { this.paintSources(); this.moved(); });
-    surface.addEventListener("input", () => { this.paintMesh(); this.redraw(); });
+    surface.addEventListener("input", () => { this.paintMesh(); this.legend(); this.redraw(); });
     this.get("cut").addEventListener("input", () => this.redraw());
     depth.addEventListener("input", () => { this.layers.octree = this.get("layer-octree").checked = true; this.paintNodes(); this.redraw(); });
     ["x", "y", "z"].forEach((axis, i) => {
@@ -167,20 +178,26 @@ class View {
   paintMesh() {
     if (this.drawing === null) return;
     const {mesh, laws} = this.level, mode = this.get("surface").value, dark = this.isDark();
-    const plain = dark ? [112, 118, 126] : [214, 212, 206];
+    const plain = dark ? [112, 118, 126] : [196, 194, 188];
     const used = [...new Set(mesh.materials)].sort((a, b) => a - b);
     const ofMaterial = laws.materials.map((material, m) => {
       if (mode === "plain") return plain;
       if (mode === "material") return kPalette[used.indexOf(m) % kPalette.length].map((c) => Math.round(0.55 * c + 0.45 * plain[0]));
-      return scaleColour(material.absorption[Number(mode)]);
+      return scaleColour(material.absorption[Number(mode)] / this.mostAbsorbed(Number(mode)));
     });
     const places = new Float32Array(3 * mesh.corners.length), shades = new Uint8Array(3 * mesh.corners.length);
     for (let i = 0; i < mesh.corners.length; ++i) {
-      places.set(mesh.positions.subarray(3 * mesh.corners[i], 3 * mesh.corners[i] + 3), 3 * i);
-      shades.set(ofMaterial[mesh.materials[Math.floor(i / 3)]], 3 * i);
+      const from = 3 * mesh.corners[i], colour = ofMaterial[mesh.materials[Math.floor(i / 3)]];
+      for (let axis = 0; axis < 3; ++axis) {
+        places[3 * i + axis] = mesh.positions[from + axis];
+        shades[3 * i + axis] = colour[axis];
+      }
     }
     this.drawing.set("surfaces", "triangles", {place: [3, places], shade: [3, shades]});
   }
+
+  // The highest absorption of a material in an octave: the end of the scale.
+  mostAbsorbed(band) { return Math.max(0.01, ...this.level.laws.materials.map((material) => material.absorption[band])); }
 
   passes(i) {
     const s = this.level.sources, delay = s.delays[i] / this.longest * 1000, band = Number(this.get("band").value);
@@ -191,32 +208,35 @@ class View {
 
   colourOf(i) {
     const s = this.level.sources, mode = this.get("colour").value;
-    if (mode === "delay") return scaleColour(Math.sqrt(s.delays[i] / this.longest));
+    if (mode === "delay") return scaleColour(s.delays[i] / this.late);
     if (mode === "power") return scaleColour((this.powerDb(i, Number(this.get("band").value)) - this.loudest + 40) / 40);
     return kPalette[(mode === "material" ? s.materials[i] : s.kinds[i]) % kPalette.length];
   }
+
+  placeOf(i) { return this.level.sources.places.subarray(9 * i, 9 * i + 3); }
 
   paintSources() {
     if (this.drawing === null) return;
     const s = this.level.sources, places = [], shades = [], sizes = [];
     for (let i = 0; i < s.flags.length; ++i) {
       if (s.flags[i] !== 0 || !this.passes(i)) continue;
-      places.push(s.places[9 * i], s.places[9 * i + 1], s.places[9 * i + 2]);
-      shades.push(...this.colourOf(i), 190);
-      sizes.push(1.6 + 0.05 * Math.max(0, this.powerDb(i, Number(this.get("band").value)) - this.loudest + 40));
+      places.push(...this.placeOf(i));
+      shades.push(...this.colourOf(i), 120);
+      sizes.push(1.3 + 0.035 * Math.max(0, this.powerDb(i, Number(this.get("band").value)) - this.loudest + 40));
     }
     this.drawing.set("sources", "points", {place: [3, Float32Array.from(places)], shade: [4, Uint8Array.from(shades)], size: [1, Float32Array.from(sizes)]});
     this.legend();
   }
 
   legend() {
-    const mode = this.get("colour").value, legend = this.get("legend");
+    const mode = this.get("colour").value, surface = this.get("surface").value, legend = this.get("legend");
     if (legend === null) return;
     const bar = `<span class="bar" style="background: linear-gradient(90deg, ${kScale.map((c) => `rgb(${c})`).join()})"></span>`;
-    const ends = {delay: ["0 ms", `${Math.round(250 * this.longest)} ms`, `${Math.round(1000 * this.longest)} ms`],
-      power: [`${Math.round(this.loudest - 40)} dB`, `${Math.round(this.loudest)} dB`]}[mode];
-    legend.innerHTML = ends === undefined ? `Sources by ${mode}` :
-      `${mode === "delay" ? "Path delay of sources" : "Power of sources"}${bar}<span class="ends">${ends.map((e) => `<span>${e}</span>`).join("")}</span>`;
+    const scale = (title, low, high) => `<div>${title}${bar}<span class="ends"><span>${low}</span><span>${high}</span></span></div>`;
+    const sources = mode === "delay" ? scale("Path delay of sources", "0 ms", `${Math.round(1000 * this.late)} ms and more`)
+      : mode === "power" ? scale("Power of sources", `${Math.round(this.loudest - 40)} dB`, `${Math.round(this.loudest)} dB`) : `<div>Sources by ${mode}</div>`;
+    const band = Number(surface);
+    legend.innerHTML = sources + (Number.isNaN(band) ? "" : scale("Absorption at " + this.hertz(this.level.bandsHz[band]), "0 %", `${Math.round(100 * this.mostAbsorbed(band))} %`));
   }
 
   points(name, list, options = {}) {
@@ -302,10 +322,14 @@ class View {
   }
 
   drawNow() {
+    if (!this.fitted) {
+      this.camera.fit(this.stage.clientWidth / this.stage.clientHeight);
+      this.fitted = true;
+    }
     const cut = this.level.low[1] + (this.level.high[1] - this.level.low[1]) * Number(this.get("cut").value) / 1000 + 0.01;
     const paper = getComputedStyle(this.stage).backgroundColor.match(/[\d.]+/g).slice(0, 3).map((c) => c / 255);
     const on = (layer) => this.layers[layer] ? [layer] : [];
-    this.drawing.draw(this.camera, {paper, cut, names: [
+    this.drawing.draw(this.camera, {paper, cut, heights: [this.level.low[1], this.level.high[1] + 1e-3], names: [
       ...on("surfaces"), ...on("map"), ...on("octree"), ...on("sources"), ...(this.layers.chosen ? ["rays", "chosen"] : []), ...on("portals"),
       ...on("probes"), ...on("gaps"), ...on("duplicates"), ...(this.layers.openings ? ["opening-lines", "openings"] : []), ...on("emitters"), "focus", "listener", "ring"]});
     this.placeLabels();
@@ -317,7 +341,7 @@ class View {
     const wide = this.stage.clientWidth, high = this.stage.clientHeight, taken = [], wanted = [[this.place, "listener"]];
     if (this.focus !== null) wanted.push([this.focus.place, this.focus.text.split(": ")[0].slice(0, 60)]);
     if (this.layers.emitters) this.level.emitters.names.slice(0, 8).forEach((name, e) => wanted.push([this.level.emitters.places.subarray(6 * e, 6 * e + 3), name]));
-    if (this.layers.openings) for (const f of this.level.findings) if (f.kind === "opening" && f.place !== undefined && f !== this.focus) wanted.push([f.place, f.text.split(" of ")[0]]);
+    if (this.layers.openings) for (const f of this.level.findings) if (f.kind === "opening" && f.place !== undefined && f !== this.focus) wanted.push([f.place, f.text.split(" of ")[0] + " escapes"]);
     for (const [place, text] of wanted) {
       const seen = this.camera.project(place, wide / high);
       if (seen === null || Math.abs(seen[0]) > 1 || Math.abs(seen[1]) > 1) continue;
@@ -379,9 +403,9 @@ class View {
     this.fillTable(all);
     if (this.drawing === null) return;
     const drawn = chosen.filter((one) => level.sources.flags[one.index] === 0 && this.passes(one.index));
-    this.points("chosen", drawn.map((one) => ({place: level.sources.places.subarray(9 * one.index, 9 * one.index + 3), colour: this.colourOf(one.index), size: 7})), {onTop: false});
+    this.points("chosen", drawn.map((one) => ({place: this.placeOf(one.index), colour: this.colourOf(one.index), size: 7})), {onTop: false});
     const strongest = [...chosen].sort((a, b) => b.heard - a.heard).slice(0, 60), top = strongest[0]?.heard ?? 1;
-    this.lines("rays", strongest.map((one) => ({from: this.place, to: level.sources.places.subarray(9 * one.index, 9 * one.index + 3), colour: kListener, alpha: Math.round(40 + 190 * Math.sqrt(one.heard / top))})));
+    this.lines("rays", strongest.map((one) => ({from: this.place, to: this.placeOf(one.index), colour: kListener, alpha: Math.round(40 + 190 * Math.sqrt(one.heard / top))})));
     this.points("listener", [{place: this.place, colour: kListener, size: 11}]);
     this.points("ring", [{place: this.place, colour: kListener, size: 26}], {ring: 0.78});
     this.redraw();
@@ -413,6 +437,7 @@ class View {
       return seen !== null && Math.hypot((seen[0] - x) * box.width / 2, (seen[1] - y) * box.height / 2) < 20;
     };
     canvas.addEventListener("pointerdown", (event) => {
+      this.steered = true;
       canvas.setPointerCapture(event.pointerId);
       pointers.set(event.pointerId, [event.clientX, event.clientY]);
       drag = onListener(event) ? "listener" : event.shiftKey || event.button !== 0 ? "pan" : "orbit";
@@ -457,7 +482,7 @@ class View {
     else if (moves[event.key] !== undefined) this.moveTo(add(this.place, moves[event.key]));
     else if (event.key === "+" || event.key === "=") this.camera.zoom(0.85);
     else if (event.key === "-") this.camera.zoom(1 / 0.85);
-    else if (event.key === "Home") this.camera.reset();
+    else if (event.key === "Home") this.camera.reset(), this.fitted = false;
     else if (event.key === "l" || event.key === "L") this.camera.lookAt(this.place.slice(), 1);
     else return;
     event.preventDefault();
