@@ -17,8 +17,8 @@
 
 namespace clamor::testing {
 
-struct Scene {
-  explicit Scene(AuralizerInput from)
+struct BakedScene {
+  explicit BakedScene(AuralizerInput from)
       : input(std::move(from)),
         signals(prepare_signals(input.signals)),
         radiation(input.emitters, input.materials, input.air,
@@ -33,7 +33,7 @@ struct Scene {
 
   // Bakes a level of assets/levels; `phong` above 0 replaces all materials by mirrors with that
   // exponent.
-  static std::unique_ptr<Scene> baked(const std::string& level, std::uint64_t sources,
+  static std::unique_ptr<BakedScene> baked(const std::string& level, std::uint64_t sources,
                                       float phong = 0, std::uint64_t seed = 1) {
     auto imported =
         import_level(std::string(testing::kSourceDir) + "/assets/levels/" + level, ImportOptions{});
@@ -49,7 +49,7 @@ struct Scene {
     options.settings.early_order = 0;  // the paper knows no image sources
     auto contents = bake(imported->level, options);
     EXPECT_TRUE(contents.ok());
-    return std::make_unique<Scene>(AuralizerInput{std::move(contents->octree.sources),
+    return std::make_unique<BakedScene>(AuralizerInput{std::move(contents->octree.sources),
                                                   std::move(contents->emitters),
                                                   std::move(contents->signals),
                                                   std::move(contents->materials),

@@ -135,7 +135,9 @@ void ReportPage::figure(const std::vector<std::string>& pictures, int columns,
     pictures_.push_back(picture);
     body_ += "<div>" + picture + "</div>";
   }
-  body_ += "</div><figcaption>" + escaped(caption) + "</figcaption></figure>\n";
+  body_ += "</div>";
+  if (!caption.empty()) body_ += "<figcaption>" + escaped(caption) + "</figcaption>";
+  body_ += "</figure>\n";
 }
 
 void ReportPage::picture(const std::string& svg, const std::string& caption) {

@@ -348,7 +348,7 @@ class ReportWriter {
     auto [echogram, echoes] = echogram_of(response);
     auto [waveform, samples] = waveform_of(response);
     page_.charts({decay, echogram, waveform}, 3,
-                 fmt::format("Left: Schroeder's backward integral of the energies; a straight line is an even decay, a "
+                 index > 0 ? "" : fmt::format("Left: Schroeder's backward integral of the energies; a straight line is an even decay, a "
                              "knee two rooms in one. Middle: energy at 1 kHz in steps of {:.0f} ms, relative to all of it. "
                              "Right: an impulse response with these energies; 1 is the emitter at 1 m.",
                              1e3 * kEchoBin_s));

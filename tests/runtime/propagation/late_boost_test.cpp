@@ -12,7 +12,7 @@
 namespace clamor {
 namespace {
 
-using testing::Scene;
+using testing::BakedScene;
 
 constexpr double kStep_s = 0.005;
 constexpr std::size_t kSteps = 60, kChosenVoices = 2000;
@@ -48,7 +48,7 @@ struct StepErrors {
   double rms_db = 0, worst_db = 0;  // over all places; of the worst place
 };
 
-StepErrors errors_of(Scene& scene, const LateBoost& late_boost, std::uint64_t rolls = 5) {
+StepErrors errors_of(BakedScene& scene, const LateBoost& late_boost, std::uint64_t rolls = 5) {
   const AuralizerInput& input = scene.input;
   const Emitter& violin = input.emitters[0];
   const auto scattered = scene.places();
@@ -103,7 +103,7 @@ TEST(LateBoost, IsZeroWithoutADecayGrowsWithTheDelayAndIsBounded) {
 
 TEST(LateBoost, KeepsTheEnergyOfEvery5MsWithin1DbOver300Ms) {
   for (const float exponent : {20.0f, 100.0f}) {
-    const auto scene = Scene::baked("violin_room.glb", 50'000, exponent);
+    const auto scene = BakedScene::baked("violin_room.glb", 50'000, exponent);
     const StepErrors with =
         errors_of(*scene, LateBoost(scene->input.decay, scene->input.sources.size()));
     const StepErrors without = errors_of(*scene, LateBoost());
@@ -122,7 +122,7 @@ TEST(LateBoost, KeepsTheEnergyOfEvery5MsWithin1DbOver300Ms) {
 
 TEST(LateBoost, KeepsItWithAsManySourcesAsABakeHas) {
   if (testing::kSanitized) GTEST_SKIP() << "the same code as with fewer sources, in half a minute";
-  const auto scene = Scene::baked("violin_room.glb", 200'000, 100);
+  const auto scene = BakedScene::baked("violin_room.glb", 200'000, 100);
   const StepErrors with =
       errors_of(*scene, LateBoost(scene->input.decay, scene->input.sources.size()), 3);
   RecordProperty("millidecibels", static_cast<int>(std::lround(1000 * with.rms_db)));

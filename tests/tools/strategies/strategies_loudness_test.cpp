@@ -15,7 +15,7 @@
 namespace clamor {
 namespace {
 
-using testing::Scene;
+using testing::BakedScene;
 
 constexpr std::size_t kPlaceStep = testing::kSanitized ? 12 : 3;  // of twenty
 
@@ -27,10 +27,10 @@ class PaperScene : public ::testing::TestWithParam<const char*> {
   }
 
   // Bakes a scene at its first use.
-  const Scene& scene(std::uint64_t seed = 1) const {
-    static std::map<std::pair<std::string, std::uint64_t>, std::unique_ptr<Scene>> scenes;
+  const BakedScene& scene(std::uint64_t seed = 1) const {
+    static std::map<std::pair<std::string, std::uint64_t>, std::unique_ptr<BakedScene>> scenes;
     auto& scene = scenes[{GetParam(), seed}];
-    if (scene == nullptr) scene = Scene::baked(GetParam(), 10000, 0, seed);
+    if (scene == nullptr) scene = BakedScene::baked(GetParam(), 10000, 0, seed);
     return *scene;
   }
 
@@ -56,7 +56,7 @@ struct Levels {
 // definition as well.
 class PlacedScene {
  public:
-  PlacedScene(const Scene& scene, const Vec3& place) {
+  PlacedScene(const BakedScene& scene, const Vec3& place) {
     const Bands loudness = loudness_weights();
     for (std::uint32_t i = 0; i < scene.size(); ++i) {
       const Bands power = scene.received(i, place);
@@ -144,7 +144,7 @@ TEST_P(PaperScene, IsWithinTheLevelToleranceByPriorityIn95Of100Bakes) {
 
 class Waveforms {
  public:
-  Waveforms(const Scene& scene, const Vec3& place)
+  Waveforms(const BakedScene& scene, const Vec3& place)
       : scene_(scene), place_(place), list_(scene.radiation, scene.weights, scene.input.sources) {
     for (std::size_t i = 0; i < scene.size(); ++i) {
       powers_.push_back(weight(
@@ -183,7 +183,7 @@ class Waveforms {
   }
 
  private:
-  const Scene& scene_;
+  const BakedScene& scene_;
   const Vec3 place_;
   SourceList list_;
   std::vector<double> powers_;

@@ -69,8 +69,9 @@ class FloorMap {
     for (const rect of document.querySelectorAll("#floor-picture [data-cell]"))
       rect.addEventListener("click", () => this.view.moveTo(cells[Number(rect.dataset.cell)].slice(3, 6)));
     const differences = known.length === 0 ? "" : `${((high - low) / kind.noticeable((high + low) / 2)).toFixed(1)} just-noticeable differences between the extremes.`;
+    const shownName = `${kind.name}, ${this.octave.selectedOptions[0].text}`;
     document.getElementById("floor-legend").innerHTML = known.length === 0 ? `<p class="note">${summary}.</p>` :
-      `<span class="bar" style="display:block;height:.7rem;border-radius:2px;background: linear-gradient(90deg, ${kScale.map((c) => `rgb(${c})`).join()})"></span>` +
+      `<p class="note">${shownName}</p><span class="bar" style="display:block;height:.7rem;border-radius:2px;background: linear-gradient(90deg, ${kScale.map((c) => `rgb(${c})`).join()})"></span>` +
       `<span class="ends note"><span>${text(low)}</span><span>${text(high)}</span></span><p class="note">${differences} Seen from above, X to the right and Z down; numbered rings are listeners${few ? ", dots emitters" : ""}. Click a place to listen there.</p>`;
     document.getElementById("floor-table").innerHTML = `<div class="table"><table><caption>${summary}</caption><thead><tr><th scope="col">place (m)</th><th scope="col">${kind.name}</th></tr></thead><tbody>` +
       shown.map((cell) => `<tr><th scope="row">${cell[3]}, ${cell[4]}, ${cell[5]}</th><td>${text(this.value(cell))}</td></tr>`).join("") + "</tbody></table></div>";

@@ -1,0 +1,102 @@
+// Tests clamor report as its user runs it.
+#include <filesystem>
+#include <regex>
+
+#include <gmock/gmock.h>
+
+#include "tests/tools/report/reported_room.h"
+
+namespace clamor::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+class ReportCommand : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    Level level = shoebox({6, 3, 4}, uniform_material(0.2f), {2, 1, 1});
+    level.materials[0].name = "</script><b>";
+    reported_ = std::make_unique<ReportedRoom>(level, 300, 5000);
+  }
+  static void TearDownTestSuite() { reported_.reset(); }
+
+  static std::string page(std::vector<std::string> more = {}) {
+    const std::string path = reported_->folder() / "page.html";
+    more.insert(more.begin(), {"report", reported_->path(), "-o", path});
+    const Outcome outcome = clamor(more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr("page.html"));
+    return read(path);
+  }
+
+  static std::unique_ptr<ReportedRoom> reported_;
+};
+std::unique_ptr<ReportedRoom> ReportCommand::reported_;
+
+TEST_F(ReportCommand, WritesOneFileThatAsksTheNetworkForNothing) {
+  const std::string html = page();
+  EXPECT_THAT(html, HasSubstr("It reverberates for"));
+  EXPECT_THAT(html, HasSubstr("The bake found nothing wrong with the level."));
+  for (const std::string heading : {"The level", "What it sounds like", "At the listeners",
+                                    "Over the floor", "What absorbs the sound", "The file"})
+    EXPECT_THAT(html, HasSubstr(heading + "</h2>"));
+  // Only names of XML namespaces are addresses.
+  std::string rest = std::regex_replace(html, std::regex("http://www.w3.org/2000/svg"), "");
+  EXPECT_EQ(rest.find("http"), std::string::npos);
+  EXPECT_EQ(rest.find("@import"), std::string::npos);
+  // A name cannot end the script that holds the data.
+  EXPECT_EQ(html.find("</script><b>"), std::string::npos);
+  EXPECT_LT(html.size(), 2'000'000u);
+}
+
+TEST_F(ReportCommand, SaysTheFiguresOfImpulse) {
+  const std::string html = page({"--listener", "4,1.5,2", "--exact"});
+  const Outcome impulse = clamor({"impulse", reported_->path(), "--listener", "4,1.5,2"});
+  ASSERT_EQ(impulse.code, 0);
+  std::smatch row;
+  ASSERT_TRUE(std::regex_search(impulse.out, row, std::regex(R"(T30 s +([\d.]+) +([\d.]+) +([\d.]+))")));
+  EXPECT_THAT(html, HasSubstr("<th scope=\"row\">T30 (s)</th><td>" + row[1].str() + "</td><td>" +
+                              row[2].str() + "</td><td>" + row[3].str() + "</td>"));
+  EXPECT_THAT(html, HasSubstr("Listener 1 at 4.0, 1.5, 2.0 m"));
+}
+
+TEST_F(ReportCommand, SaysTheFiguresOfInspect) {
+  const std::string html = page({"--listener", "4,1.5,2"});
+  const Outcome inspect = clamor({"inspect", reported_->path()});
+  std::smatch row;
+  ASSERT_TRUE(std::regex_search(inspect.out, row, std::regex(R"(power emitted, dB +([\d.]+))")));
+  EXPECT_THAT(html, HasSubstr("power emitted, dB</th><td>" + row[1].str() + "</td>"));
+  ASSERT_TRUE(std::regex_search(inspect.out, row, std::regex(R"(settings +(seed [^\n]*))")));
+  EXPECT_THAT(html, HasSubstr(row[1].str()));
+}
+
+TEST_F(ReportCommand, SetsAnotherBakeBesideIt) {
+  Level dry = shoebox({6, 3, 4}, uniform_material(0.6f), {2, 1, 1});
+  const ReportedRoom other(dry, 300, 5000);
+  const std::string html = page({"--listener", "4,1.5,2", "--compare", other.path()});
+  EXPECT_THAT(html, HasSubstr("difference in just-noticeable differences"));
+  // A room that absorbs three times as much decays more than ten noticeable steps faster.
+  std::smatch row;
+  ASSERT_TRUE(std::regex_search(html, row, std::regex(R"(T30</th><td>[^<]*</td><td>(-[\d.]+)</td>)")));
+  EXPECT_LT(std::stod(row[1]), -10);
+}
+
+TEST_F(ReportCommand, RefusesWhatItCannotDo) {
+  const auto fails = [&](std::vector<std::string> words, int code, const std::string& message) {
+    words.insert(words.begin(), "report");
+    const Outcome outcome = clamor(words);
+    EXPECT_EQ(outcome.code, code) << outcome.err;
+    EXPECT_THAT(outcome.err, HasSubstr(message));
+  };
+  const std::string file = reported_->path(), page = reported_->folder() / "no.html";
+  fails({file}, 2, "-o");
+  fails({file, "-o", file}, 1, "room.clamor");
+  fails({file, "-o", page, "--listener", "here"}, 2, "here");
+  fails({file, "-o", page, "--emitter", "sourse"}, 1, "the nearest of 1 names is 'source'");
+  fails({page, "-o", page}, 1, "no.html");
+  fails({file, "-o", page, "--compare", page}, 1, "no.html");
+  EXPECT_FALSE(std::filesystem::exists(page));
+}
+
+}  // namespace
+}  // namespace clamor::testing
