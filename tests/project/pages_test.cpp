@@ -137,7 +137,7 @@ TEST(Pages, ShowCommandsAndOptionsThatTheProgramHas) {
     }
   }
   EXPECT_EQ(shown, (std::set<std::string>{"bake", "merge", "farm", "compare", "diff", "inspect",
-                                          "render", "impulse", "play", "materials", "devices",
+                                          "render", "report", "impulse", "play", "materials", "devices",
                                           "experiment", "bench"}));
 }
 

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "runtime/propagation/loudness.h"
+#include "tools/experiments/baked_level.h"
 #include "tools/experiments/experiments.h"
 
 namespace clamor {

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <thread>
 
-#include "bake/bake.h"
 #include "common/random.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/sampling_pipeline.h"
@@ -123,51 +122,6 @@ Vec3 ExperimentScene::default_listener_m() const {
   }
   sum /= static_cast<double>(emitters.size());
   return {sum.x, lowest_m, sum.z};
-}
-
-Result<BakedLevel> BakedLevel::open(const std::string& path) {
-  const auto file = BakeFile::open(path, FileAccess::kMap);
-  if (!file.ok()) return file.error();
-  auto tables = read_signals_and_tables(*file);
-  if (!tables.ok()) return tables.error();
-  auto mesh = file->read_mesh();
-  if (!mesh.ok()) return mesh.error();
-  BakedLevel level;
-  level.settings_ = file->settings();
-  level.level_ = {file->provenance().level,    std::move(*mesh),           file->materials(),
-                  std::move(tables->emitters), std::move(tables->signals), tables->air};
-  return level;
-}
-
-void BakedLevel::set_phong(const Bands& exponents) {
-  for (Material& material : level_.materials) {
-    material.phong = exponents;
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      material.scattering[b] = exponents[b] == 0 ? 1.0f : 0.0f;
-  }
-}
-
-void BakedLevel::set_impulse() {
-  level_.signals = {{"impulse", {1}, false}};
-  for (Emitter& emitter : level_.emitters) emitter.signal = 0;
-}
-
-Result<std::unique_ptr<ExperimentScene>> BakedLevel::rebake(std::uint64_t sources) const {
-  BakeOptions options;
-  options.settings = settings_;
-  options.settings.sources = sources;
-  options.settings.photons = 0;
-  options.settings.early_order = 0;
-  auto contents = bake(level_, options);
-  if (!contents.ok()) return contents.error();
-  return std::make_unique<ExperimentScene>(AuralizerInput{std::move(contents->octree.sources),
-                                                          std::move(contents->emitters),
-                                                          level_.signals,
-                                                          std::move(contents->materials),
-                                                          level_.air,
-                                                          {},
-                                                          {},
-                                                          contents->statistics.decay});
 }
 
 void for_each_index(std::size_t count, const std::function<void(std::size_t)>& work) {

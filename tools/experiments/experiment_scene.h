@@ -11,7 +11,6 @@
 
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_metadata.h"
-#include "formats/level/level.h"
 #include "formats/level/walk_file.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/propagation/source_weight.h"
@@ -72,29 +71,6 @@ class ExperimentScene {
   RadiationModel radiation_;
   SignalWeights weights_;
   std::shared_ptr<SourceList> list_;
-};
-
-// The level of a bake file, to be baked again with other materials or settings.
-class BakedLevel {
- public:
-  static Result<BakedLevel> open(const std::string& path);
-
-  const Level& level() const { return level_; }
-  const BakeSettings& settings() const { return settings_; }
-
-  // Gives all surfaces Phong lobes of these exponents without scattering; 0 is diffuse.
-  void set_phong(const Bands& exponents);
-
-  // Makes all emitters play a single impulse.
-  void set_impulse();
-
-  // Bakes with about that many secondary sources, without image sources: the paper's experiments
-  // have no occlusion. Deterministic.
-  Result<std::unique_ptr<ExperimentScene>> rebake(std::uint64_t sources) const;
-
- private:
-  Level level_;
-  BakeSettings settings_;
 };
 
 // Calls work(0 ... count - 1) on all cores, in any order.

@@ -22,6 +22,7 @@
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/response/impulse_response.h"
 #include "tools/analysis/room_parameters.h"
+#include "tools/experiments/baked_level.h"
 #include "tools/experiments/experiments.h"
 
 namespace clamor {

@@ -172,7 +172,25 @@ class ReportWriter {
     }
     if (gaps > kShownGaps)
       list += fmt::format("<li><span class=\"kind\">Thin gap</span><span>and {} more, all in the view</span><span></span></li>\n", gaps - kShownGaps);
+    if (contents_.other)
+      list += "<li><span class=\"kind\">Compared</span><span>" + escaped(comparison()) + "</span><span></span></li>\n";
     page_.markup(list + "</ul>\n");
+  }
+
+  // "In wood.clamor T30 is 1.14 s, 1.3 just-noticeable differences longer; ..."
+  std::string comparison() const {
+    std::string text = "In " + file_name(contents_.other->file());
+    bool is_first = true;
+    for (const char* name : {"T30", "EDT", "C80", "D50", "G"}) {
+      const ParameterKind& kind = kind_of(name);
+      const auto here = middle_value(contents_.measured.responses, kind), there = middle_value(contents_.other->responses, kind);
+      if (!here || !there || !(kind.noticeable_at(*here) > 0)) continue;
+      const double steps = (*there - *here) / kind.noticeable_at(*here);
+      text += fmt::format("{} {} is {}{} ({:+.1f})", is_first ? "" : ",", name, value_text(there, kind.is_share ? 2 : kind.digits - 1),
+                          kind.unit[0] != 0 ? " " + std::string(kind.unit) : "", steps);
+      is_first = false;
+    }
+    return text + "; in brackets the difference from this bake in just-noticeable differences.";
   }
 
   // Charts of the parameters over frequency, and what listeners differ by.
@@ -196,7 +214,10 @@ class ReportWriter {
       ReportTable parameters = parameter_table(i, contents_.measured, "");
       parameters.folded = i > 0;
       page_.table(std::move(parameters));
-      if (contents_.other) page_.table(difference_table(i));
+      if (!contents_.other) continue;
+      ReportTable differences = difference_table(i);
+      differences.folded = i > 0;
+      page_.table(std::move(differences));
     }
     page_.table(bake_table());
   }

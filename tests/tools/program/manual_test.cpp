@@ -114,7 +114,7 @@ TEST_F(Manual, OffersWordsThatTheHelpNames) {
 
 TEST_F(Manual, CompletesInBash) {
   output("bash -n bash-completion/completions/clamor");
-  EXPECT_EQ(bash("clamor re"), "render\n");
+  EXPECT_EQ(bash("clamor re"), "report\nrender\n");
   EXPECT_EQ(bash("clamor render --vis"), "--visibility\n");
   EXPECT_EQ(bash("clamor render --visibility ''"), "on\noff\n");
   EXPECT_EQ(bash("clamor render room.clamor --format = f"), "float\n");

@@ -37,7 +37,9 @@ TEST(FloorMap, KnowsAGalleryAsASecondFloor) {
   for (const MapCell& cell : floor_grid(room, 200).cells) {
     above += cell.storey == 1;
     EXPECT_NEAR(cell.floor_m, 3 * cell.storey, 1e-2);
-    if (cell.storey == 1) EXPECT_GT(cell.ear_m.x, 2.9);
+    if (cell.storey == 1) {
+      EXPECT_GT(cell.ear_m.x, 2.9);
+    }
   }
   EXPECT_GT(above, 20u);
 }

@@ -86,7 +86,9 @@ TEST(LevelFindings, ReadPlacesInWarnings) {
   const auto expect = [](const std::string& text, const std::optional<Vec3>& place_m) {
     const auto found = place_in(text);
     ASSERT_EQ(found.has_value(), place_m.has_value()) << text;
-    if (found) EXPECT_LT(length(*found - *place_m), 1e-12) << text;
+    if (found) {
+      EXPECT_LT(length(*found - *place_m), 1e-12) << text;
+    }
   };
   expect("2 % leaves near (1.0, -2.5, 3.0), through", Vec3(1, -2.5, 3));
   expect("'a (b)' is inside a solid; nearest (1, 2, 3)", Vec3(1, 2, 3));
