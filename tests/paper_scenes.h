@@ -34,7 +34,7 @@ struct BakedScene {
   // Bakes a level of assets/levels; `phong` above 0 replaces all materials by mirrors with that
   // exponent.
   static std::unique_ptr<BakedScene> baked(const std::string& level, std::uint64_t sources,
-                                      float phong = 0, std::uint64_t seed = 1) {
+                                           float phong = 0, std::uint64_t seed = 1) {
     auto imported =
         import_level(std::string(testing::kSourceDir) + "/assets/levels/" + level, ImportOptions{});
     EXPECT_TRUE(imported.ok());
@@ -50,13 +50,13 @@ struct BakedScene {
     auto contents = bake(imported->level, options);
     EXPECT_TRUE(contents.ok());
     return std::make_unique<BakedScene>(AuralizerInput{std::move(contents->octree.sources),
-                                                  std::move(contents->emitters),
-                                                  std::move(contents->signals),
-                                                  std::move(contents->materials),
-                                                  contents->settings.air,
-                                                  {},
-                                                  {},
-                                                  contents->statistics.decay});
+                                                       std::move(contents->emitters),
+                                                       std::move(contents->signals),
+                                                       std::move(contents->materials),
+                                                       contents->settings.air,
+                                                       {},
+                                                       {},
+                                                       contents->statistics.decay});
   }
 
   std::size_t size() const { return input.sources.size(); }

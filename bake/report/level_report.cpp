@@ -171,8 +171,9 @@ std::string closedness(const LevelReport& report) {
 // 16 m".
 std::string in_words(const LevelOpening& opening) {
   if (way_of(opening) == Way::kAllRound || !(opening.width_m > 0)) return direction_of(opening);
-  std::string text = fmt::format("{} near {}, through an opening about {} wide", direction_of(opening),
-                                 at(opening.place_m), metres(opening.width_m));
+  std::string text =
+      fmt::format("{} near {}, through an opening about {} wide", direction_of(opening),
+                  at(opening.place_m), metres(opening.width_m));
   if (opening.edge_length_m > 0)
     text += fmt::format(" along an open edge of {}", metres(opening.edge_length_m));
   return text;
@@ -206,9 +207,8 @@ LevelReport prepare_level(Level& level, const LevelOptions& options) {
   report.duplicated_m2 = prepared.duplicated_m2;
   report.split_edges = prepared.split_edges;
   for (const MaterialClash& clash : prepared.clashes)
-    report.clashes.push_back(
-        {level.materials[clash.kept].name, level.materials[clash.dropped].name, clash.area_m2,
-         clash.place_m});
+    report.clashes.push_back({level.materials[clash.kept].name, level.materials[clash.dropped].name,
+                              clash.area_m2, clash.place_m});
   if (options.simplify_m > 0 && !prepared.mesh.triangles.empty())
     simplify(prepared, level, options.simplify_m, report);
   report.volume_m3 = enclosed_volume_m3(prepared);

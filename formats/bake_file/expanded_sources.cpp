@@ -42,7 +42,8 @@ class Reader {
     return {};
   }
 
-  // Reads nodes in the order of their highest keys, and returns the highest key that may be missing.
+  // Reads nodes in the order of their highest keys, and returns the highest key that may be
+  // missing.
   Result<double> read_strongest(const PageEntry& top, std::size_t count) {
     const auto weaker = [](const Waiting& a, const Waiting& b) { return a.bound() < b.bound(); };
     placed_.push_back({});
@@ -55,8 +56,8 @@ class Reader {
       const std::size_t others = waiting_.size();
       if (const auto done = read_one(next); !done.ok()) return done.error();
       for (std::size_t end = others; end < waiting_.size();)
-        std::push_heap(waiting_.begin(),
-                       waiting_.begin() + static_cast<std::ptrdiff_t>(++end), weaker);
+        std::push_heap(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(++end),
+                       weaker);
       if (all_.sources.size() > 2 * count) missing = keep_strongest(count, missing);
     }
     if (all_.sources.size() > count) missing = keep_strongest(count, missing);

@@ -33,8 +33,8 @@ Result<ExpandedSources> read_expanded_sources(const BakeFile& file);
 
 // The sources of highest key, of a file of any size. All sources whose key is above `missing_key`
 // are among them, and no others but images, so each of the file's is there with probability
-// min(1, P / missing_key), P its power over all bands: scaled by max(1, missing_key / P), powers are
-// unbiased.
+// min(1, P / missing_key), P its power over all bands: scaled by max(1, missing_key / P), powers
+// are unbiased.
 struct StrongestSources : ExpandedSources {
   double missing_key = 0;  // 0: these are all sources
 };

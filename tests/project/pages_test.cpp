@@ -137,8 +137,8 @@ TEST(Pages, ShowCommandsAndOptionsThatTheProgramHas) {
     }
   }
   EXPECT_EQ(shown, (std::set<std::string>{"bake", "merge", "farm", "compare", "diff", "inspect",
-                                          "render", "report", "impulse", "play", "materials", "devices",
-                                          "experiment", "bench"}));
+                                          "render", "report", "impulse", "play", "materials",
+                                          "devices", "experiment", "bench"}));
 }
 
 TEST(Pages, ShowASidecarWithPresetsThatExist) {

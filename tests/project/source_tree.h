@@ -48,8 +48,9 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
       "bindings/python",
       "bindings/python/clamor"}},
     {"tools",
-     {"program", "strategies", "analysis", "bench", "experiments", "farm", "report", "report/page", "commands", "packaging",
-      "packaging/vcpkg", "packaging/conan", "packaging/conan/test_package"}},
+     {"program", "strategies", "analysis", "bench", "experiments", "farm", "report", "report/page",
+      "commands", "packaging", "packaging/vcpkg", "packaging/conan",
+      "packaging/conan/test_package"}},
 };
 
 inline std::string read_text(const std::filesystem::path& path) {

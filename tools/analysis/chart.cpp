@@ -110,8 +110,8 @@ std::string drawn(const Chart::Series& series, const Axis& x, const Axis& y, con
     path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : " L", at_x, at_y);
     if (series.look == Look::kLineAndDots)
       dots += fmt::format(
-          "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\" class=\"{} dot\"/>\n", at_x, at_y,
-          ink.colour, ink.name);
+          "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"3\" fill=\"{}\" class=\"{} dot\"/>\n", at_x,
+          at_y, ink.colour, ink.name);
   }
   if (path.empty()) return "";
   return fmt::format(
@@ -173,9 +173,10 @@ std::string svg_head(const std::string& title, double width, double height) {
 std::string axis_titles(const std::string& x_label, const std::string& y_label, double middle_x,
                         double middle_y, double bottom) {
   return svg_text(middle_x, bottom, x_label, "text-anchor=\"middle\"") +
-         fmt::format("<text transform=\"translate(18 {:.1f}) rotate(-90)\" "
-                     "text-anchor=\"middle\">{}</text>\n",
-                     middle_y, escaped(y_label));
+         fmt::format(
+             "<text transform=\"translate(18 {:.1f}) rotate(-90)\" "
+             "text-anchor=\"middle\">{}</text>\n",
+             middle_y, escaped(y_label));
 }
 
 std::string draw_axes(const Chart& chart, const Axis& x, const Axis& y) {
@@ -292,8 +293,8 @@ std::string to_svg(const BarChart& chart) {
   for (const auto& part : chart.parts) longest = std::max(longest, part.name.size());
   const double right =
       chart.width - kChartRight - (chart.parts.size() > 1 ? legend_px(longest) : 0);
-  const double step = (right - kChartLeft) / static_cast<double>(std::max<std::size_t>(
-                                                 1, chart.columns.size()));
+  const double step =
+      (right - kChartLeft) / static_cast<double>(std::max<std::size_t>(1, chart.columns.size()));
   std::string svg = svg_head(chart.title, chart.width, chart.height);
   for (const double tick : round_ticks(y)) {
     svg += line(kChartLeft, y.at(tick), right, y.at(tick), "stroke=\"#e4e4e4\" class=\"grid\"");
@@ -311,10 +312,10 @@ std::string to_svg(const BarChart& chart) {
     for (std::size_t c = 0; c < totals.size(); ++c) {
       const double low = below[c], high = below[c] += part.values[c];
       if (!(y.at(low) - y.at(high) > 0.05)) continue;
-      svg += fmt::format(
-          "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" {}/>\n",
-          kChartLeft + (static_cast<double>(c) + 0.17) * step, y.at(high), 0.66 * step,
-          y.at(low) - y.at(high), fill);
+      svg +=
+          fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" {}/>\n",
+                      kChartLeft + (static_cast<double>(c) + 0.17) * step, y.at(high), 0.66 * step,
+                      y.at(low) - y.at(high), fill);
     }
     if (chart.parts.size() < 2) continue;
     svg += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"12\" height=\"12\" {}/>\n",

@@ -1,5 +1,5 @@
-// chart.h: charts as self-contained SVG, which the stylesheet of a page (tools/report/page/style.css)
-// adapts to its scheme and font.
+// chart.h: charts as self-contained SVG, which the stylesheet of a page
+// (tools/report/page/style.css) adapts to its scheme and font.
 #pragma once
 
 #include <optional>
@@ -48,9 +48,9 @@ std::string to_svg(const Chart& chart);
 // Columns of stacked bars.
 struct BarChart {
   struct Part {
-    std::string name;  // shown in the legend
+    std::string name;                 // shown in the legend
     std::vector<double> values = {};  // one per column, not negative
-    int colour = -1;  // palette index or Chart::kGrey; -1: the next colour
+    int colour = -1;                  // palette index or Chart::kGrey; -1: the next colour
   };
   std::string title = {}, x_label = {}, y_label = {};  // including units
   std::vector<std::string> columns = {};

@@ -36,12 +36,12 @@ struct RoomParameters {
   Value edt_s, t20_s, t30_s, c80_db, d50, ts_s, g_db;
 };
 
-// How a parameter is named, printed and judged. Its just-noticeable difference (ISO 3382-1, annex A)
-// is a share of the value, or an absolute one.
+// How a parameter is named, printed and judged. Its just-noticeable difference (ISO 3382-1, annex
+// A) is a share of the value, or an absolute one.
 struct ParameterKind {
-  const char* key;    // in JSON
-  const char* name;   // "T30"
-  const char* unit;   // "s", or ""
+  const char* key;   // in JSON
+  const char* name;  // "T30"
+  const char* unit;  // "s", or ""
   RoomParameters::Value RoomParameters::*value;
   int digits;  // after the point
   double noticeable;

@@ -5,11 +5,11 @@
 #include <fmt/ostream.h>
 
 #include "formats/bake_file/bake_file.h"
-#include "tools/report/bake_overview.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/inspect_json.h"
 #include "tools/commands/inspect_tables.h"
 #include "tools/program/arguments.h"
+#include "tools/report/bake_overview.h"
 
 namespace clamor {
 

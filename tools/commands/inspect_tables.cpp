@@ -219,8 +219,7 @@ void print_shares(const BakeOverview& overview, std::ostream& out) {
   };
   fmt::print(out, "\n{}\n", band_header("power by octree depth, %"));
   for (std::size_t d = 0; d < overview.depths.size(); ++d)
-    out << row(depth_title(d), shares_of(overview.depths[d].power), as_percent)
-        << '\n';
+    out << row(depth_title(d), shares_of(overview.depths[d].power), as_percent) << '\n';
   if (overview.instanced.trees > 0)
     out << row("in instances", shares_of(overview.instanced.stored.power), as_percent) << '\n';
 }

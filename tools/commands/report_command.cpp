@@ -52,9 +52,9 @@ MeasuredRoom measure_at(const ReportOptions& options, const RoomMeter& meter,
   for (const Vec3& listener_m : listeners_m) {
     measured.responses.push_back(
         meter.measure(listener_m, options.exact ? RoomMeter::kAll : kListenerSources));
-    progress.update(static_cast<double>(measured.responses.size()) /
-                        static_cast<double>(listeners_m.size()),
-                    counted(measured.responses.back().sources, "source"));
+    progress.update(
+        static_cast<double>(measured.responses.size()) / static_cast<double>(listeners_m.size()),
+        counted(measured.responses.back().sources, "source"));
   }
   return measured;
 }
@@ -71,16 +71,17 @@ Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
   contents.overview = std::move(*overview);
   contents.findings = find_in_level(room);
   contents.map = floor_grid(room, kMapCells);
-  const std::vector<Vec3> listeners_m =
-      options.listeners_m.empty() ? listening_places(room, *excitation, contents.map)
-                                  : options.listeners_m;
+  const std::vector<Vec3> listeners_m = options.listeners_m.empty()
+                                            ? listening_places(room, *excitation, contents.map)
+                                            : options.listeners_m;
   const RoomMeter meter(room, *excitation);
   contents.measured = measure_at(options, meter, listeners_m, "  listeners", err);
   if (!contents.map.cells.empty()) {
     Progress progress(err, "  map");
-    measure(meter, kMapSources,
-            [&](double share) { progress.update(share, counted(contents.map.cells.size(), "place")); },
-            contents.map);
+    measure(
+        meter, kMapSources,
+        [&](double share) { progress.update(share, counted(contents.map.cells.size(), "place")); },
+        contents.map);
     contents.map_at_first = meter.quick(listeners_m[0], kMapSources);
   }
   std::unique_ptr<OpenRoom> other;
@@ -119,7 +120,8 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
                 "position X,Y,Z in metres; may be repeated [unset: near, amid and far]");
   parser.option("--emitter", options.emitter,
                 "name of the emitter that sounds [unset: the first, or all of a crowd]");
-  parser.option("--compare", options.other, "another bake, to be shown beside it at the same places");
+  parser.option("--compare", options.other,
+                "another bake, to be shown beside it at the same places");
   parser.flag("--exact", options.exact,
               "measure at listeners with all sources, as clamor impulse does (slower)");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
@@ -129,7 +131,8 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
     options.listeners_m.push_back(pose->position_m);
   }
   if (options.listeners_m.size() > kMaxListeners)
-    return parser.bad_usage(err, fmt::format("--listener may be given {} times at most", kMaxListeners));
+    return parser.bad_usage(err,
+                            fmt::format("--listener may be given {} times at most", kMaxListeners));
   const auto fail = [&err](const Error& error) {
     err << "clamor report: " << error.message << '\n';
     return kBadInput;

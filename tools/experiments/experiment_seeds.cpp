@@ -109,7 +109,8 @@ std::optional<OverSeeds> over_seeds(const SeedResults& results, std::size_t plac
 // Deviation over the seeds in just-noticeable differences, root mean square over the places, in
 // each octave.
 std::vector<ReportTable::Cell> deviations(const SeedResults& results,
-                                          RoomParameters SeedResult::*kind, const ParameterKind& judged) {
+                                          RoomParameters SeedResult::*kind,
+                                          const ParameterKind& judged) {
   std::vector<ReportTable::Cell> cells;
   for (std::size_t b = kLowestJudged; b <= kHighestJudged; ++b) {
     double squares = 0;
@@ -129,7 +130,8 @@ std::vector<ReportTable::Cell> deviations(const SeedResults& results,
 // Difference that more photons make to the mean over seeds and places, in just-noticeable
 // differences.
 std::vector<ReportTable::Cell> shifts(const SeedResults& from, const SeedResults& to,
-                                      RoomParameters SeedResult::*kind, const ParameterKind& judged) {
+                                      RoomParameters SeedResult::*kind,
+                                      const ParameterKind& judged) {
   std::vector<ReportTable::Cell> cells;
   for (std::size_t b = kLowestJudged; b <= kHighestJudged; ++b) {
     double sum = 0;

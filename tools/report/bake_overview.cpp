@@ -200,7 +200,9 @@ std::vector<BandRow> acoustic_rows(const BakeFile& file, const BakeOverview& ove
     rows.push_back({"T30, s", statistics.decay.t30_s, false});
   rows.push_back({"power emitted, dB", statistics.power_emitted});
   rows.push_back({"  in all sources, dB", overview.power});
-  const auto any = [](const Bands& bands) { return *std::max_element(bands.begin(), bands.end()) > 0; };
+  const auto any = [](const Bands& bands) {
+    return *std::max_element(bands.begin(), bands.end()) > 0;
+  };
   if (any(statistics.power_escaped)) rows.push_back({"  escaped, dB", statistics.power_escaped});
   if (any(statistics.power_unfinished))
     rows.push_back({"  cut at longest path, dB", statistics.power_unfinished});
@@ -229,12 +231,12 @@ std::vector<MakingLine> making_lines(const BakeFile& file, const BakeOverview& o
   const BakeSettings& settings = file.settings();
   const BakeStatistics& statistics = file.statistics();
   return {
-      {"by", overview.command.empty() ? "an application, through libclamor_bake" : overview.command},
-      {"settings",
-       fmt::format("seed {}, {}, up to {}, roulette exponent {}, paths up to {} s", settings.seed,
-                   counted(settings.photons, "photon"),
-                   counted(settings.sources, "secondary source"), settings.roulette_exponent,
-                   settings.longest_path_s)},
+      {"by",
+       overview.command.empty() ? "an application, through libclamor_bake" : overview.command},
+      {"settings", fmt::format("seed {}, {}, up to {}, roulette exponent {}, paths up to {} s",
+                               settings.seed, counted(settings.photons, "photon"),
+                               counted(settings.sources, "secondary source"),
+                               settings.roulette_exponent, settings.longest_path_s)},
       {"air", fmt::format("{} C, {} % humidity, {} kPa: sound travels at {:.1f} m/s",
                           settings.air.temperature_c, settings.air.humidity_percent,
                           settings.air.pressure_kpa, speed_of_sound_mps(settings.air))},

@@ -1,8 +1,8 @@
 // bake_overview.h: totals and groups of what an open bake file holds, in the words that clamor
 // inspect, clamor report and others share.
 //
-// inspect_tables.cpp prints them in a terminal, inspect_json.cpp for programs, report_document.cpp on
-// a page.
+// inspect_tables.cpp prints them in a terminal, inspect_json.cpp for programs, report_document.cpp
+// on a page.
 #pragma once
 
 #include <cstdint>

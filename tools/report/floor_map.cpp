@@ -61,14 +61,15 @@ FloorMap floor_grid(const Room& room, std::size_t max_cells) {
     int storey = 0;
     for (std::size_t i = 0; i < spots.size(); ++i) {
       const FloorSpot& spot = spots[i];
-      const bool above = i > 0 && spots[i - 1].cell[0] == spot.cell[0] &&
-                         spots[i - 1].cell[2] == spot.cell[2];
+      const bool above =
+          i > 0 && spots[i - 1].cell[0] == spot.cell[0] && spots[i - 1].cell[2] == spot.cell[2];
       storey = above ? storey + 1 : 0;
       const int column = static_cast<int>((spot.ear_m.x - low_m.x) / step_m);
       const int row = static_cast<int>((spot.ear_m.z - low_m.z) / step_m);
       const double off_m = std::hypot(spot.ear_m.x - low_m.x - (column + 0.5) * step_m,
                                       spot.ear_m.z - low_m.z - (row + 0.5) * step_m);
-      auto& [least_m, nearest] = best.try_emplace({storey, row, column}, 1e9, nullptr).first->second;
+      auto& [least_m, nearest] =
+          best.try_emplace({storey, row, column}, 1e9, nullptr).first->second;
       if (off_m < least_m) least_m = off_m, nearest = &spot;
     }
     if (best.size() <= max_cells) break;
@@ -107,8 +108,8 @@ std::vector<Vec3> listening_places(const Room& room, const Excitation& excitatio
   for (const MapCell& cell : map.cells) {
     const double distance_m = length(cell.ear_m - sound_m);
     if (distance_m < kNearest_m) continue;
-    const bool sees = !excitation.emitter ||
-                      room.surfaces->is_free(Vec3f(cell.ear_m), Vec3f(sound_m));
+    const bool sees =
+        !excitation.emitter || room.surfaces->is_free(Vec3f(cell.ear_m), Vec3f(sound_m));
     const bool clear = is_clear(*room.surfaces, cell.ear_m, kClearance_m);
     (sees && clear ? good : others).push_back({distance_m, cell.ear_m});
   }
@@ -121,9 +122,8 @@ std::vector<Vec3> listening_places(const Room& room, const Excitation& excitatio
   for (const double share : {0.1, 0.5, 0.95}) {
     const auto index = static_cast<std::size_t>(share * static_cast<double>(good.size()));
     const Vec3& place_m = good[std::min(index, good.size() - 1)].place_m;
-    if (std::none_of(places_m.begin(), places_m.end(), [&](const Vec3& other) {
-          return length(other - place_m) < kSamePlace_m;
-        }))
+    if (std::none_of(places_m.begin(), places_m.end(),
+                     [&](const Vec3& other) { return length(other - place_m) < kSamePlace_m; }))
       places_m.push_back(place_m);
   }
   return places_m;

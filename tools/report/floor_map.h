@@ -22,7 +22,7 @@ struct MapCell {
 };
 
 struct FloorMap {
-  double step_m = 0;              // 0: there is no floor
+  double step_m = 0;                // 0: there is no floor
   double low_x_m = 0, low_z_m = 0;  // of column 0 and row 0
   std::vector<MapCell> cells;
   std::size_t sources = 0;  // behind each value
@@ -31,7 +31,8 @@ struct FloorMap {
 // A grid of at most about `max_cells`, without values. A level without surfaces has none.
 FloorMap floor_grid(const Room& room, std::size_t max_cells);
 
-// Fills in the values, each from so many sources. Calls `progress` with the share that is done, on this thread.
+// Fills in the values, each from so many sources. Calls `progress` with the share that is done, on
+// this thread.
 void measure(const RoomMeter& meter, std::size_t sources,
              const std::function<void(double)>& progress, FloorMap& map);
 

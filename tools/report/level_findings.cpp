@@ -56,7 +56,8 @@ Level level_of(const Room& room) {
 std::optional<Vec3> place_in(const std::string& sentence) {
   for (std::size_t i = sentence.find('('); i != std::string::npos; i = sentence.find('(', i + 1))
     if (const auto place_m = numbers_at(sentence.c_str() + i + 1, ')')) return place_m;
-  for (std::size_t i = sentence.find("at "); i != std::string::npos; i = sentence.find("at ", i + 1))
+  for (std::size_t i = sentence.find("at "); i != std::string::npos;
+       i = sentence.find("at ", i + 1))
     if (const auto place_m = numbers_at(sentence.c_str() + i + 3, 0)) return place_m;
   return std::nullopt;
 }
@@ -86,8 +87,11 @@ LevelFindings find_in_level(const Room& room) {
   }
   if (found.level.openings.rays > 0 && found.level.openings.openings.empty())
     found.findings.push_back(
-        {Kind::kFact, fmt::format("closed: none of {} rays left it", grouped(found.level.openings.rays)),
-         std::nullopt, 0, {}});
+        {Kind::kFact,
+         fmt::format("closed: none of {} rays left it", grouped(found.level.openings.rays)),
+         std::nullopt,
+         0,
+         {}});
   return found;
 }
 

@@ -9,7 +9,6 @@ const browser = await chromium.launch({
 const page = await browser.newPage({viewport: {width: 1000, height: 900}});
 await page.goto(pathToFileURL(file).href);
 await page.waitForFunction(() => window.clamorView.occluders !== null);
-await page.locator("#layer-sources").uncheck();  // the chosen ones remain
 await page.locator("#heard p").first().waitFor();
 await page.waitForTimeout(300);  // the last frame
 await page.locator(".view").screenshot({path: folder + "/report_view.png"});

@@ -78,8 +78,8 @@ Result<Excitation> excitation_of(const Room& room, const std::string& emitter_na
       excitation.energy_at_10m[b] += static_cast<float>(
           scale * static_cast<double>(source.power[b]) / (4 * std::numbers::pi * 10 * 10));
   }
-  excitation.words = "all " + grouped(std::max<std::uint64_t>(count, emitters.size())) +
-                     " emitters at once";
+  excitation.words =
+      "all " + grouped(std::max<std::uint64_t>(count, emitters.size())) + " emitters at once";
   return excitation;
 }
 

@@ -65,11 +65,10 @@ std::vector<Source> RoomMeter::chosen(const Vec3& listener_m, std::size_t count)
   double threshold = 0;
   if (candidates.size() > count) {
     const auto last = candidates.begin() + static_cast<std::ptrdiff_t>(count);
-    std::nth_element(candidates.begin(), last, candidates.end(),
-                     [](const Candidate& a, const Candidate& b) {
-                       return a.priority != b.priority ? a.priority > b.priority
-                                                       : a.index < b.index;
-                     });
+    std::nth_element(
+        candidates.begin(), last, candidates.end(), [](const Candidate& a, const Candidate& b) {
+          return a.priority != b.priority ? a.priority > b.priority : a.index < b.index;
+        });
     threshold = last->priority;
     candidates.resize(count);
     std::sort(candidates.begin(), candidates.end(),
@@ -79,8 +78,8 @@ std::vector<Source> RoomMeter::chosen(const Vec3& listener_m, std::size_t count)
   sample.reserve(candidates.size());
   for (const Candidate& candidate : candidates) {
     Source source = others_[candidate.index];
-    const double scale = std::max({1.0, threshold / candidate.weight,
-                                   room_.missing_key / sum_of(source.power)});
+    const double scale =
+        std::max({1.0, threshold / candidate.weight, room_.missing_key / sum_of(source.power)});
     for (float& band : source.power) band = static_cast<float>(scale * static_cast<double>(band));
     sample.push_back(source);
   }
@@ -112,8 +111,8 @@ RoomParameters RoomMeter::quick(const Vec3& listener_m, std::size_t count) const
   std::vector<Arrival> arrivals =
       energy_response(exact_, room_.emitters(), materials, air, listener_m, excitation_.emitter,
                       room_.surfaces.get());
-  const std::vector<Arrival> others = energy_response(seen, room_.emitters(), materials, air,
-                                                      listener_m, excitation_.emitter);
+  const std::vector<Arrival> others =
+      energy_response(seen, room_.emitters(), materials, air, listener_m, excitation_.emitter);
   arrivals.insert(arrivals.end(), others.begin(), others.end());
   std::stable_sort(arrivals.begin(), arrivals.end(),
                    [](const Arrival& a, const Arrival& b) { return a.time_s < b.time_s; });

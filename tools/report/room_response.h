@@ -1,10 +1,10 @@
 // room_response.h: what an impulse sounds like at a place of a room.
 //
 // A response is made of a sample of the sources, chosen for the place by priority sampling
-// (sampler.h), so that energies are unbiased. A source's weight is its share of the intensity there,
-// summed over the octaves, times a factor that grows with its delay: half of the sample falls to
-// energy, half to all times of the decay alike, because T30 needs late sources as much as early
-// ones. u is that of the bake, so that neighbouring places have much the same sample.
+// (sampler.h), so that energies are unbiased. A source's weight is its share of the intensity
+// there, summed over the octaves, times a factor that grows with its delay: half of the sample
+// falls to energy, half to all times of the decay alike, because T30 needs late sources as much as
+// early ones. u is that of the bake, so that neighbouring places have much the same sample.
 //
 // Threads: immutable after construction; any thread may use it.
 #pragma once
@@ -38,11 +38,12 @@ class RoomMeter {
   const Excitation& excitation() const { return excitation_; }
 
   // The response to `count` sources and to all emitters and images, with the occlusion and
-  // diffraction of clamor impulse; kAll gives its figures. Takes 60 us for each source on two cores.
+  // diffraction of clamor impulse; kAll gives its figures. Takes 60 us for each source on two
+  // cores.
   RoomResponse measure(const Vec3& listener_m, std::size_t count) const;
 
-  // The parameters in a hundredth of the time: surfaces hide a reflection or do not, and only direct
-  // sound is diffracted, unless it is that of a crowd.
+  // The parameters in a hundredth of the time: surfaces hide a reflection or do not, and only
+  // direct sound is diffracted, unless it is that of a crowd.
   RoomParameters quick(const Vec3& listener_m, std::size_t count) const;
 
  private:

@@ -94,14 +94,15 @@ std::string described(std::span<const RoomResponse> responses) {
   else
     text = "It is too dry, or too open, for a reverberation time.";
   if (d50)
-    text += fmt::format(" Speech is {}",
-                        *d50 > 0.7 ? "clear" : *d50 > 0.5 ? "clear enough" : *d50 > 0.3 ? "blurred" : "hard to follow");
+    text += fmt::format(" Speech is {}", *d50 > 0.7   ? "clear"
+                                         : *d50 > 0.5 ? "clear enough"
+                                         : *d50 > 0.3 ? "blurred"
+                                                      : "hard to follow");
   if (d50 && c80_db)
-    text += fmt::format(", and music {}",
-                        *c80_db > 8   ? "sounds dry"
-                        : *c80_db > 3 ? "is transparent"
-                        : *c80_db > -3 ? "has a balance of clarity and blend"
-                                       : "blurs");
+    text += fmt::format(", and music {}", *c80_db > 8    ? "sounds dry"
+                                          : *c80_db > 3  ? "is transparent"
+                                          : *c80_db > -3 ? "has a balance of clarity and blend"
+                                                         : "blurs");
   if (d50) text += ".";
   if (const auto ratio = bass_ratio(responses)) {
     if (*ratio > kBooms)
@@ -135,13 +136,16 @@ std::string cause_of_decay(std::span<const RoomResponse> responses,
     middle_m2 += area.area_m2 * absorption(area, kMiddle);
     if (worst == nullptr || reflected_m2(area) > reflected_m2(*worst)) worst = &area;
   }
-  std::string text = fmt::format("Its {:.0f} m2 of surfaces absorb as much as {:.0f} m2 of open window at {}", all_m2,
-                                 absorbed_m2, octaves);
+  std::string text =
+      fmt::format("Its {:.0f} m2 of surfaces absorb as much as {:.0f} m2 of open window at {}",
+                  all_m2, absorbed_m2, octaves);
   if (booms) text += fmt::format(", but {:.0f} m2 at 500 Hz and 1 kHz", middle_m2);
-  return text +
-         fmt::format(". {} reflects most: it is {:.0f} % of the area and absorbs {:.0f} %. Give it, or another large "
-                     "surface, a material that absorbs more there (clamor materials lists them).",
-                     in_quotes(worst->name), 100 * worst->area_m2 / all_m2, 100 * absorption(*worst, judged));
+  return text + fmt::format(
+                    ". {} reflects most: it is {:.0f} % of the area and absorbs {:.0f} %. Give it, "
+                    "or another large "
+                    "surface, a material that absorbs more there (clamor materials lists them).",
+                    in_quotes(worst->name), 100 * worst->area_m2 / all_m2,
+                    100 * absorption(*worst, judged));
 }
 
 }  // namespace clamor

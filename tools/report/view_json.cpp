@@ -13,8 +13,8 @@
 
 #include "bake/mesh/mesh_preparation.h"
 #include "common/reflection.h"
-#include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/bake_metadata.h"
+#include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/source_octree.h"
 #include "runtime/propagation/late_boost.h"
 #include "runtime/propagation/signal_weights.h"
@@ -35,7 +35,8 @@ std::string base64(std::span<const std::byte> bytes) {
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     std::uint32_t three = 0;
     for (std::size_t k = 0; k < 3; ++k)
-      three = three << 8 | (i + k < bytes.size() ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0);
+      three =
+          three << 8 | (i + k < bytes.size() ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0);
     for (std::size_t k = 0; k < 4; ++k)
       text += i + k > bytes.size() ? '=' : kLetters[three >> (18 - 6 * k) & 63];
   }
@@ -51,7 +52,9 @@ std::string column(const std::vector<T>& values) {
 
 ViewJson as_json(const Vec3& v) { return {v.x, v.y, v.z}; }
 
-void put(std::vector<float>& column, const Vec3f& v) { column.insert(column.end(), {v.x, v.y, v.z}); }
+void put(std::vector<float>& column, const Vec3f& v) {
+  column.insert(column.end(), {v.x, v.y, v.z});
+}
 
 // A number with as many digits as a reader of the map sees.
 ViewJson rounded(const std::optional<double>& value) {
@@ -82,7 +85,8 @@ Extent extent_of(const Room& room) {
 }
 
 // Vertices in 65535 steps of the extent; of many triangles the largest.
-ViewJson mesh_of(const Room& room, const Extent& extent, std::size_t max_triangles, ViewCounts& shown) {
+ViewJson mesh_of(const Room& room, const Extent& extent, std::size_t max_triangles,
+                 ViewCounts& shown) {
   std::vector<std::size_t> kept(room.mesh.triangles.size());
   std::iota(kept.begin(), kept.end(), std::size_t{0});
   if (kept.size() > max_triangles) {
@@ -104,7 +108,8 @@ ViewJson mesh_of(const Room& room, const Extent& extent, std::size_t max_triangl
       if (number[corner] == kUnused) {
         number[corner] = count++;
         for (int axis = 0; axis < 3; ++axis) {
-          const float share = (room.mesh.vertices_m[corner][axis] - extent.low_m[axis]) / size_m[axis];
+          const float share =
+              (room.mesh.vertices_m[corner][axis] - extent.low_m[axis]) / size_m[axis];
           vertices.push_back(static_cast<std::uint16_t>(std::lround(share * 65535)));
         }
       }
@@ -113,10 +118,10 @@ ViewJson mesh_of(const Room& room, const Extent& extent, std::size_t max_triangl
     materials.push_back(room.mesh.materials[t]);
   }
   ViewJson json = {{"low", as_json(Vec3(extent.low_m))},
-               {"size", as_json(Vec3(size_m))},
-               {"total", room.mesh.triangles.size()},
-               {"vertices", column(vertices)},
-               {"materials", column(materials)}};
+                   {"size", as_json(Vec3(size_m))},
+                   {"total", room.mesh.triangles.size()},
+                   {"vertices", column(vertices)},
+                   {"materials", column(materials)}};
   if (count < 65536)
     json["corners16"] = column(std::vector<std::uint16_t>(corners.begin(), corners.end()));
   else
@@ -142,7 +147,8 @@ ViewJson laws_of(const std::vector<Material>& materials) {
       constexpr int kCells = 256;
       for (int k = 0; k <= kCells; ++k)
         albedo.push_back(static_cast<float>(lobe->albedo(std::pow(k / double{kCells}, 2))));
-      lobes[key] = {{"exponent", exponent}, {"mean", lobe->mean_albedo()}, {"albedo", column(albedo)}};
+      lobes[key] = {
+          {"exponent", exponent}, {"mean", lobe->mean_albedo()}, {"albedo", column(albedo)}};
     }
     one["scattering"] = scattering;
     one["exponents"] = exponents;
@@ -188,17 +194,20 @@ ViewJson sources_of(const Room& room, std::size_t count, EmitterKinds& kinds, Vi
     for (const float power : room.sources[i].power) top = std::max(top, power);
   const auto add = [&](std::size_t i) {
     const Source& source = room.sources[i];
-    for (const Vec3f& vector : {source.position_m, source.normal, source.mirror}) put(places, vector);
+    for (const Vec3f& vector : {source.position_m, source.normal, source.mirror})
+      put(places, vector);
     for (const float power : source.power) {
       // Half decibels below the highest power, as the file has them; 255 is silence.
-      const double step = power > 0 ? std::round(-20 * std::log10(static_cast<double>(power) / top)) : 255;
+      const double step =
+          power > 0 ? std::round(-20 * std::log10(static_cast<double>(power) / top)) : 255;
       powers.push_back(static_cast<std::uint8_t>(std::min(step, 255.0)));
     }
     delays.push_back(source.delay_s);
     us.push_back(source.u);
     radii.push_back(source.patch_radius_m);
     materials.push_back(source.material);
-    of_kind.push_back(kinds.kind_of(room.playing[room.playing_of.size() > i ? room.playing_of[i] : source.emitter]));
+    of_kind.push_back(kinds.kind_of(
+        room.playing[room.playing_of.size() > i ? room.playing_of[i] : source.emitter]));
     flags.push_back(static_cast<std::uint8_t>((source.is_emitter ? SourceFlags::kEmitter : 0) |
                                               (source.is_image ? SourceFlags::kImage : 0)));
   };
@@ -222,7 +231,8 @@ ViewJson sources_of(const Room& room, std::size_t count, EmitterKinds& kinds, Vi
           {"flags", column(flags)}};
 }
 
-ViewJson emitters_of(const Room& room, std::size_t max_emitters, EmitterKinds& kinds, ViewCounts& shown) {
+ViewJson emitters_of(const Room& room, std::size_t max_emitters, EmitterKinds& kinds,
+                     ViewCounts& shown) {
   std::vector<float> places;
   std::vector<std::uint16_t> of_kind;
   const std::vector<Emitter>& emitters = room.emitters();
@@ -234,7 +244,10 @@ ViewJson emitters_of(const Room& room, std::size_t max_emitters, EmitterKinds& k
     of_kind.push_back(kinds.kind_of(emitters[e]));
     if (emitters.size() <= 64) names.push_back(emitters[e].name);
   }
-  return {{"total", emitters.size()}, {"names", names}, {"places", column(places)}, {"kinds", column(of_kind)}};
+  return {{"total", emitters.size()},
+          {"names", names},
+          {"places", column(places)},
+          {"kinds", column(of_kind)}};
 }
 
 // Whole depths of the level's own tree, as far as the limit reaches.
@@ -289,7 +302,8 @@ ViewJson findings_of(const LevelFindings& found) {
   ViewJson list = ViewJson::array();
   constexpr const char* kKinds[] = {"warning", "fact", "opening", "gap", "duplicate"};
   for (const LevelFinding& finding : found.findings) {
-    ViewJson one = {{"kind", kKinds[static_cast<std::size_t>(finding.kind)]}, {"text", finding.text}};
+    ViewJson one = {{"kind", kKinds[static_cast<std::size_t>(finding.kind)]},
+                    {"text", finding.text}};
     if (finding.place_m) one["place"] = as_json(*finding.place_m);
     one["size"] = finding.size_m;
     one["direction"] = as_json(finding.direction);
@@ -309,8 +323,9 @@ ViewJson map_of(const FloorMap& map) {
       for (const auto& value : cell.parameters.*kind.value) bands.push_back(rounded(value));
       values[key] = std::move(bands);
     }
-    cells.push_back({cell.column, cell.row, cell.storey, rounded(cell.ear_m.x), rounded(cell.ear_m.y),
-                     rounded(cell.ear_m.z), rounded(cell.floor_m), std::move(values)});
+    cells.push_back({cell.column, cell.row, cell.storey, rounded(cell.ear_m.x),
+                     rounded(cell.ear_m.y), rounded(cell.ear_m.z), rounded(cell.floor_m),
+                     std::move(values)});
   }
   return {{"step", map.step_m}, {"lowX", map.low_x_m}, {"lowZ", map.low_z_m}, {"cells", cells}};
 }

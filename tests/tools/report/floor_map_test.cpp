@@ -59,8 +59,7 @@ TEST(FloorMap, OfALevelWithoutSurfacesIsEmptyAndListenersStandBeforeTheEmitter) 
 TEST(FloorMap, ListenersAreNearAmidAndFar) {
   const ReportedRoom reported(shoebox({12, 4, 8}, uniform_material(0.2f), {2, 1.5, 4}), 50, 1000);
   const Room room = reported.room();
-  const auto places_m =
-      listening_places(room, *excitation_of(room, ""), floor_grid(room, 200));
+  const auto places_m = listening_places(room, *excitation_of(room, ""), floor_grid(room, 200));
   ASSERT_EQ(places_m.size(), 3u);
   std::vector<double> distances_m;
   for (const Vec3& place_m : places_m) distances_m.push_back(length(place_m - Vec3(2, 1.5, 4)));
@@ -80,7 +79,8 @@ TEST(FloorMap, ValuesInAnAnechoicRoomFollowTheInverseSquareLaw) {
   const RoomMeter meter(room, *excitation_of(room, ""));
   FloorMap map = floor_grid(room, 30);
   double last = 0;
-  measure(meter, 500, [&](double share) { last = share; }, map);
+  measure(
+      meter, 500, [&](double share) { last = share; }, map);
   EXPECT_EQ(last, 1);
   for (const MapCell& cell : map.cells) {
     const double r_m = length(cell.ear_m - Vec3(2, 1.5, 4));

@@ -70,7 +70,8 @@ TEST(LevelFindings, LeadToAThinGapAndToFacesThatAreThereTwice) {
   };
   board(1, 2), board(2.01f, 3);
   for (const std::uint16_t material : {0, 1})
-    add_quad(level.mesh, {Vec3f(5, 2, 1), Vec3f(5.5, 2, 1), Vec3f(5.5, 2, 3), Vec3f(5, 2, 3)}, material);
+    add_quad(level.mesh, {Vec3f(5, 2, 1), Vec3f(5.5, 2, 1), Vec3f(5.5, 2, 3), Vec3f(5, 2, 3)},
+             material);
   const ReportedRoom reported(level, 200, 2000);
   const LevelFindings found = find_in_level(reported.room());
   const auto gaps = of_kind(found, Kind::kGap), twice = of_kind(found, Kind::kDuplicate);

@@ -54,7 +54,8 @@ TEST_F(ReportCommand, SaysTheFiguresOfImpulse) {
   const Outcome impulse = clamor({"impulse", reported_->path(), "--listener", "4,1.5,2"});
   ASSERT_EQ(impulse.code, 0);
   std::smatch row;
-  ASSERT_TRUE(std::regex_search(impulse.out, row, std::regex(R"(T30 s +([\d.]+) +([\d.]+) +([\d.]+))")));
+  ASSERT_TRUE(
+      std::regex_search(impulse.out, row, std::regex(R"(T30 s +([\d.]+) +([\d.]+) +([\d.]+))")));
   EXPECT_THAT(html, HasSubstr("<th scope=\"row\">T30 (s)</th><td>" + row[1].str() + "</td><td>" +
                               row[2].str() + "</td><td>" + row[3].str() + "</td>"));
   EXPECT_THAT(html, HasSubstr("Listener 1 at 4.0, 1.5, 2.0 m"));
@@ -77,7 +78,8 @@ TEST_F(ReportCommand, SetsAnotherBakeBesideIt) {
   EXPECT_THAT(html, HasSubstr("difference in just-noticeable differences"));
   // A room that absorbs three times as much decays more than ten noticeable steps faster.
   std::smatch row;
-  ASSERT_TRUE(std::regex_search(html, row, std::regex(R"(T30</th><td>[^<]*</td><td>(-[\d.]+)</td>)")));
+  ASSERT_TRUE(
+      std::regex_search(html, row, std::regex(R"(T30</th><td>[^<]*</td><td>(-[\d.]+)</td>)")));
   EXPECT_LT(std::stod(row[1]), -10);
 }
 

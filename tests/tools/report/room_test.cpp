@@ -30,10 +30,10 @@ TEST(StrongestSources, AreThoseOfASortOfAllAndNameTheKeyThatIsMissing) {
     EXPECT_LE(keys.size(), count);
     EXPECT_GT(strongest->missing_key, 0);
     // All above the missing key are there, and no others.
-    EXPECT_EQ(keys.size(), static_cast<std::size_t>(std::count_if(
-                               all.begin(), all.end(), [&](float key) {
-                                 return static_cast<double>(key) > strongest->missing_key;
-                               })));
+    EXPECT_EQ(keys.size(),
+              static_cast<std::size_t>(std::count_if(all.begin(), all.end(), [&](float key) {
+                return static_cast<double>(key) > strongest->missing_key;
+              })));
     EXPECT_TRUE(std::equal(keys.begin(), keys.end(), all.begin()));
     EXPECT_GE(2 * keys.size() + 1, count) << "hardly more than a page may be dropped again";
   }

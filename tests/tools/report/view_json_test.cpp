@@ -31,7 +31,6 @@ Level varied_room() {
   return level;
 }
 
-
 TEST(ReportView, ChoosesTheSourcesOfTheSampler) {
   if (std::system("command -v node > /dev/null 2>&1") != 0)
     GTEST_SKIP() << "not on this machine: node";
@@ -54,9 +53,9 @@ TEST(ReportView, ChoosesTheSourcesOfTheSampler) {
   ASSERT_GT(held.missing_key, 0);
   std::vector<Source> sources;
   for (const std::size_t i : held.index) sources.push_back(room.sources[i]);
-  const RadiationModel radiation(room.emitters(), room.file->materials(),
-                                 room.file->settings().air,
-                                 LateBoost(room.file->statistics().decay, room.file->source_count()));
+  const RadiationModel radiation(
+      room.emitters(), room.file->materials(), room.file->settings().air,
+      LateBoost(room.file->statistics().decay, room.file->source_count()));
   const SignalWeights weights{*loudest_weights(*room.file)};
   SourceList list(radiation, weights, sources);
   const auto sampler =

@@ -9,7 +9,7 @@ function scaleColour(share) {
 }
 const kPalette = [[194, 79, 0], [0, 105, 171], [0, 128, 93], [176, 86, 139], [47, 143, 201], [178, 123, 0], [122, 79, 191], [128, 96, 34]];
 const kLayers = [
-  ["surfaces", "surfaces", true, null], ["sources", "sources", true, null], ["chosen", "chosen", true, null],
+  ["surfaces", "surfaces", true, null], ["sources", "sources", false, null], ["chosen", "chosen", true, null],
   ["emitters", "emitters", true, [194, 79, 0]], ["openings", "openings", true, [200, 30, 45]], ["gaps", "thin gaps", false, [224, 150, 0]],
   ["duplicates", "twice there", true, [132, 60, 190]], ["probes", "probes", false, [0, 150, 136]], ["portals", "portals", false, [60, 110, 220]],
   ["octree", "octree", false, null], ["map", "map", false, null]];
@@ -147,14 +147,13 @@ class View {
 
   tellShown() {
     const {sources, mesh, nodes, emitters} = this.level, parts = [];
-    const count = (n) => n.toLocaleString("en").replaceAll(",", "\u202f");
     parts.push(sources.held < sources.total - sources.images
-      ? `The view holds the ${count(sources.held)} of ${count(sources.total)} sources of highest power over u: the octree's top, a fair sample of all. The choice is made among them.`
-      : `The view holds all ${count(sources.held)} sources.`);
-    if (sources.images > 0) parts.push(`${count(sources.images)} image sources (early reflections by mirrors) are not among those chosen here: whether they are heard takes their mirrors.`);
-    if (mesh.corners.length / 3 < mesh.total) parts.push(`It draws the ${count(mesh.corners.length / 3)} largest of ${count(mesh.total)} triangles.`);
+      ? `The view holds the ${grouped(sources.held)} of ${grouped(sources.total)} sources of highest power over u: the octree's top, a fair sample of all. The choice is made among them.`
+      : `The view holds all ${grouped(sources.held)} sources.`);
+    if (sources.images > 0) parts.push(`${grouped(sources.images)} image sources (early reflections by mirrors) are not among those chosen here: whether they are heard takes their mirrors.`);
+    if (mesh.corners.length / 3 < mesh.total) parts.push(`It draws the ${grouped(mesh.corners.length / 3)} largest of ${grouped(mesh.total)} triangles.`);
     if (nodes.shown < nodes.depths) parts.push(`Octree nodes are there for the first ${nodes.shown} of ${nodes.depths} depths.`);
-    if (emitters.places.length / 6 < emitters.total) parts.push(`It shows ${count(emitters.places.length / 6)} of ${count(emitters.total)} emitters.`);
+    if (emitters.places.length / 6 < emitters.total) parts.push(`It shows ${grouped(emitters.places.length / 6)} of ${grouped(emitters.total)} emitters.`);
     parts.push("Sources are hidden or seen in a straight line, without the diffraction that the player has.");
     this.get("shown").textContent = parts.join(" ");
   }
@@ -394,7 +393,7 @@ class View {
     const percent = (x) => `${(100 * x).toFixed(0)} %`, {chosen, hidden, tau} = this.choice;
     const exact = chosen.filter((one) => one.scale === 1).length;
     const text = [
-      chosen.length === 0 ? "Nothing is heard here." : `${chosen.length} of ${level.sources.held} sources chosen${hides ? `, ${hidden} passed over behind surfaces` : ""}; ${exact} of them exactly, the others scaled up.`,
+      chosen.length === 0 ? "Nothing is heard here." : `${chosen.length} of ${grouped(level.sources.held)} sources chosen${hides ? `, ${hidden} passed over behind surfaces` : ""}; ${exact} of them exactly, the others scaled up.`,
       chosen.length === 0 ? "" : `Direct sound ${percent(shares[0])}, first 80 ms ${percent(shares[1])}, later ${percent(shares[2])} of the loudness.`];
     clearTimeout(this.telling);
     this.telling = setTimeout(() => { this.get("heard").innerHTML = text.map((line) => `<p>${line}</p>`).join(""); }, 120);
@@ -489,6 +488,9 @@ class View {
     this.redraw();
   }
 }
+
+// "24 576".
+function grouped(n) { return n.toLocaleString("en").replaceAll(",", "\u202f"); }
 
 function escapeText(text) {
   return text.replace(/[&<>"]/g, (c) => ({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\"": "&quot;"})[c]);

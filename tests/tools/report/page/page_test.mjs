@@ -49,6 +49,8 @@ test("says in one sentence what the room sounds like, and in figures", async () 
 
 test("shows the level: its pixels go away with it", async () => {
   await page.locator("#canvas").scrollIntoViewIfNeeded();
+  await page.locator("#layer-sources").check();
+  await settled();
   const whole = await pixels();
   for (const layer of ["surfaces", "sources", "chosen", "emitters"]) await page.locator("#layer-" + layer).uncheck();
   await settled();
