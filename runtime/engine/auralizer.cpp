@@ -14,6 +14,7 @@
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/engine/keyframe_pacing.h"
 #include "runtime/engine/replaceable_signals.h"
+#include "runtime/engine/sample_focus.h"
 #include "runtime/engine/sample_schedule.h"
 #include "runtime/engine/sampling_pipeline.h"
 #include "runtime/engine/signal_store.h"
@@ -75,6 +76,24 @@ std::unique_ptr<const HeadRotation> rotation_for(const AuralizerOptions& options
       itd_table, receiver_m * kSampleRate_hz / radiation.speed_of_sound_mps());
 }
 
+// Sets the phases of looping signals to those after `begins_s` seconds.
+void resume(AuralizerInput& input, const BakeFile* file, double begins_s) {
+  if (begins_s == 0) return;
+  const auto period_s = [&](std::size_t signal) {
+    const bool is_stored = file != nullptr;
+    const bool loop = is_stored ? file->signal(signal).loop : input.signals[signal].loop;
+    const auto frames =
+        is_stored ? file->signal(signal).frames : input.signals[signal].samples.size();
+    return loop ? static_cast<double>(frames) / kSampleRate_hz : 0.0;
+  };
+  for (Emitter& emitter : input.emitters) {
+    const double loop_s = period_s(emitter.signal);
+    if (!(loop_s > 0)) continue;
+    const double phase_s = std::fmod(emitter.delay_s - begins_s, loop_s);
+    emitter.delay_s = phase_s < 0 ? phase_s + loop_s : phase_s;
+  }
+}
+
 // Finds the portals that a script names.
 Result<void> find_scripted_portals(const AuralizerOptions& options, const AuralizerInput& input) {
   if (options.script == nullptr) return {};
@@ -115,7 +134,9 @@ struct Auralizer::State {
         pacing(options, pipeline.sampler().capacity(),
                schedule.shares_samples() ? kKeyframesToSettle : 1),
         receivers(options.output.receivers),
+        focus(radiation, input.emitters),
         keeps_keyframe(options.keeps_keyframe),
+        keeps_sample(options.keeps_sample),
         mixes_voices(options.mixes_voices),
         rotation(rotation_for(options, maker.itd_table(), radiation)),
         mixer({store.signals(), slots.playable()}, slots_for(pipeline.sampler()), output.mode,
@@ -189,8 +210,10 @@ struct Auralizer::State {
   ListenerMotion motion{kKeyframe_s};
   std::uint64_t made = 0;         // keyframes
   std::uint64_t held_frames = 0;  // by which keyframes are due later than their number says
-  const bool keeps_keyframe, mixes_voices;
-  Keyframe newest;  // if it is kept
+  SampleFocus focus;
+  const bool keeps_keyframe, keeps_sample, mixes_voices;
+  Keyframe newest;                 // if it is kept
+  std::vector<HeardSource> heard;  // likewise
   double newest_time_s = 0;
 
   const std::unique_ptr<const HeadRotation> rotation;  // null unless head rotation is tracked
@@ -231,6 +254,7 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(AuralizerInput input,
   if (const auto right = clamor::check(input); !right.ok()) return right.error();
   if (const auto right = check_script(options, input); !right.ok()) return right.error();
   if (input.sources.empty() && options.moving.max_sources == 0) return nothing_to_hear();
+  resume(input, nullptr, options.begins_s);
   if (const auto added = add_kinds(options.moving, input); !added.ok()) return added.error();
   if (const auto found = find_scripted_portals(options, input); !found.ok()) return found.error();
   return std::unique_ptr<Auralizer>(
@@ -252,6 +276,7 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
   }
   if (file->source_count() == 0 && options.moving.max_sources == 0)
     return nothing_to_hear().in(file->path());
+  resume(*input, file.get(), options.begins_s);
   if (const auto added = add_kinds(options.moving, *input, file.get()); !added.ok())
     return added.error().in(file->path());
   if (const auto right = check_script(options, *input); !right.ok()) return right.error();
@@ -283,10 +308,12 @@ void Auralizer::make_keyframe(const Listener& at) {
   const double keyframe_s = next_keyframe_time_s();
   const Reception reception(state.receivers, listener);
   state.follow_script(keyframe_s);
-  state.maker.make(state.schedule.sample(state.made, listener, reception, keyframe_s), listener,
-                   *keyframe, reception, state.held_frames);
+  const auto sample = state.focus.apply(
+      state.schedule.sample(state.made, listener, reception, keyframe_s), listener);
+  state.maker.make(sample, listener, *keyframe, reception, state.held_frames);
   keyframe->facing = listener_axes(listener);
   state.store.play(*keyframe);
+  if (samples && state.keeps_sample) state.focus.describe(sample, listener, state.heard);
   if (samples) state.pipeline.improve_occlusion();
   const double spent_s = state.pacing.now_s() - start_s;
   const double own_s = state.schedule.own_s(spent_s, samples);
@@ -365,6 +392,10 @@ void Auralizer::set_portals(std::vector<float> openness) {
   state_->portal_openness = std::move(openness);
   state_->set_powers();
 }
+
+void Auralizer::set_focus(const SoundFocus& focus) { state_->focus.set(focus); }
+
+std::span<const HeardSource> Auralizer::newest_sample() const { return state_->heard; }
 
 double Auralizer::newest_keyframe_time_s() const { return state_->newest_time_s; }
 

@@ -42,8 +42,10 @@ struct AuralizerOptions;     // auralizer_options.h
 struct AuralizerStatistics;  // auralizer_statistics.h
 struct Keyframe;
 struct Listener;
-struct PartHandle;  // moving_parts.h
-struct SlotSignal;  // replaceable_signals.h
+struct HeardSource;  // heard_source.h
+struct PartHandle;   // moving_parts.h
+struct SlotSignal;   // replaceable_signals.h
+struct SoundFocus;   // sound_focus.h
 
 inline constexpr int kOutputChannels = 2;  // of the default output format
 
@@ -116,6 +118,14 @@ class Auralizer {
   // index; those beyond the end of the list are open. Voices fade to it. Sampler thread; costs
   // microseconds for each thousand virtual emitters (baked_portals.h).
   void set_portals(std::vector<float> openness);
+
+  // Scales bands, and direct, early and late sound, of all voices that are sampled from now on;
+  // those that play fade to it. What is chosen does not change. Sampler thread.
+  void set_focus(const SoundFocus& focus);
+
+  // The sources that the newest keyframe was made from, by ascending number; empty unless the
+  // options keep them. Sampler thread.
+  std::span<const HeardSource> newest_sample() const;
 
   // The newest keyframe; null before the first, and unless the options keep it. Sampler thread.
   const Keyframe* newest_keyframe() const;

@@ -19,14 +19,22 @@ AuralizerCrossfade::AuralizerCrossfade(Auralizer& first)
       channels_(static_cast<std::size_t>(first.channels())),
       faded_in_(kFadePart_frames * channels_) {}
 
-void AuralizerCrossfade::fade_to(Auralizer& next) {
+void AuralizerCrossfade::fade_to(Auralizer& next, std::uint64_t from_frame) {
   assert(has_faded() && static_cast<std::size_t>(next.channels()) == channels_);
+  fade_from_frame_ = from_frame;
   next_.store(&next, std::memory_order_release);
 }
 
 void AuralizerCrossfade::mix(std::span<float> interleaved) noexcept {
   Auralizer* const next = next_.load(std::memory_order_acquire);
+  const std::uint64_t first_frame = frames_;
+  frames_ += interleaved.size() / channels_;
   if (next == nullptr) return playing_->mix(interleaved);
+  if (first_frame < fade_from_frame_) {
+    const std::uint64_t alone = std::min(fade_from_frame_, frames_) - first_frame;
+    playing_->mix(interleaved.first(static_cast<std::size_t>(alone) * channels_));
+    interleaved = interleaved.subspan(static_cast<std::size_t>(alone) * channels_);
+  }
   while (!interleaved.empty()) {
     const auto before = interleaved.first(std::min(interleaved.size(), faded_in_.size()));
     const auto after = std::span(faded_in_).first(before.size());

@@ -64,7 +64,11 @@ struct AuralizerOptions {
   // Movable parts may be added, besides those of the level (Auralizer::parts()). A free field then
   // costs as much as a level with surfaces.
   bool takes_parts = false;
-  bool keeps_keyframe = false;             // for newest_keyframe()
+  bool keeps_keyframe = false;  // for newest_keyframe()
+  bool keeps_sample = false;    // for newest_sample()
+  // Time on the clock of the emitters at which it begins: looping signals are then as far as if
+  // they had been playing since time 0. Those that play once begin with the auralizer.
+  double begins_s = 0;
   bool mixes_voices = true;                // otherwise the output is silent, and costs nothing
   std::shared_ptr<MovingScript> script{};  // moves sources instead of the caller; sets `moving`
   // Once true, keyframes in progress end early. Must outlive the auralizer.

@@ -29,7 +29,9 @@ class AudioCallback {
   std::size_t channels() const noexcept REALTIME { return playing_.channels(); }
 
   // As those of AuralizerCrossfade.
-  void fade_to(Auralizer& next) { playing_.fade_to(next); }
+  void fade_to(Auralizer& next, std::uint64_t from_frame = 0) {
+    playing_.fade_to(next, from_frame);
+  }
   bool has_faded() const { return playing_.has_faded(); }
 
   void fill(std::span<float> interleaved) noexcept REALTIME;

@@ -1,3 +1,5 @@
+#include "runtime/player/player.h"
+
 #include <array>
 #include <atomic>
 #include <cassert>
@@ -13,10 +15,11 @@
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_input.h"
+#include "runtime/engine/heard_source.h"
+#include "runtime/engine/sound_focus.h"
 #include "runtime/output/loudness_meter.h"
 #include "runtime/output/supervised_output.h"
 #include "runtime/player/audio_callback.h"
-#include "runtime/player/player.h"
 #include "runtime/player/player_options.h"
 #include "runtime/player/player_statistics.h"
 #include "runtime/player/render.h"
@@ -34,7 +37,8 @@ constexpr std::size_t kMeterFrames = kSampleRate_hz;
 constexpr auto kSamplerNap = std::chrono::milliseconds(1);
 constexpr auto kWriterNap = std::chrono::milliseconds(20);
 constexpr auto kFadeNap = std::chrono::milliseconds(5);
-constexpr auto kMaxFade = std::chrono::seconds(2);  // unless the output stands still
+constexpr std::uint64_t kHandOver_frames = kSampleRate_hz / 25;  // by which a fade is ordered ahead
+constexpr auto kMaxFade = std::chrono::seconds(2);               // unless the output stands still
 
 // An auralizer and the player's time at which it began.
 struct Playing {
@@ -86,8 +90,11 @@ class Recording {
 // Measures the loudness of what is played.
 class LoudnessReading {
  public:
-  LoudnessReading(int channels, std::span<const Speaker> speakers)
-      : ring_(kMeterFrames * static_cast<std::size_t>(channels)), meter_(channels, speakers) {}
+  LoudnessReading(int channels, std::span<const Speaker> speakers,
+                  std::function<void(std::span<const float>)> listen)
+      : ring_(kMeterFrames * static_cast<std::size_t>(channels)),
+        meter_(channels, speakers),
+        listen_(std::move(listen)) {}
 
   SampleRing& ring() { return ring_; }
 
@@ -96,6 +103,7 @@ class LoudnessReading {
     std::array<float, 4800> samples;
     while (const std::size_t count = ring_.read(samples)) {
       meter_.add(std::span(samples).first(count));
+      if (listen_) listen_(std::span<const float>(samples).first(count));
       momentary_lufs_.store(meter_.momentary_lufs(), std::memory_order_relaxed);
       short_term_lufs_.store(meter_.short_term_lufs(), std::memory_order_relaxed);
     }
@@ -108,6 +116,7 @@ class LoudnessReading {
  private:
   SampleRing ring_;
   LoudnessMeter meter_;
+  const std::function<void(std::span<const float>)> listen_;  // or empty
   std::atomic<double> momentary_lufs_{-std::numeric_limits<double>::infinity()};
   std::atomic<double> short_term_lufs_{-std::numeric_limits<double>::infinity()};
 };
@@ -127,7 +136,7 @@ struct Player::State {
       : options(wanted),
         auralizers(std::move(from)),
         recording(std::move(made)),
-        loudness(channels(), wanted.auralizer.output.speakers()),
+        loudness(channels(), wanted.auralizer.output.speakers(), wanted.listen),
         callback(*auralizers.current.auralizer, recording ? &recording->ring() : nullptr, frames,
                  &loudness.ring()),
         moved_to(wanted.listener) {
@@ -153,6 +162,9 @@ struct Player::State {
       {
         const std::lock_guard lock(auralizers.exchange);
         const Listener& listener = listeners.latest();
+        const SoundFocus& focus = focuses.latest();
+        for (const Playing* const playing : {&auralizers.current, &auralizers.outgoing})
+          if (playing->auralizer != nullptr) playing->auralizer->set_focus(focus);
         was_busy = make_wanted_keyframe(auralizers.current, listener);
         was_busy = make_wanted_keyframe(auralizers.outgoing, listener) || was_busy;
       }
@@ -184,7 +196,7 @@ struct Player::State {
 
     // Held by the sampler while it makes a keyframe, and by the caller while it replaces the
     // auralizer.
-    std::mutex exchange;
+    mutable std::mutex exchange;
     Playing current, outgoing;  // outgoing: during a fade
   };
 
@@ -194,7 +206,9 @@ struct Player::State {
   LoudnessReading loudness;                    // updated by the sampler, because it allocates
   AudioCallback callback;
   LatestValue<Listener> listeners;
+  LatestValue<SoundFocus> focuses;
   Listener moved_to;  // the last one, for the caller's thread
+  SoundFocus focus;   // likewise
   ThreadCpuMeter shares;
   std::atomic<bool> stopping{false};
   std::jthread sampler;
@@ -270,27 +284,68 @@ void Player::move(const Listener& listener) {
   state_->auralizers.current.auralizer->turn_head(listener);
 }
 
-Result<void> Player::replace(std::shared_ptr<const BakeFile> file,
-                             const AuralizerOptions& options) {
+struct Player::Prepared {
+  Playing playing;
+};
+
+Result<std::unique_ptr<Player::Prepared>> Player::prepare(std::shared_ptr<const BakeFile> file,
+                                                          AuralizerOptions options) const {
+  options.begins_s = state_->played_s();
+  auto next =
+      Auralizer::create(std::move(file), tracking_head(options, state_->options.walk.has_value()));
+  if (!next.ok()) return next.error();
+  assert((*next)->channels() == state_->channels());
+  return std::make_unique<Prepared>(Playing{std::move(*next), options.begins_s});
+}
+
+Result<void> Player::replace(std::unique_ptr<Prepared> prepared) {
   State& state = *state_;
   if (!state.end_fade())
     return Error("the sound output stands still, so another bake cannot be faded in. Try again.");
-  auto next =
-      Auralizer::create(std::move(file), tracking_head(options, state.options.walk.has_value()));
-  if (!next.ok()) return next.error();
-  assert((*next)->channels() == state.channels());
-  Playing incoming{std::move(*next), state.played_s()};
+  Playing& incoming = prepared->playing;
   incoming.auralizer->turn_head(state.moved_to);
   incoming.auralizer->stop_when(&state.stopping);
-  while (state.make_wanted_keyframe(incoming, state.moved_to)) {
+  incoming.auralizer->set_focus(state.focus);
+  const auto make_keyframes = [&] {
+    while (state.make_wanted_keyframe(incoming, state.moved_to)) {
+    }
+  };
+  // What was played while it was being prepared is mixed and thrown away, so that it is in step
+  // from its first audible sample on.
+  auto from_frame = static_cast<std::uint64_t>(std::llround(incoming.begun_s * kSampleRate_hz));
+  std::vector<float> passed(std::size_t{256} * static_cast<std::size_t>(state.channels()));
+  make_keyframes();
+  while (from_frame < state.callback.counters().frames + kHandOver_frames) {
+    incoming.auralizer->mix(passed);
+    from_frame += 256;
+    make_keyframes();
   }
   {
     const std::lock_guard lock(state.auralizers.exchange);
     state.auralizers.outgoing = std::exchange(state.auralizers.current, std::move(incoming));
   }
-  state.callback.fade_to(*state.auralizers.current.auralizer);
-  (void)state.end_fade();  // if the output stands still, the next call frees the old auralizer
+  state.callback.fade_to(*state.auralizers.current.auralizer, from_frame);
   return {};
+}
+
+Result<void> Player::replace(std::shared_ptr<const BakeFile> file,
+                             const AuralizerOptions& options) {
+  auto prepared = prepare(std::move(file), options);
+  if (!prepared.ok()) return prepared.error();
+  if (auto replaced = replace(std::move(*prepared)); !replaced.ok()) return replaced;
+  (void)state_->end_fade();  // if the output stands still, the next call frees the old auralizer
+  return {};
+}
+
+void Player::set_focus(const SoundFocus& focus) {
+  state_->focus = focus;
+  state_->focuses.publish(focus);
+}
+
+void Player::copy_heard(std::vector<HeardSource>& heard) const {
+  const std::lock_guard lock(state_->auralizers.exchange);
+  const auto newest = state_->auralizers.current.auralizer->newest_sample();
+  heard.assign(newest.begin(), newest.end());
 }
 
 MovingSources* Player::moving() { return state_->auralizers.current.auralizer->moving(); }

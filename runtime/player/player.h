@@ -23,6 +23,8 @@ class BakeFile;
 class MovingSources;
 struct AuralizerInput;
 struct AuralizerOptions;
+struct HeardSource;  // runtime/engine/heard_source.h
+struct SoundFocus;   // runtime/engine/sound_focus.h
 struct Listener;
 struct PlayerOptions;     // player_options.h
 struct PlayerStatistics;  // player_statistics.h
@@ -45,12 +47,27 @@ class Player {
   // Returns Auralizer::moving(), for the thread that calls move().
   MovingSources* moving();
 
-  // Crossfades to another bake within a tenth of a second; the listener stays, and sounds begin
-  // anew. Takes as long as opening a bake, during which the old one plays on, and memory for both.
-  // After an error the old bake plays on. For the thread that calls move() and statistics(), after
-  // start(). statistics().auralizer then counts from the change on, and the result of moving() is
-  // no longer valid.
+  // Crossfades to another bake within a tenth of a second; the listener stays, looping sounds go on
+  // where they are, and others begin anew. Takes as long as opening a bake, during which the old
+  // one plays on, and memory for both. After an error the old bake plays on. For the thread that
+  // calls move() and statistics(), after start(). statistics().auralizer then counts from the
+  // change on, and the result of moving() is no longer valid.
   Result<void> replace(std::shared_ptr<const BakeFile> file, const AuralizerOptions& options);
+
+  // The same in two steps. prepare() takes as long as opening a bake, on any thread. replace()
+  // takes milliseconds and returns before the crossfade; the next call waits for its end.
+  struct Prepared;
+  Result<std::unique_ptr<Prepared>> prepare(std::shared_ptr<const BakeFile> file,
+                                            AuralizerOptions options) const;
+  Result<void> replace(std::unique_ptr<Prepared> prepared);
+
+  // Listens to a part of the sound (Auralizer::set_focus()), also after replace(). For the thread
+  // that calls move().
+  void set_focus(const SoundFocus& focus);
+
+  // Replaces `heard` by what the newest keyframe was made from (Auralizer::newest_sample());
+  // nothing unless the options keep samples. Any thread; waits for a keyframe in progress.
+  void copy_heard(std::vector<HeardSource>& heard) const;
 
   bool finished() const;  // PlayerOptions::seconds have been played
   PlayerStatistics statistics();

@@ -1,8 +1,10 @@
 // player_options.h: the options of a player.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "common/listener.h"
@@ -23,7 +25,10 @@ struct PlayerOptions {
   int block_frames = 256;
   bool buffer_may_grow = true;           // after underflows (OutputRequest)
   std::shared_ptr<OutputDriver> driver;  // null: the machine's sound devices
-  std::string record;                    // WAV or FLAC file to record to; empty: none
+  // Takes what was played, interleaved, in order, at least every few milliseconds. Called by the
+  // sampler thread; must not wait.
+  std::function<void(std::span<const float>)> listen;
+  std::string record;  // WAV or FLAC file to record to; empty: none
   SampleFormat record_format = SampleFormat::kFloat32;
 };
 

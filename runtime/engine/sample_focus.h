@@ -1,0 +1,43 @@
+// sample_focus.h: applies a SoundFocus to samples of sources, and describes them for displays.
+//
+// Threads: the sampler's.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/listener.h"
+#include "runtime/engine/heard_source.h"
+#include "runtime/engine/sound_focus.h"
+#include "runtime/propagation/radiation_model.h"
+#include "runtime/sampling/sampler.h"
+
+namespace clamor {
+
+class SampleFocus {
+ public:
+  // `emitters` are those of the radiation model. Both must outlive this.
+  SampleFocus(const RadiationModel& radiation, const std::vector<Emitter>& emitters)
+      : radiation_(radiation), emitters_(emitters) {}
+
+  void set(const SoundFocus& focus) { focus_ = focus; }
+
+  // The sample with its visibilities scaled, valid until the next call; the same one if the focus
+  // is neutral. The keyframe maker fades to visibilities that change.
+  std::span<const SampledSource> apply(std::span<const SampledSource> sample,
+                                       const Listener& listener);
+
+  // Replaces `heard` by a description of the sample.
+  void describe(std::span<const SampledSource> sample, const Listener& listener,
+                std::vector<HeardSource>& heard) const;
+
+ private:
+  SoundPart part_of(const SampledSource& chosen, const Listener& listener) const;
+
+  const RadiationModel& radiation_;
+  const std::vector<Emitter>& emitters_;
+  SoundFocus focus_;
+  std::vector<SampledSource> scaled_;
+};
+
+}  // namespace clamor
