@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "common/text.h"
 #include "formats/audio/audio_file.h"
 #include "formats/files/level_folder.h"
 #include "formats/gltf/audio_extensions.h"
@@ -20,6 +21,7 @@
 #include "formats/gltf/gltf_sounds.h"
 #include "formats/gltf/level_materials.h"
 #include "formats/level/emitter_spec.h"
+#include "formats/level/name_match.h"
 #include "formats/level/signal_table.h"
 
 namespace clamor {
@@ -106,6 +108,44 @@ Result<void> merge(const std::vector<EmitterSpec>& specs, bool confined, LevelFo
     }
   }
   std::move(added.begin(), added.end(), std::back_inserter(level.emitters));
+  return {};
+}
+
+// Changes and removes emitters of the level as the sidecar says. Those that change leave their
+// groups and follow all others, since they may no longer be congruent.
+Result<void> change_emitters(const std::vector<EmitterChange>& changes, ImportedLevel& imported) {
+  std::vector<Emitter>& emitters = imported.level.emitters;
+  for (const EmitterChange& change : changes) {
+    std::vector<Emitter> changed;
+    std::vector<bool> gone;
+    for (const Emitter& known : emitters) {
+      gone.push_back(known.name == change.name);
+      if (!gone.back()) continue;
+      Emitter emitter = known;
+      emitter.position_m = change.at_m.value_or(emitter.position_m);
+      emitter.axis = change.facing.value_or(emitter.axis);
+      emitter.gain = change.gain.value_or(emitter.gain);
+      emitter.delay_s = change.delay_s.value_or(emitter.delay_s);
+      emitter.directivity = change.directivity.value_or(emitter.directivity);
+      changed.push_back(std::move(emitter));
+    }
+    if (changed.empty()) {
+      std::vector<std::string> names;
+      for (const Emitter& known : emitters) names.push_back(known.name);
+      return Error("the sidecar changes an emitter " + in_quotes(change.name) +
+                   ", which the level does not have" +
+                   (names.empty()
+                        ? std::string()
+                        : "; the nearest name is " + in_quotes(nearest_name(change.name, names))) +
+                   ". Give it a signal to add it, or correct its name.");
+    }
+    std::erase_if(emitters, [&](const Emitter& known) { return known.name == change.name; });
+    remove_emitters(gone, imported.groups);
+    imported.report.found.push_back(fmt::format("emitter '{}' {} by the sidecar", change.name,
+                                                change.removed ? "removed" : "changed"));
+    if (change.removed) continue;
+    std::move(changed.begin(), changed.end(), std::back_inserter(emitters));
+  }
   return {};
 }
 
@@ -208,7 +248,8 @@ Result<GltfScene> read_scene(const std::string& path, LevelFolder& folder, Impor
 struct EmitterOrigins {
   const GltfScene& scene;
   const std::vector<PlacedNode>& placements;
-  const std::vector<EmitterSpec>&sidecar, &command_line;
+  const Sidecar& sidecar;
+  const std::vector<EmitterSpec>& command_line;
 };
 
 // Reads emitters of all origins and the signals that they play.
@@ -222,7 +263,9 @@ Result<void> import_emitters(const EmitterOrigins& origins, LevelFolder& folder,
   ImportReport& report = imported.report;
   std::move(sounds->ignored.begin(), sounds->ignored.end(), std::back_inserter(report.ignored));
   std::move(sounds->warnings.begin(), sounds->warnings.end(), std::back_inserter(report.warnings));
-  if (const auto ok = merge(origins.sidecar, true, folder, signals, seed, imported); !ok.ok())
+  if (auto ok = change_emitters(origins.sidecar.emitter_changes, imported); !ok.ok()) return ok;
+  if (const auto ok = merge(origins.sidecar.emitters, true, folder, signals, seed, imported);
+      !ok.ok())
     return ok;
   if (const auto ok = merge(origins.command_line, false, folder, signals, seed, imported); !ok.ok())
     return ok;
@@ -340,6 +383,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   auto sidecar = read_sidecar(path, options, folder, report);
   if (!sidecar.ok()) return sidecar.error();
   imported.settings = sidecar->settings;
+  imported.listeners = sidecar->listeners;
   level.air = sidecar->settings.air.value_or(Air{});
   const std::uint64_t seed = options.seed.value_or(sidecar->settings.seed.value_or(1));
 
@@ -360,7 +404,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
 
   if (const auto ok = add_portals(portals, imported); !ok.ok()) return ok.error().in(path);
 
-  const EmitterOrigins origins{*scene, *placements, sidecar->emitters, command_line};
+  const EmitterOrigins origins{*scene, *placements, *sidecar, command_line};
   if (const auto ok = import_emitters(origins, folder, seed, imported); !ok.ok())
     return ok.error().in(path);
 

@@ -29,10 +29,11 @@ struct ImportedLevel {
   Level level;
   SceneGroups groups;  // of its emitters, by nodes of the glTF scene
   ImportReport report;
-  ImportedSettings settings;      // of the sidecar; level.air already contains its air
-  std::vector<InputFile> inputs;  // all files read
-  InputFiles files;               // the same files, which outputs must not replace
-  std::uint64_t input_hash = 0;   // xxHash3 of all bytes read, in a fixed order, and of the result
+  std::vector<ListenerSpec> listeners;  // of the sidecar
+  ImportedSettings settings;            // of the sidecar; level.air already contains its air
+  std::vector<InputFile> inputs;        // all files read
+  InputFiles files;                     // the same files, which outputs must not replace
+  std::uint64_t input_hash = 0;  // xxHash3 of all bytes read, in a fixed order, and of the result
 };
 
 class InputHash;

@@ -27,6 +27,15 @@ struct EmitterSpec {
   std::optional<bool> loop;   // default true, except for impulses
 };
 
+// A change to the emitters of that name in the level: what is not given stays as it is.
+struct EmitterChange {
+  std::string name;
+  bool removed = false;
+  std::optional<Vec3> at_m, facing;  // facing: unit
+  std::optional<double> gain, delay_s;
+  std::optional<Bands> directivity;
+};
+
 inline constexpr double kMaxEmitterCoordinate_m = 1e6;
 inline constexpr double kMaxDelay_s = 3600;
 inline constexpr double kMaxGain = 1e4;  // 80 dB

@@ -41,6 +41,61 @@ Result<ImportedSettings> read_settings(const Json& json) {
   return settings;
 }
 
+std::optional<Vec3> read_facing(JsonFields& fields) {
+  const auto facing = fields.vector("facing", kMaxEmitterCoordinate_m);
+  if (!facing) return std::nullopt;
+  if (length(*facing) > 0) return normalize(*facing);
+  fields.fail("'facing' is [0, 0, 0], which is no direction");
+  return std::nullopt;
+}
+
+std::optional<double> read_gain(JsonFields& fields) {
+  const Json* const gain = fields.any("gain");
+  if (gain == nullptr || gain->string() == nullptr) return fields.number("gain", 0, kMaxGain);
+  const auto parsed = parse_gain(*gain->string());
+  if (parsed.ok()) return *parsed;
+  fields.fail(parsed.error().message);
+  return std::nullopt;
+}
+
+// An entry with a name and no signal changes an emitter of the level.
+bool is_change(const Json& json) {
+  return json.find("name") != nullptr && json.find("signal") == nullptr;
+}
+
+Result<EmitterChange> read_change(const Json& json, std::size_t index) {
+  EmitterChange change;
+  JsonFields fields(json, fmt::format("emitter {}", index + 1));
+  const auto name = fields.string("name");
+  if (!name || name->empty()) fields.fail("'name' must name the emitter of the level to change");
+  change.name = name.value_or("");
+  change.removed = fields.boolean("removed").value_or(false);
+  change.at_m = fields.vector("at", kMaxEmitterCoordinate_m);
+  change.facing = read_facing(fields);
+  change.gain = read_gain(fields);
+  change.delay_s = fields.number("delay", 0, kMaxDelay_s);
+  change.directivity = bands_member(fields, "directivity", 0, kMaxDirectivity);
+  fields.any("comment");
+  if (const auto ok = fields.result_without_unknown(); !ok.ok())
+    return Error(ok.error().message +
+                 " (Without a 'signal', an emitter changes the one of that name in the level.)");
+  return change;
+}
+
+Result<ListenerSpec> read_listener(const Json& json, std::size_t index) {
+  ListenerSpec spec;
+  JsonFields fields(json, fmt::format("listener {}", index + 1));
+  spec.name = fields.string("name").value_or(fmt::format("listener {}", index + 1));
+  const auto at = fields.vector("at", kMaxEmitterCoordinate_m);
+  if (!at) fields.fail("'at' is missing: give [x, y, z] in metres");
+  spec.at_m = at.value_or(Vec3());
+  spec.yaw_deg = fields.number("yaw", -360, 360).value_or(0);
+  spec.pitch_deg = fields.number("pitch", -90, 90).value_or(0);
+  fields.any("comment");
+  if (const auto ok = fields.result_without_unknown(); !ok.ok()) return ok.error();
+  return spec;
+}
+
 Result<EmitterSpec> read_emitter(const Json& json, std::size_t index) {
   EmitterSpec spec;
   JsonFields fields(json, fmt::format("emitter {}", index + 1));
@@ -52,21 +107,8 @@ Result<EmitterSpec> read_emitter(const Json& json, std::size_t index) {
         "\"noise\"");
   const auto at = fields.vector("at", kMaxEmitterCoordinate_m);
   if (!at) fields.fail("'at' is missing: give [x, y, z] in metres");
-  if (const auto facing = fields.vector("facing", kMaxEmitterCoordinate_m)) {
-    if (length(*facing) > 0)
-      spec.facing = normalize(*facing);
-    else
-      fields.fail("'facing' is [0, 0, 0], which is no direction");
-  }
-  if (const Json* gain = fields.any("gain"); gain != nullptr && gain->string() != nullptr) {
-    const auto parsed = parse_gain(*gain->string());
-    if (parsed.ok())
-      spec.gain = *parsed;
-    else
-      fields.fail(parsed.error().message);
-  } else {
-    spec.gain = fields.number("gain", 0, kMaxGain).value_or(1);
-  }
+  spec.facing = read_facing(fields).value_or(spec.facing);
+  spec.gain = read_gain(fields).value_or(1);
   spec.directivity = bands_member(fields, "directivity", 0, kMaxDirectivity).value_or(Bands{});
   spec.delay_s = fields.number("delay", 0, kMaxDelay_s).value_or(0);
   spec.random_delay_s = fields.number("random_delay", 0, kMaxDelay_s).value_or(0);
@@ -175,10 +217,26 @@ Result<Sidecar> parse_sidecar(std::string_view text, const MaterialPresets& pres
   }
   if (const Json* emitters = fields.any("emitters")) {
     if (emitters->array() == nullptr) return Error("'emitters' must be a list, [ { ... }, ... ].");
-    for (const Json& emitter : *emitters->array()) {
-      auto spec = read_emitter(emitter, sidecar.emitters.size());
+    for (std::size_t i = 0; i < emitters->array()->size(); ++i) {
+      const Json& emitter = (*emitters->array())[i];
+      if (is_change(emitter)) {
+        auto change = read_change(emitter, i);
+        if (!change.ok()) return change.error();
+        sidecar.emitter_changes.push_back(std::move(*change));
+        continue;
+      }
+      auto spec = read_emitter(emitter, i);
       if (!spec.ok()) return spec.error();
       sidecar.emitters.push_back(std::move(*spec));
+    }
+  }
+  if (const Json* listeners = fields.any("listeners")) {
+    if (listeners->array() == nullptr)
+      return Error("'listeners' must be a list, [ { \"at\": [x, y, z] }, ... ].");
+    for (const Json& listener : *listeners->array()) {
+      auto spec = read_listener(listener, sidecar.listeners.size());
+      if (!spec.ok()) return spec.error();
+      sidecar.listeners.push_back(std::move(*spec));
     }
   }
   if (const Json* probes = fields.any("probes")) {

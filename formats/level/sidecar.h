@@ -3,6 +3,7 @@
 //
 //   { "materials": { "brick*": "brick", "Wall_?": { "absorption": 0.1, "scattering": 0.3 } },
 //     "emitters":  [ { "name": "violin", "signal": "violin.flac", "at": [1, 1.2, -3] } ],
+//     "listeners": [ { "name": "row 5", "at": [0, 1.2, 6], "yaw": 0 } ],
 //     "probes":    [ { "at": [0, 1.5, 4] } ],
 //     "movable":   [ "Door*" ],
 //     "portals":   [ { "name": "Door", "at": [5, 1, 2], "size": [0.9, 2], "facing": [1, 0, 0] } ],
@@ -36,6 +37,14 @@ struct PortalSpec {
   std::string material;
 };
 
+// A place to listen from, for tools; the bake does not depend on it.
+struct ListenerSpec {
+  std::string name;
+  Vec3 at_m{};
+  double yaw_deg = 0, pitch_deg = 0;  // as --listener takes them
+  bool operator==(const ListenerSpec&) const = default;
+};
+
 struct Sidecar {
   struct MaterialRule {
     std::string pattern;  // glob for the names of materials
@@ -43,6 +52,8 @@ struct Sidecar {
   };
   std::vector<MaterialRule> materials;  // the first match applies
   std::vector<EmitterSpec> emitters;
+  std::vector<EmitterChange> emitter_changes;  // entries without a signal
+  std::vector<ListenerSpec> listeners;
   std::vector<Vec3> probes_m;        // placed by hand
   std::vector<std::string> movable;  // globs for the names of nodes
   std::vector<PortalSpec> portals;

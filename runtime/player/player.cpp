@@ -284,9 +284,9 @@ void Player::move(const Listener& listener) {
   state_->auralizers.current.auralizer->turn_head(listener);
 }
 
-struct Player::Prepared {
-  Playing playing;
-};
+Player::Prepared::Prepared(std::unique_ptr<Auralizer> made, double from_s)
+    : auralizer(std::move(made)), begun_s(from_s) {}
+Player::Prepared::~Prepared() = default;
 
 Result<std::unique_ptr<Player::Prepared>> Player::prepare(std::shared_ptr<const BakeFile> file,
                                                           AuralizerOptions options) const {
@@ -295,14 +295,14 @@ Result<std::unique_ptr<Player::Prepared>> Player::prepare(std::shared_ptr<const 
       Auralizer::create(std::move(file), tracking_head(options, state_->options.walk.has_value()));
   if (!next.ok()) return next.error();
   assert((*next)->channels() == state_->channels());
-  return std::make_unique<Prepared>(Playing{std::move(*next), options.begins_s});
+  return std::make_unique<Prepared>(std::move(*next), options.begins_s);
 }
 
 Result<void> Player::replace(std::unique_ptr<Prepared> prepared) {
   State& state = *state_;
   if (!state.end_fade())
     return Error("the sound output stands still, so another bake cannot be faded in. Try again.");
-  Playing& incoming = prepared->playing;
+  Playing incoming{std::move(prepared->auralizer), prepared->begun_s};
   incoming.auralizer->turn_head(state.moved_to);
   incoming.auralizer->stop_when(&state.stopping);
   incoming.auralizer->set_focus(state.focus);

@@ -56,7 +56,12 @@ class Player {
 
   // The same in two steps. prepare() takes as long as opening a bake, on any thread. replace()
   // takes milliseconds and returns before the crossfade; the next call waits for its end.
-  struct Prepared;
+  struct Prepared {
+    Prepared(std::unique_ptr<Auralizer> made, double from_s);
+    ~Prepared();
+    std::unique_ptr<Auralizer> auralizer;
+    double begun_s;
+  };
   Result<std::unique_ptr<Prepared>> prepare(std::shared_ptr<const BakeFile> file,
                                             AuralizerOptions options) const;
   Result<void> replace(std::unique_ptr<Prepared> prepared);

@@ -1,0 +1,102 @@
+// edited_level.h: a level whose acoustics are edited: materials, emitters and places to listen
+// from.
+//
+// Edits change the sidecar, LEVEL.acoustics.json, and never the level. Beside its text a state
+// keeps the values that follow from it, so that nothing is imported again for a display. Unsaved
+// work is written to an autosave file beside the sidecar after every edit: a crash loses nothing,
+// and a bake of the unsaved state reads it with --acoustics.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/material.h"
+#include "common/result.h"
+#include "formats/files/json.h"
+#include "formats/gltf/import_options.h"
+#include "formats/level/emitter.h"
+#include "formats/level/level.h"
+#include "formats/level/sidecar.h"
+#include "tools/view/edit_history.h"
+
+namespace clamor {
+
+struct LevelState {
+  Json sidecar{Json::Object{}};
+  std::vector<Material> materials;   // as Level::materials
+  std::vector<std::string> presets;  // by material; "" for values of its own
+  std::vector<Emitter> emitters;
+  std::vector<ListenerSpec> listeners;
+};
+
+class EditedLevel {
+ public:
+  // Imports the level as a bake would. Its mesh stays as it is.
+  static Result<EditedLevel> open(const std::string& path, const ImportOptions& options);
+
+  const std::string& path() const { return path_; }
+  const std::string& sidecar_path() const { return sidecar_path_; }
+  const std::string& autosave_path() const { return autosave_path_; }
+  const Level& level() const { return level_; }  // as it was opened
+  const LevelState& now() const { return history_.now(); }
+  const EditHistory<LevelState>& history() const { return history_; }
+  std::uint64_t revision() const { return revision_; }  // grows with every change of now()
+
+  // `gesture`: edits with the same number, if it is not 0, are one step for undo().
+  void set_material(std::size_t material, const Material& values, std::size_t gesture = 0);
+  Result<void> set_preset(std::size_t material, const std::string& preset);
+
+  // Why the emitter cannot be edited in a sidecar, or "".
+  std::string why_fixed(std::size_t emitter) const;
+  // Changes position, axis, gain or directivity.
+  void set_emitter(std::size_t emitter, const Emitter& values, std::size_t gesture = 0);
+  void remove_emitter(std::size_t emitter);
+  // Adds an emitter with a new name; `signal` is "noise", "impulse" or a file in the level's
+  // folder. Errors: no such file.
+  Result<std::size_t> add_emitter(const std::string& signal, const Vec3& at_m, const Vec3& facing);
+
+  void set_listener(std::size_t listener, const ListenerSpec& values, std::size_t gesture = 0);
+  void add_listener(const ListenerSpec& values);
+  void remove_listener(std::size_t listener);
+
+  void undo();
+  void redo();
+
+  // The text of the sidecar.
+  std::string sidecar_text() const;
+  bool is_saved() const;
+  // Writes the sidecar and removes the autosave file.
+  Result<void> save();
+  // Writes the autosave file, or removes it if all is saved.
+  Result<void> autosave();
+  void discard_autosave();
+
+  // Work that an earlier run did not save, if there is any.
+  bool has_unsaved_work() const { return unsaved_.has_value(); }
+  // Takes it over as one edit. The Error leaves everything as it is.
+  Result<void> recover();
+
+  // The options that a bake of now() needs: the sidecar, or the autosave file if it is not saved.
+  ImportOptions import_options() const;
+
+ private:
+  EditedLevel(std::string path, ImportOptions options, LevelState first);
+
+  void edit(LevelState next, const std::string& what, std::size_t gesture = 0);
+
+  std::string path_, sidecar_path_, autosave_path_;
+  ImportOptions options_;
+  Level level_;
+  EditHistory<LevelState> history_;
+  std::string saved_text_;
+  std::optional<std::string> unsaved_;  // text of an autosave file that was found
+  std::uint64_t revision_ = 1;
+};
+
+// A sidecar as people would write it: one material, emitter or listener a line.
+std::string sidecar_text(const Json& sidecar);
+
+}  // namespace clamor

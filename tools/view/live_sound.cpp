@@ -1,0 +1,140 @@
+#include "tools/view/live_sound.h"
+
+#include <utility>
+
+#include "runtime/realtime/thread_cpu_usage.h"
+
+namespace clamor {
+
+LiveSound::LiveSound(PlayerOptions options, FileAccess access)
+    : options_(std::move(options)),
+      access_(access),
+      history_(std::make_shared<SoundHistory>(options_.auralizer.output.channels())),
+      listener_(options_.listener) {
+  options_.auralizer.keeps_sample = true;
+  options_.listen = [history = history_](std::span<const float> played) { history->add(played); };
+  thread_ = std::jthread([this](const std::stop_token& ended) { run(ended); });
+}
+
+LiveSound::~LiveSound() {
+  thread_ = {};  // it may use the player
+}
+
+void LiveSound::wish(Wish next) {
+  const std::lock_guard lock(mutex_);
+  next_ = std::move(next);
+  is_opening_ = true;
+  asked_.notify_all();
+}
+
+void LiveSound::play(const std::string& path, const std::string& name) {
+  path_ = path;
+  wish({path, name, options_.auralizer});
+}
+
+void LiveSound::set_options(const AuralizerOptions& options) {
+  options_.auralizer = options;
+  options_.auralizer.keeps_sample = true;
+  if (!path_.empty()) wish({path_, name_, options_.auralizer});
+}
+
+void LiveSound::move(const Listener& listener) {
+  listener_ = listener;
+  if (player_ != nullptr) player_->move(listener);
+}
+
+void LiveSound::set_focus(const SoundFocus& focus) {
+  focus_ = focus;
+  if (player_ != nullptr) player_->set_focus(focus);
+}
+
+void LiveSound::run(const std::stop_token& ended) {
+  name_thread("opening");
+  while (!ended.stop_requested()) {
+    std::optional<Wish> next;
+    {
+      std::unique_lock lock(mutex_);
+      // The last one opened must have been taken over, because the player is made only once.
+      asked_.wait(lock, ended, [this] { return next_.has_value() && !opened_.has_value(); });
+      if (ended.stop_requested()) return;
+      next = std::exchange(next_, std::nullopt);
+    }
+    Opened opened = open(std::move(*next));
+    const std::lock_guard lock(mutex_);
+    opened_ = std::move(opened);
+  }
+}
+
+LiveSound::Opened LiveSound::open(Wish wish) const {
+  Opened opened;
+  opened.wish = std::move(wish);
+  auto file = BakeFile::open(opened.wish.path, access_);
+  if (!file.ok()) {
+    opened.error = file.error().message;
+    return opened;
+  }
+  opened.file = std::make_shared<const BakeFile>(std::move(*file));
+  if (playing_ != nullptr) {
+    auto prepared = playing_->prepare(opened.file, opened.wish.options);
+    if (prepared.ok())
+      opened.prepared = std::move(*prepared);
+    else
+      opened.error = prepared.error().message;
+    return opened;
+  }
+  PlayerOptions options = options_;
+  options.auralizer = opened.wish.options;
+  auto player = Player::create(opened.file, options);
+  if (player.ok())
+    opened.player = std::move(*player);
+  else
+    opened.error = player.error().message;
+  return opened;
+}
+
+bool LiveSound::update() {
+  std::optional<Opened> opened;
+  {
+    const std::lock_guard lock(mutex_);
+    opened = std::exchange(opened_, std::nullopt);
+    if (opened && !next_) is_opening_ = false;
+  }
+  if (!opened) return false;
+  error_ = opened->error;
+  if (error_.empty() && opened->player != nullptr) {
+    opened->player->move(listener_);
+    opened->player->set_focus(focus_);
+    if (const auto started = opened->player->start(); !started.ok())
+      error_ = started.error().message;
+    else
+      player_ = std::move(opened->player);
+  } else if (error_.empty()) {
+    if (const auto replaced = player_->replace(std::move(opened->prepared)); !replaced.ok())
+      error_ = replaced.error().message;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    playing_ = player_.get();
+    asked_.notify_all();
+  }
+  if (!error_.empty()) return false;
+  file_ = std::move(opened->file);
+  name_ = opened->wish.name;
+  return true;
+}
+
+PlayerStatistics LiveSound::statistics() const {
+  return player_ != nullptr ? player_->statistics() : PlayerStatistics{};
+}
+
+void LiveSound::copy_heard(std::vector<HeardSource>& heard) const {
+  heard.clear();
+  if (player_ != nullptr) player_->copy_heard(heard);
+}
+
+Result<void> LiveSound::stop() {
+  thread_ = {};
+  return player_ != nullptr ? player_->stop() : Result<void>();
+}
+
+}  // namespace clamor

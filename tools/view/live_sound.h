@@ -1,0 +1,100 @@
+// live_sound.h: the sound of the window: plays a bake through the player of `clamor play`, and
+// crossfades to others, while looping sounds go on where they are.
+//
+// Bakes and devices are opened on a thread of its own, because that takes long; update() takes over
+// what has been opened.
+//
+// Threads: all functions on one thread.
+#pragma once
+
+#include <array>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "common/listener.h"
+#include "formats/bake_file/bake_file.h"
+#include "runtime/engine/heard_source.h"
+#include "runtime/engine/sound_focus.h"
+#include "runtime/player/player.h"
+#include "runtime/player/player_options.h"
+#include "runtime/player/player_statistics.h"
+#include "tools/view/sound_history.h"
+
+namespace clamor {
+
+class LiveSound {
+ public:
+  // `options` are those of the player that the first play() makes.
+  LiveSound(PlayerOptions options, FileAccess access);
+  ~LiveSound();
+
+  // Plays this bake as soon as it is open. Only the newest wish counts. `name` is for people.
+  void play(const std::string& path, const std::string& name);
+  // Plays with other options, as with another number of voices. Output channels cannot change.
+  void set_options(const AuralizerOptions& options);
+  const AuralizerOptions& options() const { return options_.auralizer; }
+
+  void move(const Listener& listener);
+  void set_focus(const SoundFocus& focus);
+  const SoundFocus& focus() const { return focus_; }
+
+  // Call in every frame. Returns whether another bake plays from now on.
+  bool update();
+
+  bool is_playing() const { return player_ != nullptr; }
+  bool is_opening() const { return is_opening_; }
+  const std::string& name() const { return name_; }    // of what plays
+  const std::string& error() const { return error_; }  // of the last wish, or ""
+  std::shared_ptr<const BakeFile> file() const { return file_; }
+  PlayerStatistics statistics() const;
+  void copy_heard(std::vector<HeardSource>& heard) const;
+  SoundHistory& history() { return *history_; }
+
+  // Ends the sound and completes the recording.
+  Result<void> stop();
+
+ private:
+  struct Wish {
+    std::string path, name;
+    AuralizerOptions options;
+  };
+  // The player for the first wish, a prepared bake for others.
+  struct Opened {
+    Wish wish;
+    std::shared_ptr<const BakeFile> file;
+    std::unique_ptr<Player> player;
+    std::unique_ptr<Player::Prepared> prepared;
+    std::string error;
+  };
+
+  void wish(Wish next);
+  void run(const std::stop_token& ended);
+  Opened open(Wish wish) const;
+
+  PlayerOptions options_;
+  const FileAccess access_;
+  const std::shared_ptr<SoundHistory> history_;
+  std::shared_ptr<const BakeFile> file_;
+  std::unique_ptr<Player> player_;  // made by the thread, then left to the caller
+  std::string path_, name_, error_;
+  Listener listener_;
+  SoundFocus focus_;
+  bool is_opening_ = false;
+
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable_any asked_;
+  std::optional<Wish> next_;
+  std::optional<Opened> opened_;
+  const Player* playing_ = nullptr;
+  std::jthread thread_;
+};
+
+}  // namespace clamor

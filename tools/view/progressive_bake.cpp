@@ -1,0 +1,180 @@
+#include "tools/view/progressive_bake.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "bake/bake_observer.h"
+#include "bake/level_bake.h"
+#include "formats/bake_file/bake_contents.h"
+#include "runtime/realtime/thread_cpu_usage.h"
+
+namespace clamor {
+
+namespace {
+
+// Of the first stages: a second or two, and a few.
+constexpr std::uint64_t kQuickPhotons = 2'000, kQuickSources = 20'000;
+constexpr std::uint64_t kBetterPhotons = 12'000, kBetterSources = 80'000;
+
+BakeStage smaller(const BakeRequest& request, const char* name, std::uint64_t photons,
+                  std::uint64_t sources) {
+  BakeStage stage{name, request};
+  stage.request.photons = std::to_string(photons);
+  if (!request.sources || *whole_number(*request.sources) > sources)
+    stage.request.sources = std::to_string(sources);
+  return stage;
+}
+
+}  // namespace
+
+std::vector<BakeStage> stages_of(const BakeRequest& request) {
+  std::vector<BakeStage> stages;
+  const auto is_smaller = [&](std::uint64_t photons) {
+    return !request.photons || *whole_number(*request.photons) > 2 * photons;
+  };
+  if (is_smaller(kQuickPhotons))
+    stages.push_back(smaller(request, "quick", kQuickPhotons, kQuickSources));
+  if (is_smaller(kBetterPhotons))
+    stages.push_back(smaller(request, "better", kBetterPhotons, kBetterSources));
+  stages.push_back({"final", request});
+  return stages;
+}
+
+class ProgressiveBake::Observer final : public BakeObserver {
+ public:
+  explicit Observer(ProgressiveBake& owner) : owner_(owner) {}
+  void on_warning(const std::string& text) override { warnings.push_back(text); }
+  void on_progress(const BakeProgress& done) override {
+    const std::lock_guard lock(owner_.mutex_);
+    if (done.photons_total > 0)
+      owner_.status_.share =
+          static_cast<double>(done.photons_done) / static_cast<double>(done.photons_total);
+  }
+
+  std::vector<std::string> warnings;
+
+ private:
+  ProgressiveBake& owner_;
+};
+
+ProgressiveBake::ProgressiveBake(int threads) : threads_(threads) {}
+
+ProgressiveBake::~ProgressiveBake() {
+  cancel();
+  thread_ = {};
+  std::error_code none;
+  if (!folder_.empty()) std::filesystem::remove_all(folder_, none);
+}
+
+Result<void> ProgressiveBake::start() {
+  std::string folder = (std::filesystem::temp_directory_path() / "clamor-view-XXXXXX").string();
+  if (mkdtemp(folder.data()) == nullptr)
+    return Error(folder + ": this folder for bakes cannot be made; set TMPDIR to another place");
+  folder_ = folder;
+  thread_ = std::jthread([this](const std::stop_token& ended) { run(ended); });
+  return {};
+}
+
+std::uint64_t ProgressiveBake::request(BakeRequest wanted, std::string output) {
+  const std::lock_guard lock(mutex_);
+  stop_ = true;
+  requested_ = Clock::now();
+  next_ = {++requests_, std::move(wanted), std::move(output), requested_};
+  std::erase_if(news_, [](const News& news) { return !news.is_final; });
+  status_ = {true, "", 0, 0};
+  asked_.notify_all();
+  return requests_;
+}
+
+void ProgressiveBake::cancel() {
+  const std::lock_guard lock(mutex_);
+  stop_ = true;
+  next_.reset();
+  status_ = {};
+}
+
+std::optional<ProgressiveBake::News> ProgressiveBake::poll() {
+  const std::lock_guard lock(mutex_);
+  if (news_.empty()) return std::nullopt;
+  News first = std::move(news_.front());
+  news_.erase(news_.begin());
+  return first;
+}
+
+ProgressiveBake::Status ProgressiveBake::status() const {
+  const std::lock_guard lock(mutex_);
+  Status status = status_;
+  if (status.is_busy)
+    status.seconds = std::chrono::duration<double>(Clock::now() - requested_).count();
+  return status;
+}
+
+void ProgressiveBake::run(const std::stop_token& ended) {
+  name_thread("bake");
+  while (!ended.stop_requested()) {
+    std::optional<Order> order;
+    {
+      std::unique_lock lock(mutex_);
+      asked_.wait(lock, ended, [this] { return next_.has_value(); });
+      if (ended.stop_requested()) return;
+      order = std::exchange(next_, std::nullopt);
+      stop_ = false;
+    }
+    serve(*order);
+  }
+}
+
+void ProgressiveBake::serve(const Order& order) {
+  const std::vector<BakeStage> stages = stages_of(order.request);
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    const bool is_last = i + 1 == stages.size();
+    {
+      const std::lock_guard lock(mutex_);
+      if (next_ || stop_) return;
+      status_ = {true, stages[i].name, 0, 0};
+    }
+    News news = bake(order, stages[i], is_last);
+    const std::lock_guard lock(mutex_);
+    if (next_ || stop_) return;
+    const bool failed = !news.error.empty();
+    news_.push_back(std::move(news));
+    if (is_last || failed) status_ = {};
+    if (failed) return;
+  }
+}
+
+ProgressiveBake::News ProgressiveBake::bake(const Order& order, const BakeStage& stage,
+                                            bool is_last) {
+  News news;
+  news.request = order.number;
+  news.stage = stage.name;
+  news.is_final = is_last;
+  LevelBakeOptions options;
+  options.output = is_last && !order.output.empty()
+                       ? order.output
+                       : fmt::format("{}/{}.clamor", folder_, ++files_);
+  options.threads = threads_;
+  options.journal = fmt::format("{}/{}.journal", folder_, stage.name);
+  options.stop = &stop_;
+  Observer observer(*this);
+  LevelBake level_bake(stage.request, options, observer);
+  auto done = level_bake.read();
+  if (done.ok()) done = level_bake.prepare();
+  if (done.ok()) done = level_bake.write();
+  news.seconds = std::chrono::duration<double>(Clock::now() - order.at).count();
+  if (!done.ok()) {
+    news.error = done.error().message;
+    return news;
+  }
+  news.path = options.output;
+  news.sources = level_bake.contents().source_count() + level_bake.report().instanced_sources;
+  news.decay_error_db = static_cast<double>(level_bake.contents().statistics.decay.error_db);
+  news.warnings = std::move(observer.warnings);
+  return news;
+}
+
+}  // namespace clamor

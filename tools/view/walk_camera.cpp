@@ -1,0 +1,63 @@
+#include "tools/view/walk_camera.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace clamor {
+
+namespace {
+
+constexpr double kWalk_mps = 2.0, kRun_mps = 6.0, kTurn_rad_s = 1.6;
+constexpr double kSpeedUp_s = 0.12;  // time constant
+constexpr double kMaxStep_s = 0.1;   // so that a window that was busy is no jump
+
+}  // namespace
+
+WalkCamera::WalkCamera(const Listener& at) { place(at); }
+
+void WalkCamera::place(const Listener& at) {
+  position_m_ = at.position_m;
+  velocity_mps_ = Vec3(0);
+  const Vec3& forward = at.forward();
+  pitch_rad_ = std::asin(std::clamp(forward.y, -1.0, 1.0));
+  if (std::hypot(forward.x, forward.z) > 1e-9) yaw_rad_ = std::atan2(-forward.x, -forward.z);
+}
+
+void WalkCamera::look(double left_rad, double up_rad) {
+  constexpr double kMostPitch_rad = std::numbers::pi / 2 - 0.01;
+  yaw_rad_ = std::remainder(yaw_rad_ + left_rad, 2 * std::numbers::pi);
+  pitch_rad_ = std::clamp(pitch_rad_ + up_rad, -kMostPitch_rad, kMostPitch_rad);
+}
+
+void WalkCamera::advance(const WalkKeys& keys, double seconds) {
+  const double step_s = std::min(seconds, kMaxStep_s);
+  yaw_rad_ += keys.turn_left * kTurn_rad_s * step_s;
+  const Vec3 ahead(-std::sin(yaw_rad_), 0, -std::cos(yaw_rad_));
+  const Vec3 right(std::cos(yaw_rad_), 0, -std::sin(yaw_rad_));
+  Vec3 wanted = ahead * keys.ahead + right * keys.right + Vec3(0, keys.up, 0);
+  if (const double size = length(wanted); size > 1) wanted /= size;
+  wanted *= keys.fast ? kRun_mps : kWalk_mps;
+  velocity_mps_ += (1 - std::exp(-step_s / kSpeedUp_s)) * (wanted - velocity_mps_);
+  position_m_ += velocity_mps_ * step_s;
+}
+
+Vec3 WalkCamera::ray(double x, double y, double aspect) const {
+  const Listener at = listener();
+  const double tangent = std::tan(kFieldOfView_rad / 2);
+  return normalize(at.forward() + at.right() * ((2 * x - 1) * tangent * aspect) +
+                   at.up() * ((1 - 2 * y) * tangent));
+}
+
+bool WalkCamera::project(const Vec3& point_m, double aspect, double& x, double& y) const {
+  const Listener at = listener();
+  const Vec3 to = point_m - at.position_m;
+  const double depth = dot(to, at.forward());
+  if (depth < 0.02) return false;
+  const double tangent = std::tan(kFieldOfView_rad / 2);
+  x = (1 + dot(to, at.right()) / (depth * tangent * aspect)) / 2;
+  y = (1 - dot(to, at.up()) / (depth * tangent)) / 2;
+  return true;
+}
+
+}  // namespace clamor

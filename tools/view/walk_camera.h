@@ -1,0 +1,46 @@
+// walk_camera.h: the listener of the window, who walks and looks round as in a game.
+#pragma once
+
+#include "common/listener.h"
+#include "common/vec.h"
+
+namespace clamor {
+
+// What is pressed, from -1 to 1.
+struct WalkKeys {
+  double ahead = 0, right = 0, up = 0;
+  double turn_left = 0;
+  bool fast = false;
+};
+
+class WalkCamera {
+ public:
+  WalkCamera() = default;
+  explicit WalkCamera(const Listener& at);
+
+  // Turns the head: positive angles to the left and up. Up and down end at the poles.
+  void look(double left_rad, double up_rad);
+  // Walks on the level, whichever way the head is tilted, with a start and a stop that are smooth
+  // enough not to be heard.
+  void advance(const WalkKeys& keys, double seconds);
+  void place(const Listener& at);
+
+  Listener listener() const { return {position_m_, yaw_rad_, pitch_rad_}; }
+  double yaw_rad() const { return yaw_rad_; }
+  double pitch_rad() const { return pitch_rad_; }
+  bool is_moving() const { return length(velocity_mps_) > 1e-3; }
+
+  // The direction of the ray through a point of the picture, x to the right and y down, each from 0
+  // to 1, for a vertical field of view.
+  Vec3 ray(double x, double y, double aspect) const;
+  // Where a point lies in the picture; false if it is behind.
+  bool project(const Vec3& point_m, double aspect, double& x, double& y) const;
+
+  static constexpr double kFieldOfView_rad = 1.15;  // vertical
+
+ private:
+  Vec3 position_m_{0, 1.7, 0}, velocity_mps_{};
+  double yaw_rad_ = 0, pitch_rad_ = 0;
+};
+
+}  // namespace clamor
