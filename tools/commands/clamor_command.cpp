@@ -36,6 +36,7 @@ constexpr std::array<Command, 14> kCommands = {{
      "writes what a bake sounds like as a page for a browser", run_report},
     {"diff", "A.clamor B.clamor", "prints how two bake files differ", run_diff},
     {"play", "LEVEL.clamor", "plays a bake; the keyboard walks through it", run_play},
+    {"view", "LEVEL.glb or LEVEL.clamor", "a window to walk in, listen and edit", run_view},
     {"render", "LEVEL.clamor -o OUT.wav", "renders the same to a WAV or FLAC file", run_render},
     {"impulse", "LEVEL.clamor -o IR.wav", "impulse response and room parameters (ISO 3382-1)",
      run_impulse},

@@ -24,6 +24,7 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
 int run_compare(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_experiment(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+int run_view(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_bench(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_materials(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_devices(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);

@@ -21,6 +21,7 @@
 #include "tools/commands/audibility_warnings.h"
 #include "tools/commands/bake_follower.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/device_options.h"
 #include "tools/commands/keyboard_walk.h"
 #include "tools/commands/mix_options.h"
 #include "tools/commands/output_options.h"
@@ -32,6 +33,7 @@
 #include "tools/program/interrupt.h"
 #include "tools/program/printable_stream.h"
 #include "tools/program/terminal.h"
+#include "tools/view/walk_camera.h"
 
 namespace clamor {
 
@@ -44,9 +46,9 @@ constexpr auto kFileCheck = std::chrono::milliseconds(500);  // for another bake
 
 // The words of the command line.
 struct PlayRequest {
-  std::string level, listener, walk_path, format, report_folder;
-  bool no_limiter = false, follows = false;
-  int frames = 0;
+  std::string level, listener, walk_path, report_folder;
+  bool follows = false;
+  DeviceArguments device;
   PlayerOptions options;
 
   void add_options(Arguments& parser);
@@ -62,34 +64,15 @@ void PlayRequest::add_options(Arguments& parser) {
   parser.option("--walk", walk_path, "follow the path in PATH.json instead");
   parser.option("--seconds", options.seconds,
                 "duration; 0: until Q, Ctrl-C or the end of the walk");
-  parser.option("--device", options.device,
-                "pulse, jack or alsa; the beginning or a part of a name that 'clamor devices' "
-                "prints; or none");
-  parser.words("--device", {"pulse", "jack", "alsa", "none"});
-  parser.option("--rate", options.device_rate_hz,
-                "sample rate of the device in Hz; the mix is resampled [unset: 48000 if it has "
-                "that]");
-  parser.option("--frames", frames, {16, 8192},
-                "frames per block; PulseAudio and ALSA buffer four blocks, JACK sets its own size "
-                "[unset: 256, and PulseAudio's buffer grows, up to 0.2 s, when the device runs dry "
-                "twice in 30 s]");
+  device.add_device_options(parser);
 }
 
 void PlayRequest::add_output_options(Arguments& parser) {
-  parser.flag("--no-limiter", no_limiter,
-              "let peaks clip instead of limiting true peaks to -1 dBFS");
+  device.add_limiter_option(parser);
   parser.flag("--follow", follows,
               "when the file is replaced by another bake, crossfade to that; unset: print a note "
               "and play the old one to the end");
-  parser.option(
-      "--record", options.record,
-      "also record to this .wav or .flac file, or as WAV to a device or pipe such as "
-      "/dev/stdout. The file grows while it plays: whatever ends the program, a .wav file "
-      "can be played to its end, a .flac file to less than a second before");
-  parser.option("--format", format,
-                "sample format of the recording: float, 32, 24 or 16 [unset: float, or 24 for "
-                ".flac]");
-  parser.words("--format", {"float", "32", "24", "16"});
+  device.add_recording_options(parser);
   parser.option("--report", report_folder,
                 "at the end, write loudness, voices and load over time to this folder, as HTML, "
                 "JSON and CSV; with --record also a spectrogram");
@@ -99,27 +82,10 @@ void PlayRequest::add_output_options(Arguments& parser) {
 Result<void> interpret(PlayRequest& request, const StrategyArguments& strategy,
                        const MixArguments& mix, const OutputArguments& output) {
   PlayerOptions& options = request.options;
-  const auto chosen = strategy.read();
-  if (!chosen.ok()) return chosen.error();
-  use(*chosen, options.auralizer);
-  if (auto read = mix.read(options.auralizer); !read.ok()) return read;
-  const auto format = output.read();
-  if (!format.ok()) return format.error();
-  options.auralizer.output = *format;
-  options.auralizer.limit = !request.no_limiter;
-  options.auralizer.adapt = true;
-  options.auralizer.first_sounds_s = kFirstSoundsOfPlayer_s;
-  if (!options.record.empty())
-    if (const auto right = check_sound_file(options.record, format->channels()); !right.ok())
-      return Error("--record: " + right.error().message);
-  const auto samples = sample_format(request.format, options.record);
-  if (!samples.ok()) return Error("--format: " + samples.error().message);
-  options.record_format = *samples;
+  if (auto read = read_player_options(strategy, mix, output, request.device, options); !read.ok())
+    return read;
   if (!request.listener.empty() && !request.walk_path.empty())
     return Error("give either --listener or --walk");
-  if (options.device_rate_hz != 0 &&
-      (options.device_rate_hz < 8000 || options.device_rate_hz > 384000))
-    return Error("--rate must lie between 8000 and 384000");
   if (!(options.seconds >= 0 && options.seconds <= 864000))
     return Error("--seconds must lie between 0 and 864000");
   if (!request.listener.empty()) {
@@ -127,19 +93,7 @@ Result<void> interpret(PlayRequest& request, const StrategyArguments& strategy,
     if (!listener.ok()) return listener.error();
     options.listener = *listener;
   }
-  if (request.frames > 0) options.block_frames = request.frames;
-  options.buffer_may_grow = request.frames == 0;
-  options.auralizer.block_frames = options.block_frames;
   return {};
-}
-
-// Two metres in front of the first emitter, looking at it.
-Listener in_front_of_first(const std::vector<Emitter>& emitters) {
-  if (emitters.empty()) return {};
-  const Emitter& emitter = emitters.front();
-  Vec3 ahead(emitter.axis.x, 0, emitter.axis.z);
-  ahead = length(ahead) > 1e-6 ? normalize(ahead) : Vec3(0, 0, 1);
-  return {emitter.position_m + 2.0 * ahead, std::atan2(ahead.x, ahead.z), 0};
 }
 
 // Opens the bake and reads all other input files, then checks that no output replaces one of them.

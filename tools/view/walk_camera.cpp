@@ -14,6 +14,14 @@ constexpr double kMaxStep_s = 0.1;   // so that a window that was busy is no jum
 
 }  // namespace
 
+Listener in_front_of_first(const std::vector<Emitter>& emitters) {
+  if (emitters.empty()) return {};
+  const Emitter& emitter = emitters.front();
+  Vec3 ahead(emitter.axis.x, 0, emitter.axis.z);
+  ahead = length(ahead) > 1e-6 ? normalize(ahead) : Vec3(0, 0, 1);
+  return {emitter.position_m + 2.0 * ahead, std::atan2(ahead.x, ahead.z), 0};
+}
+
 WalkCamera::WalkCamera(const Listener& at) { place(at); }
 
 void WalkCamera::place(const Listener& at) {

@@ -1,8 +1,11 @@
 // walk_camera.h: the listener of the window, who walks and looks round as in a game.
 #pragma once
 
+#include <vector>
+
 #include "common/listener.h"
 #include "common/vec.h"
+#include "formats/level/emitter.h"
 
 namespace clamor {
 
@@ -42,5 +45,8 @@ class WalkCamera {
   Vec3 position_m_{0, 1.7, 0}, velocity_mps_{};
   double yaw_rad_ = 0, pitch_rad_ = 0;
 };
+
+// Two metres in front of the first emitter, looking at it.
+Listener in_front_of_first(const std::vector<Emitter>& emitters);
 
 }  // namespace clamor

@@ -1,0 +1,60 @@
+// view_script.h: input events from a file, for demonstrations and tests: they move the mouse and
+// press keys of the window, which cannot tell them from those of a person.
+//
+//   size 1280 720            of the window, first
+//   move X Y                 the mouse, in pixels of the window
+//   move world X Y Z         to where a point of the level is drawn
+//   move "Face me"           to the middle of a control, by its label
+//   press, release, click    the left mouse button; click right
+//   scroll N
+//   key W down, key W up, key Ctrl+Z
+//   type TEXT
+//   wait frames N            or: wait seconds S, wait sound, wait quick, wait final
+//   screenshot FILE.ppm
+//   print edit               time from the edit to the sound, and what plays
+//   quit
+//
+// One event a line, one a frame; # begins a comment.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/result.h"
+
+namespace clamor {
+
+struct ViewEvent {
+  enum class Kind {
+    kSize,
+    kMove,
+    kMoveWorld,
+    kMoveTo,
+    kPress,
+    kRelease,
+    kClick,
+    kRightClick,
+    kScroll,
+    kKeyDown,
+    kKeyUp,
+    kKey,
+    kType,
+    kWaitFrames,
+    kWaitSeconds,
+    kWaitSound,
+    kWaitQuick,
+    kWaitFinal,
+    kScreenshot,
+    kPrint,
+    kQuit
+  };
+  Kind kind = Kind::kQuit;
+  double x = 0, y = 0, z = 0;  // numbers
+  std::string text;            // a label, key, path or text
+  int line = 0;
+};
+
+// Errors name the line.
+Result<std::vector<ViewEvent>> parse_view_script(const std::string& text);
+
+}  // namespace clamor

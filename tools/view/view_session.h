@@ -1,0 +1,146 @@
+// view_session.h: what the window shows and edits, without the window: a level or a bake, the
+// listener, the selection, the bakes in the background, and the sound.
+//
+//   ViewSession::open() -> every frame: input() and frame() -> the window draws it
+//
+// An edit is followed by an autosave at once and, when no further edit comes for a moment, by a
+// progressive bake, whose stages are played as they come.
+//
+// Threads: one.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bake/bake_request.h"
+#include "formats/level/mesh.h"
+#include "tools/strategies/strategies.h"
+#include "tools/view/edited_level.h"
+#include "tools/view/level_shapes.h"
+#include "tools/view/live_sound.h"
+#include "tools/view/progressive_bake.h"
+#include "tools/view/walk_camera.h"
+
+namespace clamor {
+
+struct ViewOptions {
+  std::string path;                    // a level or a bake
+  BakeRequest request;                 // for the level; level_path is set by the session
+  std::optional<BakeRequest> made_by;  // of a bake, if its level lies beside it
+  std::string output;                  // for the bake of the saved level; "": none
+  std::string compare;                 // another bake; "": none
+  PlayerOptions player;
+  std::optional<Listener> listener;  // at the start
+  StrategyOptions strategy;
+  FileAccess access = FileAccess::kRead;
+  int threads = 0;
+};
+
+struct Selection {
+  enum class Kind { kNone, kSurface, kEmitter, kListener };
+  Kind kind = Kind::kNone;
+  std::size_t index = 0;       // material, emitter or listener
+  std::uint32_t triangle = 0;  // of a surface
+  bool operator==(const Selection&) const = default;
+};
+
+class ViewSession {
+ public:
+  static Result<std::unique_ptr<ViewSession>> open(ViewOptions options);
+
+  // Moves the listener and takes over what the background has finished.
+  void frame(const WalkKeys& keys, double seconds);
+
+  bool is_editable() const { return level_.has_value(); }
+  EditedLevel& level() { return *level_; }
+  const std::string& why_not_editable() const { return why_not_editable_; }
+
+  const std::string& title() const { return title_; }
+  const Mesh& mesh() const { return mesh_; }
+  const std::vector<ShadedVertex>& vertices() const { return vertices_; }
+  const std::vector<Material>& materials() const;
+  const std::vector<Emitter>& emitters() const;
+  const std::vector<ListenerSpec>& listeners() const;
+  WalkCamera& camera() { return camera_; }
+  const WalkCamera& camera() const { return camera_; }
+
+  // Selects what lies under a point of the picture, each coordinate from 0 to 1.
+  void select_at(double x, double y, double aspect);
+  void select(const Selection& selection);
+  const Selection& selection() const { return selection_; }
+  const std::vector<Vec3f>& outline() const { return outline_; }  // of the selected surface
+  const std::vector<std::uint32_t>& surface() const { return surface_; }
+
+  LiveSound& sound() { return *sound_; }
+  const std::vector<HeardSource>& heard() const { return heard_; }
+  const StrategyOptions& strategy() const { return strategy_; }
+  // The Error leaves the strategy as it was.
+  Result<void> set_strategy(const StrategyOptions& strategy);
+
+  // A is what is edited or was opened, B the other bake.
+  bool has_other() const { return !options_.compare.empty(); }
+  bool plays_other() const { return plays_other_; }
+  void set_plays_other(bool other);
+
+  ProgressiveBake::Status baking() const {
+    return bake_ ? bake_->status() : ProgressiveBake::Status();
+  }
+  const std::optional<ProgressiveBake::News>& newest_bake() const { return newest_; }
+  bool is_final() const { return newest_ && newest_->is_final && newest_->error.empty(); }
+  // From the last edit to the moment when the first bake of it is handed to the audio thread; 0
+  // before the first.
+  double edit_to_sound_s() const { return edit_to_sound_s_; }
+  bool waits_for_sound() const { return waits_for_sound_; }  // of the last edit
+
+  void undo();
+  void redo();
+  // Saves the sidecar, and bakes the saved level to the output.
+  Result<void> save();
+  Result<void> recover();
+
+  // A line for people about the last thing that happened; empty if nothing did.
+  const std::string& message() const { return message_; }
+  void say(std::string message) { message_ = std::move(message); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  explicit ViewSession(ViewOptions options) : options_(std::move(options)) {}
+  Result<void> open_bake();
+  Result<void> open_level();
+  void follow_edits();
+  void take_news();
+  void check_selection();
+  void bake_now();
+
+  const ViewOptions options_;
+  std::string title_, why_not_editable_, message_;
+  BakeRequest request_;
+  std::optional<EditedLevel> level_;
+  Mesh mesh_;
+  std::vector<ShadedVertex> vertices_;
+  std::vector<Material> baked_materials_;  // without a level
+  std::vector<Emitter> baked_emitters_;
+  std::vector<ListenerSpec> no_listeners_;
+  WalkCamera camera_;
+  Selection selection_;
+  std::vector<Vec3f> outline_;
+  std::vector<std::uint32_t> surface_;
+  StrategyOptions strategy_;
+  std::unique_ptr<ProgressiveBake> bake_;
+  std::unique_ptr<LiveSound> sound_;
+  std::vector<HeardSource> heard_;
+  std::optional<ProgressiveBake::News> newest_;
+  std::string own_path_;  // the newest bake of A
+  bool plays_other_ = false, saves_output_ = false;
+  std::uint64_t seen_revision_ = 0, baked_revision_ = 0, baked_request_ = 0;
+  Clock::time_point edited_{};
+  bool waits_for_sound_ = false;
+  double edit_to_sound_s_ = 0;
+};
+
+}  // namespace clamor

@@ -1,0 +1,276 @@
+#include "tools/view/window/panels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "tools/view/window/controls.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr ImGuiWindowFlags kFixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
+                                    ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+                                    ImGuiWindowFlags_NoSavedSettings |
+                                    ImGuiWindowFlags_NoBringToFrontOnFocus;
+
+void begin_panel(const char* name, ImVec2 at, ImVec2 size, ImGuiWindowFlags flags = 0) {
+  ImGui::SetNextWindowPos(at);
+  ImGui::SetNextWindowSize(size);
+  ImGui::Begin(name, nullptr, kFixed | flags);
+}
+
+std::string with_blanks(std::uint64_t number) {
+  std::string text = std::to_string(number);
+  for (int i = static_cast<int>(text.size()) - 3; i > 0; i -= 3)
+    text.insert(static_cast<std::size_t>(i), " ");
+  return text;
+}
+
+// What the bakes in the background are doing, in a few words.
+std::string bake_line(const ViewSession& session) {
+  const ProgressiveBake::Status status = session.baking();
+  const auto& newest = session.newest_bake();
+  std::string line;
+  if (newest && newest->error.empty())
+    line = fmt::format("{} bake, {} sources{}", newest->stage, with_blanks(newest->sources),
+                       newest->decay_error_db > 0
+                           ? fmt::format(", decay within {:.2f} dB", newest->decay_error_db)
+                           : "");
+  if (status.is_busy)
+    line += fmt::format("{}baking{} {:.0f} %", line.empty() ? "" : "; ",
+                        status.stage.empty() ? "" : " " + status.stage, 100 * status.share);
+  return line;
+}
+
+}  // namespace
+
+WindowLayout WindowLayout::of(float width, float height, float scale) {
+  return {std::round(46 * scale),
+          std::round(348 * scale),
+          std::round(164 * scale),
+          width,
+          height,
+          scale};
+}
+
+std::size_t Panels::gesture() {
+  if (!was_dragging_) ++gestures_;
+  was_dragging_ = true;
+  return gestures_;
+}
+
+void Panels::draw(const WindowLayout& layout, const VoiceDisplay& voices) {
+  scale_ = layout.scale;
+  if (!ImGui::IsAnyItemActive()) was_dragging_ = false;
+  draw_marks(layout);
+  draw_toolbar(layout);
+  draw_side(layout);
+  draw_bottom(layout, voices);
+  draw_questions();
+}
+
+void Panels::save() {
+  if (auto saved = session_.save(); !saved.ok()) problem_ = saved.error().message;
+}
+
+void Panels::ask_to_quit() {
+  if (session_.is_editable() && !session_.level().is_saved())
+    asks_to_quit_ = true;
+  else
+    quits_ = true;
+}
+
+void Panels::draw_toolbar(const WindowLayout& layout) {
+  begin_panel("toolbar", {0, 0}, {layout.width, layout.toolbar}, ImGuiWindowFlags_NoScrollbar);
+  ImGui::SetCursorPosY((layout.toolbar - ImGui::GetFrameHeight()) / 2);
+  ImGui::AlignTextToFramePadding();
+  const bool edits = session_.is_editable();
+  const bool is_unsaved = edits && !session_.level().is_saved();
+  ImGui::TextUnformatted((session_.title() + (is_unsaved ? " (unsaved)" : "")).c_str());
+  ImGui::SameLine(0, 20 * scale_);
+  const bool can_undo = edits && session_.level().history().can_undo();
+  const bool can_redo = edits && session_.level().history().can_redo();
+  if (button("Undo", 0, false, can_undo)) session_.undo();
+  if (can_undo && ImGui::IsItemHovered())
+    ImGui::SetTooltip("Undo: %s (Ctrl+Z)", session_.level().history().to_undo().c_str());
+  ImGui::SameLine();
+  if (button("Redo", 0, false, can_redo)) session_.redo();
+  if (can_redo && ImGui::IsItemHovered())
+    ImGui::SetTooltip("Redo: %s (Ctrl+Shift+Z)", session_.level().history().to_redo().c_str());
+  ImGui::SameLine();
+  if (button("Save", 0, false, is_unsaved)) save();
+  if (edits && ImGui::IsItemHovered())
+    ImGui::SetTooltip("Save to %s (Ctrl+S)", session_.level().sidecar_path().c_str());
+  if (session_.has_other()) {
+    ImGui::SameLine(0, 20 * scale_);
+    if (button("A", 34 * scale_, !session_.plays_other())) session_.set_plays_other(false);
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("Hear this level (Tab switches)");
+    ImGui::SameLine(0, 2 * scale_);
+    if (button("B", 34 * scale_, session_.plays_other())) session_.set_plays_other(true);
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("Hear the bake of --compare (Tab switches)");
+  }
+  const std::string line = bake_line(session_);
+  const float line_width = ImGui::CalcTextSize(line.c_str()).x;
+  ImGui::SameLine(std::max(ImGui::GetCursorPosX(), layout.width - line_width - 14 * scale_));
+  ImGui::AlignTextToFramePadding();
+  caption(line.c_str());
+  ImGui::End();
+}
+
+void Panels::draw_side(const WindowLayout& layout) {
+  begin_panel("side", {layout.view_width(), layout.toolbar},
+              {layout.side, layout.height - layout.toolbar});
+  if (ImGui::BeginTabBar("tabs")) {
+    const bool edit = ImGui::BeginTabItem("Edit");
+    control_places().add("Edit");
+    if (edit) {
+      draw_edit();
+      ImGui::EndTabItem();
+    }
+    const bool listen = ImGui::BeginTabItem("Listen");
+    control_places().add("Listen");
+    if (listen) {
+      draw_listen();
+      ImGui::EndTabItem();
+    }
+    ImGui::EndTabBar();
+  }
+  ImGui::End();
+}
+
+void Panels::draw_bottom(const WindowLayout& layout, const VoiceDisplay& voices) {
+  begin_panel("bottom", {0, layout.height - layout.bottom}, {layout.view_width(), layout.bottom},
+              ImGuiWindowFlags_NoScrollbar);
+  const float height = ImGui::GetContentRegionAvail().y;
+  draw_meters(150 * scale_, height, voices);
+  ImGui::SameLine(0, 20 * scale_);
+  ImGui::BeginGroup();
+  draw_figures(voices);
+  ImGui::EndGroup();
+  ImGui::SameLine(0, 20 * scale_);
+  draw_spectrogram(std::max(80 * scale_, ImGui::GetContentRegionAvail().x), height);
+  ImGui::End();
+}
+
+// Emitters and listeners, with their names, over the level.
+void Panels::draw_marks(const WindowLayout& layout) const {
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
+  draw.PushClipRect({0, layout.toolbar},
+                    {layout.view_width(), layout.toolbar + layout.view_height()});
+  const double aspect = static_cast<double>(layout.view_width() / layout.view_height());
+  const auto place = [&](const Vec3& point_m, ImVec2& at) {
+    double x = 0, y = 0;
+    if (!session_.camera().project(point_m, aspect, x, y)) return false;
+    at = {static_cast<float>(x) * layout.view_width(),
+          layout.toolbar + static_cast<float>(y) * layout.view_height()};
+    return true;
+  };
+  const auto mark = [&](const std::string& name, const Vec3& at_m, const Vec3& facing,
+                        bool is_selected, bool is_emitter) {
+    ImVec2 at, ahead;
+    if (!place(at_m, at)) return;
+    const ImU32 colour = is_selected ? theme::kAccent : theme::kText;
+    const float radius = 7 * scale_;
+    if (place(at_m + 0.6 * facing, ahead)) {
+      draw.AddLine(at, ahead, colour, 2 * scale_);
+      draw.AddCircleFilled(ahead, 3 * scale_, colour);
+    }
+    draw.AddCircleFilled(at, radius, theme::kPanel);
+    draw.AddCircle(at, radius, colour, 0, 2 * scale_);
+    if (is_emitter) draw.AddCircleFilled(at, radius * 0.4f, colour);
+    draw.AddText({at.x + radius + 5 * scale_, at.y - ImGui::GetFontSize() / 2}, colour,
+                 name.c_str());
+  };
+  const Selection& chosen = session_.selection();
+  const auto& emitters = session_.emitters();
+  constexpr std::size_t kMostMarks = 200;  // a crowd would be a cloud of names
+  for (std::size_t i = 0; i < std::min(emitters.size(), kMostMarks); ++i)
+    mark(emitters[i].name, emitters[i].position_m, emitters[i].axis,
+         chosen.kind == Selection::Kind::kEmitter && chosen.index == i, true);
+  const auto& listeners = session_.listeners();
+  for (std::size_t i = 0; i < listeners.size(); ++i) {
+    constexpr double kDegree = 3.14159265358979323846 / 180;
+    const Listener at(listeners[i].at_m, listeners[i].yaw_deg * kDegree,
+                      listeners[i].pitch_deg * kDegree);
+    mark(listeners[i].name, at.position_m, at.forward(),
+         chosen.kind == Selection::Kind::kListener && chosen.index == i, false);
+  }
+  draw.PopClipRect();
+
+  const std::string& message = session_.message();
+  const char* const help = "WASD walk, R and F up and down, right mouse button looks round";
+  const std::string text = message.empty() ? help : message;
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, layout.view_width() * 0.8f);
+  const ImVec2 at{14 * scale_, layout.toolbar + layout.view_height() - size.y - 14 * scale_};
+  draw.AddRectFilled({at.x - 8 * scale_, at.y - 5 * scale_},
+                     {at.x + size.x + 8 * scale_, at.y + size.y + 5 * scale_},
+                     IM_COL32(20, 22, 25, 200), 4 * scale_);
+  draw.AddText(fonts_.text, fonts_.text->FontSize, at, theme::kText, text.c_str(), nullptr,
+               layout.view_width() * 0.8f);
+}
+
+void Panels::draw_questions() {
+  if (!asked_to_recover_) {
+    asked_to_recover_ = true;
+    if (session_.is_editable() && session_.level().has_unsaved_work())
+      ImGui::OpenPopup("Unsaved work");
+  }
+  if (asks_to_quit_) {
+    asks_to_quit_ = false;
+    ImGui::OpenPopup("Leave?");
+  }
+  if (!problem_.empty() && !ImGui::IsPopupOpen("Problem")) ImGui::OpenPopup("Problem");
+  const ImVec2 centre = ImGui::GetMainViewport()->GetCenter();
+  const auto begin = [&](const char* name) {
+    ImGui::SetNextWindowPos(centre, ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::SetNextWindowSize({430 * scale_, 0});
+    return ImGui::BeginPopupModal(
+        name, nullptr,
+        ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings);
+  };
+  if (begin("Unsaved work")) {
+    ImGui::TextWrapped("The last session ended without saving. Its changes to %s are still there.",
+                       session_.title().c_str());
+    if (button("Recover")) {
+      if (auto recovered = session_.recover(); !recovered.ok())
+        problem_ = recovered.error().message;
+      ImGui::CloseCurrentPopup();
+    }
+    ImGui::SameLine();
+    if (button("Discard")) {
+      session_.level().discard_autosave();
+      ImGui::CloseCurrentPopup();
+    }
+    ImGui::EndPopup();
+  }
+  if (begin("Leave?")) {
+    ImGui::TextWrapped("There are changes that are not saved.");
+    if (button("Save and leave")) {
+      save();
+      quits_ = problem_.empty();
+      ImGui::CloseCurrentPopup();
+    }
+    ImGui::SameLine();
+    if (button("Discard and leave")) {
+      session_.level().discard_autosave();
+      quits_ = true;
+      ImGui::CloseCurrentPopup();
+    }
+    ImGui::SameLine();
+    if (button("Stay")) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
+  }
+  if (begin("Problem")) {
+    ImGui::TextWrapped("%s", problem_.c_str());
+    if (button("Close")) {
+      problem_.clear();
+      ImGui::CloseCurrentPopup();
+    }
+    ImGui::EndPopup();
+  }
+}
+
+}  // namespace clamor

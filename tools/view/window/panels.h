@@ -1,0 +1,73 @@
+// panels.h: the panels of the window: the toolbar, what is selected, what is heard, and meters.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <string>
+
+#include "tools/view/view_session.h"
+#include "tools/view/voice_display.h"
+#include "tools/view/window/theme.h"
+
+namespace clamor {
+
+// In pixels. The level fills what is left between the panels.
+struct WindowLayout {
+  float toolbar = 0, side = 0, bottom = 0;  // sizes of the panels
+  float width = 0, height = 0, scale = 1;
+
+  static WindowLayout of(float width, float height, float scale);
+  float view_width() const { return width - side; }
+  float view_height() const { return height - toolbar - bottom; }
+};
+
+class Panels {
+ public:
+  Panels(ViewSession& session, const Fonts& fonts) : session_(session), fonts_(fonts) {}
+
+  void draw(const WindowLayout& layout, const VoiceDisplay& voices);
+
+  // The user wants to leave: asks if there is unsaved work. wants_to_quit() tells the answer.
+  void ask_to_quit();
+  bool wants_to_quit() const { return quits_; }
+
+  // Keys of the window: Ctrl+S, Ctrl+Z, Ctrl+Shift+Z.
+  void save();
+
+ private:
+  void draw_toolbar(const WindowLayout& layout);
+  void draw_side(const WindowLayout& layout);
+  void draw_bottom(const WindowLayout& layout, const VoiceDisplay& voices);
+  void draw_marks(const WindowLayout& layout) const;
+  void draw_questions();
+
+  // panels_edit.cpp
+  void draw_edit();
+  void draw_lists();
+  void draw_surface();
+  void draw_emitter();
+  void draw_listener();
+
+  // panels_listen.cpp
+  void draw_listen();
+  void draw_meters(float width, float height, const VoiceDisplay& voices);
+  void draw_figures(const VoiceDisplay& voices);
+  void draw_spectrogram(float width, float height);
+
+  std::size_t gesture();
+
+  ViewSession& session_;
+  const Fonts fonts_;
+  float scale_ = 1;
+  std::size_t gestures_ = 0;
+  bool was_dragging_ = false;
+  bool asked_to_recover_ = false, asks_to_quit_ = false, quits_ = false;
+  std::string problem_;
+  std::size_t polar_band_ = 4;  // 1 kHz
+  int voices_wanted_ = 0;
+  std::array<bool, kBandCount> muted_{}, soloed_{};
+  std::array<bool, kSoundParts> part_muted_{}, part_soloed_{};
+  std::array<float, kMaxChannels> peaks_{};  // decaying
+};
+
+}  // namespace clamor

@@ -1,0 +1,317 @@
+// panels_edit.cpp: the panel that edits what is selected.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "common/reflection.h"
+#include "formats/level/material_presets.h"
+#include "tools/view/window/controls.h"
+#include "tools/view/window/panels.h"
+
+namespace clamor {
+
+namespace {
+
+using std::numbers::pi;
+
+constexpr std::size_t kAngles = 180;
+constexpr std::array<const char*, kBandCount> kBandLabels = {"63 Hz", "125 Hz", "250 Hz", "500 Hz",
+                                                             "1 kHz", "2 kHz",  "4 kHz",  "8 kHz"};
+constexpr double kIncidence_rad = pi / 4;
+
+double db_of(double gain) { return gain > 0 ? 20 * std::log10(gain) : -80; }
+
+// What a surface reflects into each direction of the plane of incidence, relative to the incident
+// power, on a scale of 30 dB. Angle 0 is along the surface, away from the incident sound.
+std::vector<float> reflected(const Material& material, std::size_t band) {
+  const ReflectionLaws laws(std::span(&material, 1));
+  constexpr double kTop = 3, kRange_db = 30;  // per steradian
+  std::vector<float> radius(kAngles + 1);
+  for (std::size_t i = 0; i <= kAngles; ++i) {
+    // The first half of a turn is above the surface.
+    const double angle_rad = pi * static_cast<double>(i) / kAngles;
+    const double departure_rad = pi / 2 - angle_rad;  // to the normal
+    const double density =
+        laws.density(0, band, std::cos(kIncidence_rad), std::max(std::cos(departure_rad), 1e-3),
+                     std::cos(departure_rad - kIncidence_rad)) *
+        static_cast<double>(1 - material.absorption[band]);
+    const double db = 10 * std::log10(std::max(density, 1e-9) / kTop);
+    radius[i] = static_cast<float>(std::clamp(1 + db / kRange_db, 0.0, 1.0));
+  }
+  // polar_plot() takes a full turn; the lower half stays in the centre.
+  radius.resize(2 * kAngles, 0.0f);
+  return radius;
+}
+
+std::vector<float> emitted(const Emitter& emitter, std::size_t band) {
+  std::vector<float> radius(kAngles);
+  for (std::size_t i = 0; i < kAngles; ++i) {
+    const double angle_rad = 2 * pi * static_cast<double>(i) / kAngles;
+    const double share = (1 + std::cos(angle_rad)) / 2;
+    const double db =
+        10 * static_cast<double>(emitter.directivity[band]) * std::log10(std::max(share, 1e-9));
+    radius[i] = static_cast<float>(std::clamp(1 + db / 30, 0.0, 1.0));
+  }
+  return radius;
+}
+
+// The band of a polar plot.
+void band_buttons(std::size_t& band, float width) {
+  ImGui::SetNextItemWidth(width);
+  if (!ImGui::BeginCombo("##band", kBandLabels[band])) return;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    if (ImGui::Selectable(kBandLabels[b], b == band)) band = b;
+  ImGui::EndCombo();
+}
+
+}  // namespace
+
+void Panels::draw_edit() {
+  if (!session_.is_editable()) {
+    ImGui::PushTextWrapPos();
+    caption(session_.why_not_editable().c_str());
+    ImGui::PopTextWrapPos();
+  }
+  switch (session_.selection().kind) {
+    case Selection::Kind::kSurface:
+      return draw_surface();
+    case Selection::Kind::kEmitter:
+      return draw_emitter();
+    case Selection::Kind::kListener:
+      return draw_listener();
+    case Selection::Kind::kNone:
+      return draw_lists();
+  }
+}
+
+void Panels::draw_lists() {
+  ImGui::PushTextWrapPos();
+  caption("Click a surface, an emitter or a listener in the level, or choose one here.");
+  ImGui::PopTextWrapPos();
+  using Kind = Selection::Kind;
+  ImGui::Spacing();
+  ImGui::TextUnformatted("Emitters");
+  const auto& emitters = session_.emitters();
+  constexpr std::size_t kMostLines = 100;
+  for (std::size_t i = 0; i < std::min(emitters.size(), kMostLines); ++i)
+    if (ImGui::Selectable(fmt::format("{}##e{}", emitters[i].name, i).c_str()))
+      return session_.select({Kind::kEmitter, i, 0});
+  if (emitters.size() > kMostLines)
+    caption(fmt::format("and {} more", emitters.size() - kMostLines).c_str());
+  if (session_.is_editable()) {
+    const auto add = [&](const char* label, const char* signal) {
+      if (!button(label)) return;
+      const Listener at = session_.camera().listener();
+      auto added = session_.level().add_emitter(signal, at.position_m + 1.5 * at.forward(),
+                                                -1.0 * at.forward());
+      if (added.ok())
+        session_.select({Kind::kEmitter, *added, 0});
+      else
+        problem_ = added.error().message;
+    };
+    add("Add noise", "noise");
+    ImGui::SameLine();
+    add("Add impulse", "impulse");
+  }
+  ImGui::Spacing();
+  ImGui::TextUnformatted("Listeners");
+  const auto& listeners = session_.listeners();
+  for (std::size_t i = 0; i < listeners.size(); ++i)
+    if (ImGui::Selectable(fmt::format("{}##l{}", listeners[i].name, i).c_str()))
+      return session_.select({Kind::kListener, i, 0});
+  if (session_.is_editable() && button("Add listener here")) {
+    ListenerSpec spec;
+    spec.name = fmt::format("listener {}", listeners.size() + 1);
+    spec.at_m = session_.camera().listener().position_m;
+    spec.yaw_deg = session_.camera().yaw_rad() * 180 / pi;
+    spec.pitch_deg = session_.camera().pitch_rad() * 180 / pi;
+    session_.level().add_listener(spec);
+  }
+  ImGui::Spacing();
+  ImGui::TextUnformatted("Materials");
+  const auto& materials = session_.materials();
+  for (std::size_t m = 0; m < materials.size(); ++m) {
+    if (!ImGui::Selectable(fmt::format("{}##m{}", materials[m].name, m).c_str())) continue;
+    const auto& of = session_.mesh().materials;
+    const auto first = std::ranges::find(of, m);
+    if (first != of.end())
+      session_.select({Kind::kSurface, m, static_cast<std::uint32_t>(first - of.begin())});
+    return;
+  }
+}
+
+void Panels::draw_surface() {
+  const std::size_t index = session_.selection().index;
+  const bool edits = session_.is_editable();
+  Material material = session_.materials()[index];
+  ImGui::PushFont(fonts_.heading);
+  ImGui::TextUnformatted(material.name.c_str());
+  ImGui::PopFont();
+  ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize("All").x -
+                  2 * ImGui::GetStyle().FramePadding.x);
+  if (button("All")) return session_.select({});
+
+  if (edits) {
+    const std::string& preset = session_.level().now().presets[index];
+    caption("Preset");
+    ImGui::SetNextItemWidth(-1);
+    const bool is_open = ImGui::BeginCombo(
+        "##preset", preset.empty() ? "own values" : preset.c_str(), ImGuiComboFlags_HeightLarge);
+    control_places().add("Preset");
+    if (is_open) {
+      for (const std::string& name : MaterialPresets::built_in().names()) {
+        const bool chosen = ImGui::Selectable(name.c_str(), name == preset);
+        control_places().add("preset " + name);
+        if (chosen)
+          if (auto set = session_.level().set_preset(index, name); !set.ok())
+            problem_ = set.error().message;
+      }
+      ImGui::EndCombo();
+    }
+    if (session_.materials()[index] != material) return;  // another preset
+  }
+  const float height = 74 * scale_;
+  bool changed = band_curve("Absorption", material.absorption, CurveScale::kShare, height, edits);
+  changed |= band_curve("Scattering", material.scattering, CurveScale::kShare, height, edits);
+  changed |= band_curve("Exponent", material.phong, CurveScale::kExponent, height, edits);
+  if (changed && edits) {
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      material.transmission[b] = std::min(material.transmission[b], material.absorption[b]);
+    session_.level().set_material(index, material, gesture());
+  }
+  caption("Reflected into each direction, 30 dB");
+  const std::vector<float> radius = reflected(material, polar_band_);
+  const PolarCurve curve{std::span(radius).first(kAngles + 1), theme::kAccent};
+  // A curve over half a turn has as many points as one over a full turn, whose second half is
+  // empty.
+  const PolarCurve whole{std::span(radius), curve.colour};
+  polar_plot("Reflection", {&whole, 1}, ImGui::GetContentRegionAvail().x, true,
+             static_cast<float>(kIncidence_rad));
+  band_buttons(polar_band_, 110 * scale_);
+}
+
+void Panels::draw_emitter() {
+  const std::size_t index = session_.selection().index;
+  Emitter emitter = session_.emitters()[index];
+  ImGui::PushFont(fonts_.heading);
+  ImGui::TextUnformatted(emitter.name.c_str());
+  ImGui::PopFont();
+  ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize("All").x -
+                  2 * ImGui::GetStyle().FramePadding.x);
+  if (button("All")) return session_.select({});
+  const std::string why =
+      session_.is_editable() ? session_.level().why_fixed(index) : std::string();
+  const bool edits = session_.is_editable() && why.empty();
+  if (!why.empty()) {
+    ImGui::PushTextWrapPos();
+    caption(why.c_str());
+    ImGui::PopTextWrapPos();
+  }
+  ImGui::BeginDisabled(!edits);
+  bool changed = false, at_once = false;
+  caption("Position, m");
+  std::array<float, 3> at{static_cast<float>(emitter.position_m.x),
+                          static_cast<float>(emitter.position_m.y),
+                          static_cast<float>(emitter.position_m.z)};
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::DragFloat3("##at", at.data(), 0.02f, -1e5f, 1e5f, "%.2f")) {
+    emitter.position_m = {at[0], at[1], at[2]};
+    changed = true;
+  }
+  const Listener here = session_.camera().listener();
+  if (button("Move to me")) {
+    emitter.position_m = here.position_m + 1.0 * here.forward();
+    changed = at_once = true;
+  }
+  caption("Direction, degrees: turn and tilt");
+  auto yaw = static_cast<float>(std::atan2(-emitter.axis.x, -emitter.axis.z) * 180 / pi);
+  auto pitch = static_cast<float>(std::asin(std::clamp(emitter.axis.y, -1.0, 1.0)) * 180 / pi);
+  const float half = (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x) / 2;
+  ImGui::SetNextItemWidth(half);
+  bool turned = ImGui::DragFloat("##yaw", &yaw, 1, -180, 180, "%.0f");
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(half);
+  turned |= ImGui::DragFloat("##pitch", &pitch, 1, -89, 89, "%.0f");
+  if (turned) {
+    emitter.axis = Listener(Vec3(0), static_cast<double>(yaw) * pi / 180,
+                            static_cast<double>(pitch) * pi / 180)
+                       .forward();
+    changed = true;
+  }
+  const Vec3 to_me = here.position_m - emitter.position_m;
+  if (button("Face me") && length(to_me) > 1e-6) {
+    emitter.axis = normalize(to_me);
+    changed = at_once = true;
+  }
+  ImGui::SameLine();
+  if (button("Face away") && length(to_me) > 1e-6) {
+    emitter.axis = normalize(-to_me);
+    changed = at_once = true;
+  }
+  ImGui::SameLine();
+  if (button("Turn round")) {
+    emitter.axis = Vec3(-emitter.axis.x, emitter.axis.y, -emitter.axis.z);
+    changed = at_once = true;
+  }
+  caption("Gain, dB at 1 m");
+  auto gain_db = static_cast<float>(db_of(emitter.gain));
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::SliderFloat("##gain", &gain_db, -60, 40, "%.1f dB")) {
+    emitter.gain = std::pow(10.0, static_cast<double>(gain_db) / 20);
+    changed = true;
+  }
+  changed |=
+      band_curve("Directivity", emitter.directivity, CurveScale::kExponent, 74 * scale_, edits);
+  for (float& exponent : emitter.directivity) exponent = std::min(exponent, 1000.0f);
+  ImGui::EndDisabled();
+  if (changed && edits) session_.level().set_emitter(index, emitter, at_once ? 0 : gesture());
+  caption("Emitted into each direction, 30 dB");
+  const std::vector<float> radius = emitted(emitter, polar_band_);
+  const PolarCurve curve{std::span(radius), theme::kAccent};
+  polar_plot("Emission", {&curve, 1}, 150 * scale_, false, 0);
+  ImGui::SameLine();
+  band_buttons(polar_band_, 110 * scale_);
+  if (button("Remove emitter", 0, false, edits)) {
+    session_.level().remove_emitter(index);
+    session_.select({});
+  }
+}
+
+void Panels::draw_listener() {
+  const std::size_t index = session_.selection().index;
+  ListenerSpec listener = session_.listeners()[index];
+  ImGui::PushFont(fonts_.heading);
+  ImGui::TextUnformatted(listener.name.c_str());
+  ImGui::PopFont();
+  ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize("All").x -
+                  2 * ImGui::GetStyle().FramePadding.x);
+  if (button("All")) return session_.select({});
+  if (button("Go there"))
+    session_.camera().place(
+        {listener.at_m, listener.yaw_deg * pi / 180, listener.pitch_deg * pi / 180});
+  ImGui::SameLine();
+  if (button("Move to me")) {
+    listener.at_m = session_.camera().listener().position_m;
+    listener.yaw_deg = session_.camera().yaw_rad() * 180 / pi;
+    listener.pitch_deg = session_.camera().pitch_rad() * 180 / pi;
+    session_.level().set_listener(index, listener);
+  }
+  caption("Position, m");
+  std::array<float, 3> at{static_cast<float>(listener.at_m.x), static_cast<float>(listener.at_m.y),
+                          static_cast<float>(listener.at_m.z)};
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::DragFloat3("##at", at.data(), 0.02f, -1e5f, 1e5f, "%.2f")) {
+    listener.at_m = {at[0], at[1], at[2]};
+    session_.level().set_listener(index, listener, gesture());
+  }
+  if (button("Remove listener")) {
+    session_.level().remove_listener(index);
+    session_.select({});
+  }
+}
+
+}  // namespace clamor
