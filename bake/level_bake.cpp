@@ -178,6 +178,8 @@ Result<BakeCost> LevelBake::cost() {
 
 std::uint64_t LevelBake::level_hash() const { return imported_->input_hash; }
 
+std::vector<std::string> LevelBake::input_paths() const { return imported_->files.paths(); }
+
 // Checks that the level is still what was baked.
 Result<void> LevelBake::check_unchanged() const {
   if (!file_hash_) return {};

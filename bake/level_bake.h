@@ -68,7 +68,8 @@ class LevelBake {
 
   // What the bake would take, and its first round where there is a goal.
   Result<BakeCost> cost();
-  std::uint64_t level_hash() const;  // after read()
+  std::uint64_t level_hash() const;              // after read()
+  std::vector<std::string> input_paths() const;  // of the files that read() has read
 
   // Bakes the level and writes the file. A level that has changed on disk meanwhile is an Error.
   Result<void> write();

@@ -74,6 +74,12 @@ void InputFiles::add(const InputFiles& more) {
   files_.insert(files_.end(), more.files_.begin(), more.files_.end());
 }
 
+std::vector<std::string> InputFiles::paths() const {
+  std::vector<std::string> paths;
+  for (const File& file : files_) paths.push_back(file.path);
+  return paths;
+}
+
 std::optional<std::string> InputFiles::same_as(const std::string& path) const {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return std::nullopt;

@@ -26,6 +26,8 @@ class InputFiles {
   void add(const std::string& path);
   void add(const InputFiles& more);
 
+  std::vector<std::string> paths() const;
+
   // The path under which the file at `path` was added, if any.
   std::optional<std::string> same_as(const std::string& path) const;
 

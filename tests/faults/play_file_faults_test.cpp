@@ -13,7 +13,7 @@
 #include "tests/build_paths.h"
 #include "tests/faults/fault_injection.h"
 #include "tests/faults/file_faults.h"
-#include "tools/commands/bake_file_watcher.h"
+#include "tools/program/bake_file_watcher.h"
 
 namespace clamor::testing {
 

@@ -49,7 +49,7 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
       "bindings/python/clamor"}},
     {"tools",
      {"program", "strategies", "analysis", "bench", "experiments", "farm", "report", "report/page",
-      "commands", "packaging", "packaging/vcpkg", "packaging/conan",
+      "view", "view/window", "commands", "packaging", "packaging/vcpkg", "packaging/conan",
       "packaging/conan/test_package"}},
 };
 

@@ -6,6 +6,7 @@
 #include "tools/commands/bake_arguments.h"
 #include "tools/commands/bake_run.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/watched_bake.h"
 #include "tools/program/arguments.h"
 
 namespace clamor {
@@ -37,7 +38,7 @@ std::optional<std::uint64_t> hash_from(const std::string& text) {
 // The words of options of the run.
 struct RunWords {
   std::optional<std::string> shard, progress, memory, until, level_hash, expected_time;
-  bool no_journal = false;
+  bool no_journal = false, watches = false;
 
   void add_options(Arguments& parser, BakeRunOptions& run);
 };
@@ -67,6 +68,9 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
                 "json: print progress as JSON, one object a line, for build systems; journal: keep "
                 "it in the shard, for 'clamor farm status'");
   parser.words("--progress", {"json", "journal"});
+  parser.flag("--watch", watches,
+              "bake again whenever the level, a file that it uses or its sidecar changes, until "
+              "Ctrl-C: first a quick bake, then better ones, each complete in OUTPUT");
   parser.flag("--quiet", run.quiet, "print only warnings and errors");
   parser.flag("--strict", run.bake.strict,
               "treat warnings as errors: exit code 1, and nothing is written");
@@ -99,6 +103,11 @@ Result<void> interpret(const RunWords& words, const BakeRequest& request, BakeRu
       return Error("--level-hash " + in_quotes(*words.level_hash) +
                    " is not 16 hexadecimal digits");
   }
+  if (words.watches &&
+      (words.shard || words.until || words.progress || words.level_hash || run.bake.strict))
+    return Error(
+        "--watch bakes what is there, in stages; it cannot be combined with --shard, --until, "
+        "--progress, --level-hash or --strict");
   run.json_progress = words.progress == "json";
   run.bake.tells_progress = words.progress == "journal";
   if (words.progress && !run.json_progress && !run.bake.tells_progress)
@@ -134,7 +143,7 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (const auto right = interpret(words, request, run); !right.ok())
     return parser.bad_usage(err, right.error().message);
-  return run_bake_request(request, run, err);
+  return words.watches ? run_watched_bake(request, run, err) : run_bake_request(request, run, err);
 }
 
 }  // namespace clamor

@@ -127,6 +127,10 @@ PlayerStatistics LiveSound::statistics() const {
   return player_ != nullptr ? player_->statistics() : PlayerStatistics{};
 }
 
+std::vector<ThreadCpuUsage> LiveSound::thread_shares() const {
+  return player_ != nullptr ? player_->thread_shares() : std::vector<ThreadCpuUsage>();
+}
+
 void LiveSound::copy_heard(std::vector<HeardSource>& heard) const {
   heard.clear();
   if (player_ != nullptr) player_->copy_heard(heard);

@@ -26,6 +26,7 @@
 #include "runtime/player/player.h"
 #include "runtime/player/player_options.h"
 #include "runtime/player/player_statistics.h"
+#include "runtime/realtime/thread_cpu_usage.h"
 #include "tools/view/sound_history.h"
 
 namespace clamor {
@@ -55,6 +56,7 @@ class LiveSound {
   const std::string& error() const { return error_; }  // of the last wish, or ""
   std::shared_ptr<const BakeFile> file() const { return file_; }
   PlayerStatistics statistics() const;
+  std::vector<ThreadCpuUsage> thread_shares() const;  // reads files
   void copy_heard(std::vector<HeardSource>& heard) const;
   SoundHistory& history() { return *history_; }
 

@@ -1,5 +1,6 @@
 #include "tools/view/progressive_bake.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <utility>
@@ -17,7 +18,7 @@ namespace clamor {
 namespace {
 
 // Of the first stages: a second or two, and a few.
-constexpr std::uint64_t kQuickPhotons = 2'000, kQuickSources = 20'000;
+constexpr std::uint64_t kQuickPhotons = 1'000, kQuickSources = 15'000;
 constexpr std::uint64_t kBetterPhotons = 12'000, kBetterSources = 80'000;
 
 BakeStage smaller(const BakeRequest& request, const char* name, std::uint64_t photons,
@@ -137,7 +138,7 @@ void ProgressiveBake::serve(const Order& order) {
       if (next_ || stop_) return;
       status_ = {true, stages[i].name, 0, 0};
     }
-    News news = bake(order, stages[i], is_last);
+    News news = bake(order, stages[i], i == 0, is_last);
     const std::lock_guard lock(mutex_);
     if (next_ || stop_) return;
     const bool failed = !news.error.empty();
@@ -148,7 +149,7 @@ void ProgressiveBake::serve(const Order& order) {
 }
 
 ProgressiveBake::News ProgressiveBake::bake(const Order& order, const BakeStage& stage,
-                                            bool is_last) {
+                                            bool is_first, bool is_last) {
   News news;
   news.request = order.number;
   news.stage = stage.name;
@@ -158,6 +159,9 @@ ProgressiveBake::News ProgressiveBake::bake(const Order& order, const BakeStage&
                        ? order.output
                        : fmt::format("{}/{}.clamor", folder_, ++files_);
   options.threads = threads_;
+  // Sound and picture need a core, too, while somebody waits for the first stage alone.
+  if (threads_ == 0 && !is_first)
+    options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
   options.journal = fmt::format("{}/{}.journal", folder_, stage.name);
   options.stop = &stop_;
   Observer observer(*this);

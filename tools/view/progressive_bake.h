@@ -81,7 +81,7 @@ class ProgressiveBake {
   class Observer;
   void run(const std::stop_token& ended);
   void serve(const Order& order);
-  News bake(const Order& order, const BakeStage& stage, bool is_last);
+  News bake(const Order& order, const BakeStage& stage, bool is_first, bool is_last);
 
   const int threads_;
   std::string folder_;

@@ -45,6 +45,7 @@ Result<void> ViewSession::open_bake() {
   const auto file = BakeFile::open(options_.path, options_.access);
   if (!file.ok()) return file.error();
   own_path_ = options_.path;
+  watcher_.emplace(*file);
   if (options_.made_by) {
     request_ = *options_.made_by;
     if (auto level = EditedLevel::open(request_.level_path, request_.import); level.ok()) {
@@ -98,6 +99,7 @@ void ViewSession::frame(const WalkKeys& keys, double seconds) {
   sound_->move(camera_.listener());
   follow_edits();
   take_news();
+  follow_file();
   if (sound_->update() && waits_for_sound_ && !plays_other_) {
     waits_for_sound_ = false;
     edit_to_sound_s_ = std::chrono::duration<double>(Clock::now() - edited_).count();
@@ -148,6 +150,18 @@ void ViewSession::take_news() {
     }
     newest_ = std::move(news);
   }
+}
+
+// Plays the bake that was opened again when another one has taken its place, as by clamor bake
+// --watch, unless edits have led away from it.
+void ViewSession::follow_file() {
+  constexpr auto kCheck = std::chrono::milliseconds(250);
+  const auto now = Clock::now();
+  if (!watcher_ || own_path_ != options_.path || now - checked_ < kCheck) return;
+  checked_ = now;
+  if (watcher_->check() == BakeFileWatcher::Change::kNone) return;
+  say(options_.path + " was baked again.");
+  if (!plays_other_) sound_->play(own_path_, "A");
 }
 
 void ViewSession::check_selection() {

@@ -18,6 +18,7 @@
 
 #include "bake/bake_request.h"
 #include "formats/level/mesh.h"
+#include "tools/program/bake_file_watcher.h"
 #include "tools/strategies/strategies.h"
 #include "tools/view/edited_level.h"
 #include "tools/view/level_shapes.h"
@@ -94,7 +95,10 @@ class ViewSession {
   // From the last edit to the moment when the first bake of it is handed to the audio thread; 0
   // before the first.
   double edit_to_sound_s() const { return edit_to_sound_s_; }
-  bool waits_for_sound() const { return waits_for_sound_; }  // of the last edit
+  // Whether the last edit is not heard yet.
+  bool waits_for_sound() const {
+    return waits_for_sound_ || (level_ && level_->revision() != baked_revision_);
+  }
 
   void undo();
   void redo();
@@ -113,6 +117,7 @@ class ViewSession {
   Result<void> open_bake();
   Result<void> open_level();
   void follow_edits();
+  void follow_file();
   void take_news();
   void check_selection();
   void bake_now();
@@ -135,7 +140,9 @@ class ViewSession {
   std::unique_ptr<LiveSound> sound_;
   std::vector<HeardSource> heard_;
   std::optional<ProgressiveBake::News> newest_;
-  std::string own_path_;  // the newest bake of A
+  std::string own_path_;                    // the newest bake of A
+  std::optional<BakeFileWatcher> watcher_;  // of the bake that was opened
+  Clock::time_point checked_{};
   bool plays_other_ = false, saves_output_ = false;
   std::uint64_t seen_revision_ = 0, baked_revision_ = 0, baked_request_ = 0;
   Clock::time_point edited_{};

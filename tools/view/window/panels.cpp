@@ -181,8 +181,12 @@ void Panels::draw_marks(const WindowLayout& layout) const {
     draw.AddCircleFilled(at, radius, theme::kPanel);
     draw.AddCircle(at, radius, colour, 0, 2 * scale_);
     if (is_emitter) draw.AddCircleFilled(at, radius * 0.4f, colour);
-    draw.AddText({at.x + radius + 5 * scale_, at.y - ImGui::GetFontSize() / 2}, colour,
-                 name.c_str());
+    const ImVec2 size = ImGui::CalcTextSize(name.c_str());
+    const ImVec2 text{at.x + radius + 8 * scale_, at.y - size.y / 2};
+    draw.AddRectFilled({text.x - 5 * scale_, text.y - 2 * scale_},
+                       {text.x + size.x + 5 * scale_, text.y + size.y + 2 * scale_},
+                       IM_COL32(20, 22, 25, 170), 4 * scale_);
+    draw.AddText(text, colour, name.c_str());
   };
   const Selection& chosen = session_.selection();
   const auto& emitters = session_.emitters();

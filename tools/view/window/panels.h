@@ -65,6 +65,9 @@ class Panels {
   std::string problem_;
   std::size_t polar_band_ = 4;  // 1 kHz
   int voices_wanted_ = 0;
+  std::uint64_t held_blocks_ = 0;
+  double late_until_s_ = 0, threads_due_s_ = 0;
+  std::string threads_;
   std::array<bool, kBandCount> muted_{}, soloed_{};
   std::array<bool, kSoundParts> part_muted_{}, part_soloed_{};
   std::array<float, kMaxChannels> peaks_{};  // decaying

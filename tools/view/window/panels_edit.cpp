@@ -59,6 +59,8 @@ std::vector<float> emitted(const Emitter& emitter, std::size_t band) {
   return radius;
 }
 
+float polar_width(float scale) { return 220 * scale; }
+
 // The band of a polar plot.
 void band_buttons(std::size_t& band, float width) {
   ImGui::SetNextItemWidth(width);
@@ -174,7 +176,11 @@ void Panels::draw_surface() {
     }
     if (session_.materials()[index] != material) return;  // another preset
   }
-  const float height = 74 * scale_;
+  // Three curves and half of a circle fill the panel.
+  const float line = ImGui::GetTextLineHeightWithSpacing();
+  const float rest = ImGui::GetContentRegionAvail().y - 9.5f * line - (edits ? 0 : line) -
+                     polar_width(scale_) * 0.56f;
+  const float height = std::clamp(rest / 3, 40 * scale_, 110 * scale_);
   bool changed = band_curve("Absorption", material.absorption, CurveScale::kShare, height, edits);
   changed |= band_curve("Scattering", material.scattering, CurveScale::kShare, height, edits);
   changed |= band_curve("Exponent", material.phong, CurveScale::kExponent, height, edits);
@@ -185,13 +191,13 @@ void Panels::draw_surface() {
   }
   caption("Reflected into each direction, 30 dB");
   const std::vector<float> radius = reflected(material, polar_band_);
-  const PolarCurve curve{std::span(radius).first(kAngles + 1), theme::kAccent};
-  // A curve over half a turn has as many points as one over a full turn, whose second half is
-  // empty.
-  const PolarCurve whole{std::span(radius), curve.colour};
-  polar_plot("Reflection", {&whole, 1}, ImGui::GetContentRegionAvail().x, true,
+  const PolarCurve whole{std::span(radius), theme::kAccent};
+  const float top = ImGui::GetCursorPosY();
+  polar_plot("Reflection", {&whole, 1}, polar_width(scale_), true,
              static_cast<float>(kIncidence_rad));
-  band_buttons(polar_band_, 110 * scale_);
+  ImGui::SameLine();
+  ImGui::SetCursorPosY(top);
+  band_buttons(polar_band_, 84 * scale_);
 }
 
 void Panels::draw_emitter() {
@@ -274,7 +280,7 @@ void Panels::draw_emitter() {
   const PolarCurve curve{std::span(radius), theme::kAccent};
   polar_plot("Emission", {&curve, 1}, 150 * scale_, false, 0);
   ImGui::SameLine();
-  band_buttons(polar_band_, 110 * scale_);
+  band_buttons(polar_band_, 84 * scale_);
   if (button("Remove emitter", 0, false, edits)) {
     session_.level().remove_emitter(index);
     session_.select({});

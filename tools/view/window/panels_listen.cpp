@@ -39,6 +39,16 @@ ImU32 heat(float share) {
   return IM_COL32(mixed(0), mixed(1), mixed(2), 255);
 }
 
+// The shares of a core that the threads of the sound take.
+std::string thread_line(const std::vector<ThreadCpuUsage>& threads) {
+  double sampler = 0, audio = 0;
+  for (const ThreadCpuUsage& thread : threads) {
+    if (thread.name == "sampler") sampler += thread.share;
+    if (thread.name.starts_with("audio")) audio += thread.share;
+  }
+  return fmt::format("sampler {:.0f} %, audio {:.0f} %", 100 * sampler, 100 * audio);
+}
+
 std::string loudness(double lufs) {
   return std::isfinite(lufs) && lufs > -70 ? fmt::format("{:.1f}", lufs) : "silent";
 }
@@ -103,7 +113,9 @@ void Panels::draw_listen() {
     }
   }
   ImGui::PopStyleVar();
+  ImGui::PushTextWrapPos();
   caption("The upper row plays bands alone, the lower one mutes them.");
+  ImGui::PopTextWrapPos();
   if (button("All of the sound", 0, false, !focus.is_neutral())) {
     part_soloed_ = part_muted_ = {};
     soloed_ = muted_ = {};
@@ -186,8 +198,17 @@ void Panels::draw_figures(const VoiceDisplay& voices) {
     row("Hidden", fmt::format("{}", voices.hidden()));
     row("Voices", fmt::format("{}", made.voices));
     row("Keyframe", fmt::format("{:.1f} ms of 20", made.sampler_ms), made.sampler_ms > 20);
+    // Lateness is red while it is news.
+    const double now_s = ImGui::GetTime();
+    if (made.held_blocks > held_blocks_) late_until_s_ = now_s + 5;
+    held_blocks_ = made.held_blocks;
     row("Late", fmt::format("{} blocks, {} keyframes", made.held_blocks, made.late_keyframes),
-        made.held_blocks > 0);
+        now_s < late_until_s_);
+    if (now_s > threads_due_s_) {
+      threads_due_s_ = now_s + 1;
+      threads_ = thread_line(session_.sound().thread_shares());
+    }
+    if (!threads_.empty()) row("Threads", threads_);
     const LiveSound& sound = session_.sound();
     const std::string device =
         !sound.is_playing() ? (sound.error().empty() ? "opening" : "none")

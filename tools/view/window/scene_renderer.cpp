@@ -121,8 +121,11 @@ void main() {
   float r = length(gl_PointCoord - vec2(0.5)) * point_size;
   float outside = point_size * 0.5 - r;
   float alpha = clamp(outside, 0.0, 1.0);
-  if (is_hollow > 0.5) alpha *= clamp(1.6 - outside + 0.5, 0.0, 1.0);
-  result = vec4(point_colour.rgb, point_colour.a * alpha * strength);
+  // A dark rim sets points off from bright walls.
+  float inside = clamp(outside - 1.2, 0.0, 1.0);
+  vec3 colour = mix(vec3(0.06), point_colour.rgb, inside);
+  if (is_hollow > 0.5) alpha *= clamp(3.2 - outside, 0.0, 1.0);
+  result = vec4(colour, point_colour.a * alpha * strength);
 }
 )";
 
@@ -312,10 +315,10 @@ void SceneRenderer::draw(const ViewPort& port, const Scene& scene) {
   points.reserve(scene.voices.size());
   for (const VoicePoint& voice : scene.voices) {
     const auto [r, g, b] = colour_of(voice.part);
-    const float alpha = voice.opacity * (voice.is_hidden ? 0.35f : 0.35f + 0.6f * voice.loudness);
+    const float alpha = voice.opacity * (voice.is_hidden ? 0.5f : 0.5f + 0.5f * voice.loudness);
     points.push_back({voice.position_m,
                       {r, g, b, alpha},
-                      scene.scale * (3.5f + 9 * voice.loudness * voice.loudness),
+                      scene.scale * (6 + 14 * voice.loudness * voice.loudness),
                       voice.is_hidden ? 1.0f : 0.0f});
   }
   glBindBuffer(GL_ARRAY_BUFFER, point_buffer_);

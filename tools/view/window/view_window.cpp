@@ -29,7 +29,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kLook_rad_per_px = 0.0032;
 constexpr float kClick_px = 4;  // a press that moves further is a drag
-constexpr auto kFrame = std::chrono::milliseconds(16), kIdleFrame = std::chrono::milliseconds(33);
+constexpr auto kFrame = std::chrono::milliseconds(16), kIdleFrame = std::chrono::milliseconds(50);
 constexpr auto kIdleAfter = std::chrono::seconds(1);
 
 std::string last_problem;  // as GLFW words it
@@ -170,7 +170,7 @@ void Window::use_keys() {
     session_.select({});
 }
 
-bool Window::is_idle() const { return Clock::now() - used_ > kIdleAfter && !script_.is_active(); }
+bool Window::is_idle() const { return Clock::now() - used_ > kIdleAfter; }
 
 Result<void> Window::frame(std::ostream& out) {
   if (int width = 0, height = 0; script_.take_size(width, height))

@@ -1,4 +1,4 @@
-#include "tools/commands/bake_file_watcher.h"
+#include "tools/program/bake_file_watcher.h"
 
 #include <utility>
 
