@@ -1,0 +1,135 @@
+// Tests of what displays and editors ask of an auralizer: that another one goes on where it is,
+// that parts of the sound are heard alone, and which sources it chose.
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "runtime/engine/auralizer.h"
+#include "runtime/engine/auralizer_crossfade.h"
+#include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/heard_source.h"
+#include "runtime/engine/sound_focus.h"
+#include "runtime/voices/keyframe.h"
+#include "tests/baked_room.h"
+
+namespace clamor::testing {
+namespace {
+
+const Listener kListener{{4, 5, 1.6}, 0.5, 0};
+constexpr std::size_t kChannels = 2;
+
+std::unique_ptr<Auralizer> auralizer_of(AuralizerOptions options, double begins_s = 0) {
+  AuralizerInput input = baked_room();
+  input.signals[2] = sine(310);  // a click would begin anew
+  options.voices = 300;
+  options.begins_s = begins_s;
+  options.keeps_sample = true;
+  auto made = Auralizer::create(std::move(input), options);
+  EXPECT_TRUE(made.ok());
+  return std::move(*made);
+}
+
+void make_keyframes(Auralizer& auralizer) {
+  while (auralizer.wants_keyframe()) auralizer.make_keyframe(kListener);
+}
+
+std::vector<float> played(Auralizer& auralizer, std::size_t frames) {
+  std::vector<float> all(frames * kChannels);
+  for (std::size_t at = 0; at < frames; at += 240) {
+    make_keyframes(auralizer);
+    auralizer.mix(std::span(all).subspan(at * kChannels, 240 * kChannels));
+  }
+  return all;
+}
+
+double difference(std::span<const float> a, std::span<const float> b) {
+  double greatest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    greatest = std::max(greatest, std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i])));
+  return greatest;
+}
+
+double loudest(std::span<const float> samples) {
+  double greatest = 0;
+  for (const float sample : samples)
+    greatest = std::max(greatest, std::abs(static_cast<double>(sample)));
+  return greatest;
+}
+
+// A fade to an auralizer that plays the same, and is in step, changes nothing.
+TEST(AuralizerHandOver, GoesOnWhereLoopsAre) {
+  constexpr std::size_t kFrames = 24'000, kFrom = 7'321;
+  const auto undisturbed = auralizer_of({});
+  const std::vector<float> expected = played(*undisturbed, kFrames);
+
+  const auto first = auralizer_of({});
+  const auto second = auralizer_of({}, static_cast<double>(kFrom) / kSampleRate_hz);
+  AuralizerCrossfade crossfade(*first);
+  std::vector<float> heard(kFrames * kChannels);
+  for (std::size_t at = 0; at < kFrames; at += 240) {
+    make_keyframes(*first);
+    make_keyframes(*second);
+    if (at == 6'000) crossfade.fade_to(*second, kFrom);
+    crossfade.mix(std::span(heard).subspan(at * kChannels, 240 * kChannels));
+  }
+  EXPECT_TRUE(crossfade.has_faded());
+  // Delays are read in 1/512 of a frame, so a phase that is no whole number of them differs.
+  EXPECT_LT(difference(heard, expected), 2e-3 * loudest(expected));
+  EXPECT_GT(difference(std::span(expected).subspan(2 * kFrom),
+                       std::span(expected).first(2 * (kFrames - kFrom))),
+            0.2 * loudest(expected))
+      << "the test would not see a sound that begins anew";
+}
+
+std::vector<float> focused(const SoundFocus& focus) {
+  const auto auralizer = auralizer_of({});
+  auralizer->set_focus(focus);
+  return played(*auralizer, 4'800);
+}
+
+TEST(SoundFocus, PartsAddUpToTheWhole) {
+  const std::vector<float> whole = focused({});
+  std::vector<float> sum(whole.size());
+  for (std::size_t part = 0; part < kSoundParts; ++part) {
+    SoundFocus focus;
+    focus.parts = {};
+    focus.parts[part] = 1;
+    const std::vector<float> alone = focused(focus);
+    EXPECT_GT(loudest(alone), 0.01 * loudest(whole)) << part;
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += alone[i];
+  }
+  EXPECT_LT(difference(sum, whole), 1e-3 * loudest(whole));
+}
+
+TEST(SoundFocus, BandsAddUpToTheWhole) {
+  const std::vector<float> whole = focused({});
+  std::vector<float> sum(whole.size());
+  for (std::size_t band = 0; band < kBandCount; ++band) {
+    SoundFocus focus;
+    focus.bands = {};
+    focus.bands[band] = 1;
+    const std::vector<float> alone = focused(focus);
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += alone[i];
+  }
+  EXPECT_LT(difference(sum, whole), 1e-3 * loudest(whole));
+}
+
+TEST(AuralizerSample, TellsWhatWasChosenAndItsPart) {
+  const auto auralizer = auralizer_of({});
+  EXPECT_TRUE(auralizer->newest_sample().empty());
+  auralizer->make_keyframe(kListener);
+  const auto heard = auralizer->newest_sample();
+  ASSERT_GT(heard.size(), 50u);
+  const auto direct = std::ranges::count(heard, SoundPart::kDirect, &HeardSource::part);
+  EXPECT_EQ(direct, 3);
+  for (const HeardSource& source : heard) {
+    EXPECT_EQ(source.visibility, 1) << "nothing occludes in a list of sources";
+    EXPECT_GE(source.power, 0);
+  }
+}
+
+}  // namespace
+}  // namespace clamor::testing

@@ -1,0 +1,149 @@
+#include "tools/view/edited_level.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include <gmock/gmock.h>
+
+#include "formats/gltf/level_import.h"
+#include "tests/box_level.h"
+#include "tests/tools/run_clamor.h"
+
+namespace clamor::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+class EditedLevelTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    path_ = box_level(folder_);
+    folder_.write("box.acoustics.json", R"({"comment": "kept", "emitters": [
+      {"name": "violin", "signal": "noise", "at": [1, 1, 1]}], "materials": {"*": "brick"}})");
+  }
+
+  EditedLevel opened() const {
+    auto level = EditedLevel::open(path_, {});
+    EXPECT_TRUE(level.ok()) << (level.ok() ? "" : level.error().message);
+    return std::move(*level);
+  }
+
+  // What a bake would read.
+  Level baked(const EditedLevel& level) const {
+    auto imported = import_level(path_, level.import_options());
+    EXPECT_TRUE(imported.ok()) << (imported.ok() ? "" : imported.error().message);
+    return imported.ok() ? imported->level : Level{};
+  }
+
+  std::string sidecar() const { return read(folder_ / "box.acoustics.json"); }
+
+  const Folder folder_;
+  std::string path_;
+};
+
+TEST_F(EditedLevelTest, ShowsTheValuesThatABakeReads) {
+  EditedLevel level = opened();
+  Material material = level.now().materials[0];
+  material.absorption[2] = 0.55f;
+  material.scattering = same_in_all_bands(0.25f);
+  level.set_material(0, material);
+  Emitter violin = level.now().emitters[0];
+  violin.position_m = {2, 1.5, 3};
+  violin.axis = {1, 0, 0};
+  violin.gain = 0.5;
+  violin.directivity = same_in_all_bands(2);
+  level.set_emitter(0, violin);
+  ASSERT_TRUE(level.add_emitter("impulse", {1, 2, 1}, {0, 0, -1}).ok());
+  level.add_listener({"row 1", {2, 1.2, 4}, 30, 0});
+  ASSERT_TRUE(level.autosave().ok());
+
+  const Level read_back = baked(level);
+  EXPECT_EQ(read_back.materials, level.now().materials);
+  ASSERT_EQ(read_back.emitters.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Emitter& shown = level.now().emitters[i];
+    EXPECT_EQ(read_back.emitters[i].name, shown.name);
+    EXPECT_EQ(read_back.emitters[i].position_m, shown.position_m);
+    EXPECT_EQ(read_back.emitters[i].axis, shown.axis);
+    EXPECT_EQ(read_back.emitters[i].gain, shown.gain);
+    EXPECT_EQ(read_back.emitters[i].directivity, shown.directivity);
+  }
+}
+
+TEST_F(EditedLevelTest, WritesTheSidecarOnlyWhenItIsSavedAndNeverTheLevel) {
+  const std::string before = sidecar(), mesh = read(path_);
+  EditedLevel level = opened();
+  ASSERT_TRUE(level.set_preset(0, "carpet").ok());
+  ASSERT_TRUE(level.autosave().ok());
+  EXPECT_EQ(sidecar(), before);
+  ASSERT_TRUE(level.save().ok());
+  EXPECT_THAT(sidecar(), HasSubstr("\"carpet\""));
+  EXPECT_THAT(sidecar(), HasSubstr("\"kept\""));
+  EXPECT_EQ(read(path_), mesh);
+  EXPECT_FALSE(std::filesystem::exists(level.autosave_path()));
+  EXPECT_EQ(opened().now().presets[0], "carpet");
+}
+
+TEST_F(EditedLevelTest, UndoesAGestureInOneStepAndRedoesIt) {
+  EditedLevel level = opened();
+  const std::string first = level.sidecar_text();
+  Material material = level.now().materials[0];
+  for (const float value : {0.1f, 0.2f, 0.3f}) {
+    material.absorption = same_in_all_bands(value);
+    level.set_material(0, material, 7);
+  }
+  const std::string last = level.sidecar_text();
+  level.undo();
+  EXPECT_EQ(level.sidecar_text(), first);
+  EXPECT_TRUE(level.is_saved());
+  EXPECT_FALSE(level.history().can_undo());
+  level.redo();
+  EXPECT_EQ(level.sidecar_text(), last);
+  level.undo();
+  level.remove_emitter(0);
+  EXPECT_FALSE(level.history().can_redo());
+}
+
+TEST_F(EditedLevelTest, OffersUnsavedWorkAfterACrash) {
+  {
+    EditedLevel level = opened();
+    ASSERT_TRUE(level.set_preset(0, "carpet").ok());
+    ASSERT_TRUE(level.autosave().ok());
+  }  // and no save
+  EditedLevel next = opened();
+  ASSERT_TRUE(next.has_unsaved_work());
+  EXPECT_EQ(next.now().presets[0], "brick") << "it is offered, not taken";
+  ASSERT_TRUE(next.autosave().ok());
+  EXPECT_TRUE(std::filesystem::exists(next.autosave_path())) << "not lost before the answer";
+  ASSERT_TRUE(next.recover().ok());
+  EXPECT_EQ(next.now().presets[0], "carpet");
+  next.undo();
+  EXPECT_EQ(next.now().presets[0], "brick");
+}
+
+TEST_F(EditedLevelTest, DiscardsUnsavedWorkThatIsNotWanted) {
+  folder_.write("box.acoustics.json.unsaved", R"({"materials": {"*": "carpet"}})");
+  EditedLevel level = opened();
+  ASSERT_TRUE(level.has_unsaved_work());
+  level.discard_autosave();
+  EXPECT_FALSE(opened().has_unsaved_work());
+}
+
+TEST_F(EditedLevelTest, SaysWhichEmittersASidecarCannotChange) {
+  ImportOptions options;
+  options.emitters = {"name=violin,signal=noise,at=1,1,1"};
+  auto level = EditedLevel::open(path_, options);
+  ASSERT_TRUE(level.ok());
+  EXPECT_THAT(level->why_fixed(0), HasSubstr("command line"));
+  level->remove_emitter(0);
+  EXPECT_EQ(level->now().emitters.size(), 1u);
+}
+
+TEST_F(EditedLevelTest, DoesNotReadSoundsOutsideTheLevelsFolder) {
+  EditedLevel level = opened();
+  EXPECT_FALSE(level.add_emitter("../secret.wav", {1, 1, 1}, {0, 0, 1}).ok());
+  EXPECT_FALSE(level.history().can_undo());
+}
+
+}  // namespace
+}  // namespace clamor::testing

@@ -1,0 +1,105 @@
+#include "tools/view/level_shapes.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/rooms.h"
+#include "tools/view/view_script.h"
+#include "tools/view/voice_display.h"
+#include "tools/view/walk_camera.h"
+
+namespace clamor::testing {
+namespace {
+
+using std::numbers::pi;
+
+TEST(Picking, FindsTheTriangleThatARayHitsFirst) {
+  const Mesh room = box({4, 3, 5});
+  const PickedTriangle floor = pick(room, {1, 1.5, 2}, {0, -1, 0});
+  ASSERT_LT(floor.triangle, room.triangles.size());
+  EXPECT_NEAR(floor.distance_m, 1.5, 1e-6);
+  for (const std::uint32_t corner : room.triangles[floor.triangle])
+    EXPECT_EQ(room.vertices_m[corner].y, 0);
+  EXPECT_EQ(pick(room, {10, 1, 1}, {1, 0, 0}).triangle, SIZE_MAX);
+}
+
+TEST(Picking, FindsAnEmitterInFrontOfAWallAndNoneBehindIt) {
+  const std::vector<Vec3> places{{0, 0, -3}, {0, 0, -8}};
+  EXPECT_EQ(pick_point(places, Vec3(0), normalize(Vec3(0.01, 0, -1)), 5), 0u);
+  EXPECT_EQ(pick_point(places, Vec3(0, 0, -4), Vec3(0, 0, -1), 2), SIZE_MAX);
+  EXPECT_EQ(pick_point(places, Vec3(0), normalize(Vec3(0.3, 0, -1)), 5), SIZE_MAX);
+}
+
+TEST(SurfaceOutline, OfABoxIsItsTwelveEdges) {
+  const Mesh room = box({4, 3, 5});
+  const auto surface = surface_of(room, 0);
+  EXPECT_EQ(surface.size(), 12u);  // one material, connected
+  const auto ends = outline_of(room, surface);
+  EXPECT_EQ(ends.size(), 2 * 12u);
+  double length_m = 0;
+  for (std::size_t i = 0; i < ends.size(); i += 2)
+    length_m += static_cast<double>(length(ends[i + 1] - ends[i]));
+  EXPECT_NEAR(length_m, 4 * (4 + 3 + 5), 1e-4) << "no diagonals";
+}
+
+TEST(SurfaceOutline, EndsWhereTheMaterialDoes) {
+  Mesh room = box({4, 3, 5});
+  for (auto& material : room.materials) material = 1;
+  room.materials[0] = room.materials[1] = 0;
+  EXPECT_EQ(surface_of(room, 0).size(), 2u);
+  EXPECT_EQ(outline_of(room, surface_of(room, 0)).size(), 2 * 4u);
+}
+
+TEST(WalkCameraTest, ProjectsWhereItsRaysPoint) {
+  WalkCamera camera(Listener({1, 1.7, 2}, 0.7, -0.3));
+  for (const double x : {0.1, 0.5, 0.8})
+    for (const double y : {0.2, 0.5, 0.9}) {
+      const Vec3 point_m = camera.listener().position_m + 4.0 * camera.ray(x, y, 1.6);
+      double at_x = 0, at_y = 0;
+      ASSERT_TRUE(camera.project(point_m, 1.6, at_x, at_y));
+      EXPECT_NEAR(at_x, x, 1e-9);
+      EXPECT_NEAR(at_y, y, 1e-9);
+    }
+}
+
+TEST(WalkCameraTest, WalksOnTheLevelHoweverItLooks) {
+  WalkCamera camera(Listener({0, 1.7, 0}, 0, 1.2));
+  for (int i = 0; i < 100; ++i) camera.advance({.ahead = 1}, 0.02);
+  const Vec3 at = camera.listener().position_m;
+  EXPECT_NEAR(at.y, 1.7, 1e-9);
+  EXPECT_NEAR(at.x, 0, 1e-9);
+  EXPECT_NEAR(at.z, -2 * (2.0 - 0.12), 0.1) << "2 m/s for 2 s, but for the start";
+  camera.look(pi, 10);
+  EXPECT_LT(camera.pitch_rad(), pi / 2) << "up ends at the pole";
+}
+
+TEST(VoiceDisplayTest, FadesVoicesInAndOut) {
+  VoiceDisplay display;
+  const std::vector<HeardSource> heard{{.number = 1, .power = 1},
+                                       {.number = 2, .power = 1e-3f, .visibility = 0.001f}};
+  display.update(heard, 0.05);
+  ASSERT_EQ(display.points().size(), 2u);
+  EXPECT_EQ(display.hidden(), 1u);
+  for (const VoicePoint& point : display.points()) EXPECT_FLOAT_EQ(point.opacity, 0.5f);
+  display.update(heard, 1);
+  display.update({}, 0.05);
+  ASSERT_EQ(display.points().size(), 2u) << "they fade out";
+  display.update({}, 0.06);
+  EXPECT_TRUE(display.points().empty());
+}
+
+TEST(ViewScript, NamesTheLineThatItDoesNotUnderstand) {
+  const auto right = parse_view_script(
+      "size 800 600\n\nmove world 1 2 -3 # a comment\nmove \"Face me\"\n"
+      "key Ctrl+Z\nkey W down\nwait final\nquit\n");
+  ASSERT_TRUE(right.ok()) << right.error().message;
+  ASSERT_EQ(right->size(), 7u);
+  EXPECT_EQ((*right)[1].z, -3);
+  EXPECT_EQ((*right)[2].text, "Face me");
+  EXPECT_EQ((*right)[4].kind, ViewEvent::Kind::kKeyDown);
+  const auto wrong = parse_view_script("quit\nmove there\n");
+  ASSERT_FALSE(wrong.ok());
+  EXPECT_NE(wrong.error().message.find("line 2"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace clamor::testing

@@ -1,0 +1,167 @@
+// Tests of the window, on a display in memory: a script plays the mouse and the keys, pictures are
+// read back, and what was recorded is compared with a render.
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <set>
+#include <sstream>
+
+#include <gmock/gmock.h>
+
+#include "formats/audio/audio_file.h"
+#include "formats/level/sidecar.h"
+#include "tests/box_level.h"
+#include "tests/tools/run_clamor.h"
+
+namespace clamor::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct Picture {
+  int width = 0, height = 0;
+  std::string bytes;
+
+  std::array<int, 3> at(int x, int y) const {
+    const std::size_t first = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                                   static_cast<std::size_t>(x));
+    std::array<int, 3> colour{};
+    for (std::size_t c = 0; c < 3; ++c) colour[c] = static_cast<unsigned char>(bytes[first + c]);
+    return colour;
+  }
+};
+
+Picture read_picture(const std::string& path) {
+  std::istringstream file(read(path));
+  Picture picture;
+  std::string kind;
+  int most = 0;
+  file >> kind >> picture.width >> picture.height >> most;
+  file.get();
+  picture.bytes.assign(std::istreambuf_iterator<char>(file), {});
+  EXPECT_EQ(picture.bytes.size(), 3u * static_cast<std::size_t>(picture.width * picture.height));
+  return picture;
+}
+
+// What the window leaves for the level between its panels.
+struct View {
+  int left = 0, top = 46, right = 1024 - 348, bottom = 700 - 164;
+};
+
+class ViewWindow : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (clamor({"view", "missing.glb"}).err.find("without the window") != std::string::npos)
+      GTEST_SKIP() << "built without GLFW, OpenGL and Dear ImGui";
+    if (std::system("command -v xvfb-run > /dev/null") != 0) GTEST_SKIP() << "xvfb is missing";
+    level_ = box_level(folder_);
+    folder_.write("box.acoustics.json", R"({"materials": {"*": "brick"}, "emitters": [
+      {"name": "hiss", "signal": "noise", "at": [2, 1.5, 1.5], "facing": [0, 0, 1],
+       "directivity": 2}]})");
+  }
+
+  // Runs the window and returns what it printed.
+  std::string run(const std::string& file, const std::string& options, const std::string& script) {
+    folder_.write("script.txt", "size 1024 700\nwait sound\n" + script + "quit\n");
+    const std::string out = folder_ / "out.txt";
+    const std::string command = "xvfb-run -a -s '-screen 0 1280x1024x24' " + std::string(kProgram) +
+                                " view " + file + " --device none --voices 100 --script " +
+                                (folder_ / "script.txt") + " " + options + " > " + out + " 2>&1";
+    EXPECT_EQ(std::system(command.c_str()), 0) << read(out);
+    return read(out);
+  }
+
+  const Folder folder_;
+  std::string level_;
+};
+
+// Wall and outline are told apart by colour: walls are grey or tinted, the outline is pure amber.
+bool is_amber(const std::array<int, 3>& colour) {
+  return colour[0] > 225 && colour[1] > 110 && colour[1] < 190 && colour[2] < 90;
+}
+
+TEST_F(ViewWindow, ShowsTheLevelAndOutlinesTheSurfaceThatIsClicked) {
+  const std::string before = folder_ / "before.ppm", after = folder_ / "after.ppm";
+  run(level_, "--photons 500 --sources 500 --listener 2,1.5,4.5",
+      "screenshot " + before + "\nmove 100 300\nclick\nwait frames 3\nscreenshot " + after + "\n");
+  const Picture plain = read_picture(before), outlined = read_picture(after);
+  ASSERT_EQ(plain.width, 1024);
+  ASSERT_EQ(plain.height, 700);
+  const View view;
+  std::set<std::array<int, 3>> shades;
+  int dark = 0, amber_before = 0, amber_after = 0;
+  for (int y = view.top; y < view.bottom - 50; ++y)
+    for (int x = view.left; x < view.right; ++x) {
+      shades.insert(plain.at(x, y));
+      dark += plain.at(x, y)[0] < 40 ? 1 : 0;
+      amber_before += is_amber(plain.at(x, y)) ? 1 : 0;
+      amber_after += is_amber(outlined.at(x, y)) ? 1 : 0;
+    }
+  const int all = (view.bottom - 50 - view.top) * (view.right - view.left);
+  EXPECT_LT(dark, all / 20) << "the listener stands in a closed room: walls everywhere";
+  EXPECT_GT(shades.size(), 20u) << "walls differ by their light";
+  // The edges of the far wall and those that lead to it: at least its circumference, 2 px wide.
+  EXPECT_GT(amber_after - amber_before, 1500);
+}
+
+TEST_F(ViewWindow, SavesAnEditAndBakesWhatClamorBakeBakes) {
+  const std::string ours = folder_ / "ours.clamor", theirs = folder_ / "theirs.clamor";
+  const std::string settings = "--photons 2500 --sources 2000";
+  const std::string said =
+      run(level_, settings + " --listener 2,1.5,4.5 -o " + ours,
+          "move world 2 1.5 1.5\nclick\nwait frames 3\nmove \"Turn round\"\nclick\n"
+          "wait quick\nprint edit\nkey Ctrl+S\nwait frames 5\nwait final\n");
+  EXPECT_THAT(said, HasSubstr("edit to sound"));
+  EXPECT_THAT(said, ::testing::Not(HasSubstr("edit to sound 0.00")));
+  const auto sidecar =
+      parse_sidecar(read(folder_ / "box.acoustics.json"), MaterialPresets::built_in());
+  ASSERT_TRUE(sidecar.ok());
+  ASSERT_EQ(sidecar->emitters.size(), 1u);
+  EXPECT_LT(length(sidecar->emitters[0].facing - Vec3(0, 0, -1)), 1e-9);
+  ASSERT_EQ(
+      clamor({"bake", level_, "-o", theirs, "--quiet", "--photons", "2500", "--sources", "2000"})
+          .code,
+      0);
+  EXPECT_FALSE(read(ours).empty());
+  EXPECT_TRUE(read(ours) == read(theirs));
+  for (const std::string& name : folder_.names())
+    EXPECT_EQ(name.find(".unsaved"), std::string::npos) << name;
+}
+
+double level_db(const std::string& path) {
+  const auto sound = read_channels(path, 2);
+  EXPECT_TRUE(sound.ok());
+  if (!sound.ok()) return 0;
+  double power = 0;
+  std::size_t count = 0;
+  for (const auto& channel : sound->channels)
+    for (std::size_t i = 9600; i < channel.size(); ++i, ++count)
+      power += static_cast<double>(channel[i]) * static_cast<double>(channel[i]);
+  return 10 * std::log10(power / static_cast<double>(count));
+}
+
+TEST_F(ViewWindow, IsHeardLikeARender) {
+  const std::string bake = folder_ / "box.clamor", heard = folder_ / "heard.wav",
+                    rendered = folder_ / "rendered.wav";
+  ASSERT_EQ(
+      clamor({"bake", level_, "-o", bake, "--quiet", "--photons", "500", "--sources", "500"}).code,
+      0);
+  run(bake, "--listener 2,1.5,4 --record " + heard, "wait seconds 1.2\n");
+  ASSERT_EQ(clamor({"render", bake, "-o", rendered, "--listener", "2,1.5,4", "--seconds", "1.2",
+                    "--voices", "100"})
+                .code,
+            0);
+  // The noise is random, so 1 s of it is known to about 0.2 dB, and a busy machine sheds voices.
+  EXPECT_NEAR(level_db(heard), level_db(rendered), 1.0);
+}
+
+TEST(ViewCommand, SaysHowToGetTheWindowOrWhatIsWrong) {
+  const Outcome missing = clamor({"view", "missing.glb"});
+  EXPECT_EQ(missing.code, 1);
+  EXPECT_TRUE(missing.err.find("libimgui-dev") != std::string::npos ||
+              missing.err.find("missing.glb") != std::string::npos)
+      << missing.err;
+}
+
+}  // namespace
+}  // namespace clamor::testing
