@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tests/rooms.h"
+#include "tests/box_mesh.h"
 #include "tests/tools/run_clamor.h"
 
 namespace clamor::testing {

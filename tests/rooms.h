@@ -7,6 +7,7 @@
 
 #include "common/sample_rate.h"
 #include "formats/level/level.h"
+#include "tests/box_mesh.h"
 
 namespace clamor::testing {
 
@@ -17,23 +18,6 @@ inline Material uniform_material(float absorption, float scattering = 1, float p
   material.scattering = same_in_all_bands(scattering);
   material.phong = same_in_all_bands(phong);
   return material;
-}
-
-// A closed box from the origin to `size_m`: faces -x +x -y +y -z +z, two triangles each.
-// `materials` are per face.
-inline Mesh box(const Vec3& size_m, const std::array<std::uint16_t, 6>& materials = {}) {
-  Mesh mesh;
-  for (int corner = 0; corner < 8; ++corner)
-    mesh.vertices_m.push_back(Vec3f((corner & 1) ? size_m.x : 0, (corner & 2) ? size_m.y : 0,
-                                    (corner & 4) ? size_m.z : 0));
-  constexpr std::uint32_t kFaces[6][4] = {{0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1},
-                                          {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 6, 7, 5}};
-  for (std::size_t f = 0; f < 6; ++f) {
-    mesh.triangles.push_back({kFaces[f][0], kFaces[f][1], kFaces[f][2]});
-    mesh.triangles.push_back({kFaces[f][0], kFaces[f][2], kFaces[f][3]});
-    mesh.materials.insert(mesh.materials.end(), 2, materials[f]);
-  }
-  return mesh;
 }
 
 // A planar face with these corners in order: two triangles.

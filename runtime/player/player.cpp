@@ -27,6 +27,7 @@
 #include "runtime/realtime/prefault_code.h"
 #include "runtime/realtime/sample_ring.h"
 #include "runtime/realtime/thread_cpu_usage.h"
+#include "runtime/voices/keyframe.h"
 
 namespace clamor {
 
@@ -290,7 +291,9 @@ Player::Prepared::~Prepared() = default;
 
 Result<std::unique_ptr<Player::Prepared>> Player::prepare(std::shared_ptr<const BakeFile> file,
                                                           AuralizerOptions options) const {
-  options.begins_s = state_->played_s();
+  // Its keyframes are for the same moments as those of the one that plays.
+  const double keyframes = std::ceil(state_->played_s() / kKeyframe_s);
+  options.begins_s = keyframes * kKeyframeFrames / kSampleRate_hz;
   auto next =
       Auralizer::create(std::move(file), tracking_head(options, state_->options.walk.has_value()));
   if (!next.ok()) return next.error();

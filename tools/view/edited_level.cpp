@@ -175,11 +175,13 @@ Result<EditedLevel> EditedLevel::open(const std::string& path, const ImportOptio
     sidecar = std::move(*read);
   }
   EditedLevel edited(path, options, state_of(*imported, std::move(sidecar)));
-  edited.level_ = std::move(imported->level);
+  edited.level_ = std::make_shared<const Level>(std::move(imported->level));
   edited.saved_text_ = edited.sidecar_text();
   if (edited.unsaved_ == edited.saved_text_) edited.unsaved_.reset();
   return edited;
 }
+
+const Mesh& EditedLevel::mesh() const { return level_->mesh; }
 
 void EditedLevel::edit(LevelState next, const std::string& what, std::size_t gesture) {
   history_.edit(std::move(next), what, gesture);
@@ -256,7 +258,7 @@ void EditedLevel::remove_emitter(std::size_t emitter) {
   Json::Array& entries = list_of(next.sidecar, "emitters");
   if (Json* const entry = entry_of(next.sidecar, name))
     entries.erase(entries.begin() + (entry - entries.data()));
-  if (std::ranges::find(level_.emitters, name, &Emitter::name) != level_.emitters.end())
+  if (std::ranges::find(level_->emitters, name, &Emitter::name) != level_->emitters.end())
     entries.push_back(Json(Json::Object{{"name", Json(name)}, {"removed", Json(true)}}));
   next.emitters.erase(next.emitters.begin() + static_cast<std::ptrdiff_t>(emitter));
   edit(std::move(next), "remove " + name);
@@ -275,7 +277,7 @@ Result<std::size_t> EditedLevel::add_emitter(const std::string& signal, const Ve
   const auto is_known = [&](const std::vector<Emitter>& emitters) {
     return std::ranges::find(emitters, added.name, &Emitter::name) != emitters.end();
   };
-  for (int n = 2; is_known(next.emitters) || is_known(level_.emitters); ++n)
+  for (int n = 2; is_known(next.emitters) || is_known(level_->emitters); ++n)
     added.name = fmt::format("{} {}", stem, n);
   added.position_m = at_m;
   added.axis = normalize(facing);

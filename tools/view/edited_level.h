@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,11 +19,13 @@
 #include "formats/files/json.h"
 #include "formats/gltf/import_options.h"
 #include "formats/level/emitter.h"
-#include "formats/level/level.h"
 #include "formats/level/sidecar.h"
 #include "tools/view/edit_history.h"
 
 namespace clamor {
+
+struct Level;
+struct Mesh;
 
 struct LevelState {
   Json sidecar{Json::Object{}};
@@ -40,7 +43,7 @@ class EditedLevel {
   const std::string& path() const { return path_; }
   const std::string& sidecar_path() const { return sidecar_path_; }
   const std::string& autosave_path() const { return autosave_path_; }
-  const Level& level() const { return level_; }  // as it was opened
+  const Mesh& mesh() const;
   const LevelState& now() const { return history_.now(); }
   const EditHistory<LevelState>& history() const { return history_; }
   std::uint64_t revision() const { return revision_; }  // grows with every change of now()
@@ -89,7 +92,7 @@ class EditedLevel {
 
   std::string path_, sidecar_path_, autosave_path_;
   ImportOptions options_;
-  Level level_;
+  std::shared_ptr<const Level> level_;  // as it was opened
   EditHistory<LevelState> history_;
   std::string saved_text_;
   std::optional<std::string> unsaved_;  // text of an autosave file that was found

@@ -1,5 +1,6 @@
 #include "tools/view/sound_history.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/sample_rate.h"

@@ -50,9 +50,9 @@ Result<void> ViewSession::open_bake() {
     request_ = *options_.made_by;
     if (auto level = EditedLevel::open(request_.level_path, request_.import); level.ok()) {
       level_ = std::move(*level);
-      mesh_ = level_->level().mesh;
+      mesh_ = level_->mesh();
       vertices_ =
-          shade(mesh_, colours_of(level_->level().materials, base_colours(request_.level_path)));
+          shade(mesh_, colours_of(level_->now().materials, base_colours(request_.level_path)));
       seen_revision_ = baked_revision_ = level_->revision();
       return {};
     } else {
@@ -77,8 +77,8 @@ Result<void> ViewSession::open_level() {
   auto level = EditedLevel::open(options_.path, request_.import);
   if (!level.ok()) return level.error();
   level_ = std::move(*level);
-  mesh_ = level_->level().mesh;
-  vertices_ = shade(mesh_, colours_of(level_->level().materials, base_colours(options_.path)));
+  mesh_ = level_->mesh();
+  vertices_ = shade(mesh_, colours_of(level_->now().materials, base_colours(options_.path)));
   seen_revision_ = level_->revision();
   saves_output_ = !options_.output.empty();
   return {};

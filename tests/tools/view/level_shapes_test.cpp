@@ -1,8 +1,10 @@
 #include "tools/view/level_shapes.h"
 
+#include <numbers>
+
 #include <gtest/gtest.h>
 
-#include "tests/rooms.h"
+#include "tests/box_mesh.h"
 #include "tools/view/view_script.h"
 #include "tools/view/voice_display.h"
 #include "tools/view/walk_camera.h"
