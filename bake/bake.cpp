@@ -23,6 +23,7 @@
 #include "bake/octree/octree_builder.h"
 #include "bake/octree/octree_streaming.h"
 #include "bake/octree/patch_radius.h"
+#include "bake/octree/patch_radius_on_disk.h"
 #include "bake/portals/portal_sets.h"
 #include "bake/probe_bake.h"
 #include "bake/probe_tracing.h"

@@ -14,29 +14,25 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
-#include <string>
+#include <vector>
 
-#include "bake/octree/scratch_file.h"
-#include "common/result.h"
+#include "bake/octree/neighbour_kernel.h"
+#include "bake/octree/point_runs.h"
 #include "formats/bake_file/source.h"
 
 namespace clamor {
 
 // Sets patch_radius_m of every source. Of neighbours at the same distance the weaker count first,
 // so that the result depends on the sources alone. It does not depend on the number of threads. O(n
-// log n).
+// log n). Memory: 66 bytes per source.
 void set_patch_radii(std::span<Source> secondary_sources);
 
-// The same radii for sources that exceed the memory, in the order in which `for_each` passes them;
-// it is called twice. Sources are divided by space into lists that fit into the memory. A source
-// whose neighbours may lie in other lists is looked up there, too. Disk: 28 bytes per source, of
-// which the radii take 4. Memory: `memory_bytes` (at least 10 MB).
-using ForEachSource =
-    std::function<Result<void>(const std::function<Result<void>(std::span<Source>)>& visit)>;
-Result<std::span<const float>> patch_radii_on_disk(const ForEachSource& for_each,
-                                                   std::uint64_t count, std::uint64_t memory_bytes,
-                                                   const std::string& beside, ScratchFile& radii);
+// What the radius of a source depends on.
+PowerPoint radius_point(const Source& source, std::uint32_t index);
+
+// The radii of the points, in Morton order and followed by those of padding. With fewer than
+// kNeighbours points, the farthest neighbour is at the largest distance.
+std::vector<FoundRadius> find_patch_radii(const PointRuns& points);
 
 }  // namespace clamor

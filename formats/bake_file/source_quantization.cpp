@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "common/material.h"
 #include "common/maths.h"
@@ -18,11 +21,62 @@ double half_decibels(double power) { return 6.0205999132796239 * log2_of(power);
 // Area of a patch in half decibels: 40 lg radius.
 double half_decibels_of_area(double radius_m) { return 12.041199826559248 * log2_of(radius_m); }
 
+// half_decibels() of floats, rounded by `rounded`, from a table. Sixteen bins an octave are
+// narrower than half a decibel, so that each has at most one step in it.
+template <long (*rounded)(double)>
+class HalfDecibelTable {
+ public:
+  HalfDecibelTable() : bins_(kBins) {
+    for (std::uint32_t bin = 0; bin < kBins; ++bin) {
+      const std::uint32_t first = bin << kShift, last = first | ((1u << kShift) - 1);
+      if (first >= kInfinity) break;
+      const int below = slow(std::max(first, 1u)), above = slow(last);
+      // The first value that belongs above.
+      std::uint32_t low = first, high = last;
+      while (below != above && high - low > 1) {
+        const std::uint32_t middle = low + (high - low) / 2;
+        (slow(std::max(middle, 1u)) == below ? low : high) = middle;
+      }
+      bins_[bin] = {below == above ? kInfinity : high, static_cast<std::int16_t>(below),
+                    static_cast<std::int16_t>(above)};
+    }
+  }
+
+  // Of a positive, finite power.
+  int operator()(float power) const {
+    const auto bits = std::bit_cast<std::uint32_t>(power);
+    const Bin& bin = bins_[bits >> kShift];
+    return bits < bin.step ? bin.below : bin.above;
+  }
+
+ private:
+  static constexpr int kShift = 23 - 4;
+  static constexpr std::uint32_t kBins = 1u << (31 - kShift), kInfinity = 0x7f800000;
+  struct Bin {
+    std::uint32_t step = 0;  // bits of the first power with `above`
+    std::int16_t below = 0, above = 0;
+  };
+  static int slow(std::uint32_t bits) {
+    return static_cast<int>(
+        rounded(half_decibels(static_cast<double>(std::bit_cast<float>(bits)))));
+  }
+
+  std::vector<Bin> bins_;
+};
+
+long to_nearest(double value) { return std::lround(value); }
+long down(double value) { return static_cast<long>(std::floor(value)); }
+
 int nearest_power(float power) {
+  static const HalfDecibelTable<to_nearest> table;
   if (!(power > 0)) return kSilent_half_db;
-  const long code = std::lround(half_decibels(static_cast<double>(power)));
-  return code < kMinPower_half_db ? kSilent_half_db
-                                  : static_cast<int>(std::min<long>(code, kMaxPower_half_db));
+  const int code = table(power);
+  return code < kMinPower_half_db ? kSilent_half_db : std::min(code, int{kMaxPower_half_db});
+}
+
+int half_decibels_below(float power) {
+  static const HalfDecibelTable<down> table;
+  return table(power);
 }
 
 std::uint16_t radius_code(float radius_m) {
@@ -131,8 +185,7 @@ void round_powers_stochastically(Source& source) {
     float& power = source.power[b];
     if (!(power > 0) || power == power_of(nearest_power(power))) continue;
     const int below =
-        std::clamp(static_cast<int>(std::floor(half_decibels(static_cast<double>(power)))),
-                   kSilent_half_db, kMaxPower_half_db - 1);
+        std::clamp(half_decibels_below(power), kSilent_half_db, kMaxPower_half_db - 1);
     const float low = power_of(below), high = power_of(below + 1);
     const double odds = (static_cast<double>(power) - low) / (static_cast<double>(high) - low);
     const RandomBits bits = philox(key, {static_cast<std::uint32_t>(b), 0x5a9u, 0, 0});

@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include "bake/octree/patch_radius_on_disk.h"
+#include "bake/trace/trace_kernel.h"
 #include "tests/sanitized.h"
 #include "tests/source_lists.h"
 
@@ -57,12 +59,40 @@ TEST(PatchRadius, IsFiniteForOneSourceAndForNone) {
   EXPECT_EQ(same[50].patch_radius_m, 0);
 }
 
-// The memory holds 100 000 points, so that space is divided and many neighbours lie across borders.
+// The search with trees and lists alone is slow, but simple.
+TEST(PatchRadius, IsThatOfTheSlowSearchOnEveryInstructionSet) {
+  for (const auto& sources : {testing::wall_sources(20'000), wall(60, 0.1f), wall(5, 1), wall(4, 1),
+                              testing::degenerate_sources(6000, 1, {.keys = 3, .places = 700}),
+                              // So many at a place that they exceed the list of candidates.
+                              testing::degenerate_sources(6000, 1, {.keys = 7, .places = 9})}) {
+    std::vector<PowerPoint> list;
+    for (const Source& source : sources)
+      list.push_back(radius_point(source, static_cast<std::uint32_t>(list.size())));
+    const PointRuns points(list);
+    std::vector<FoundRadius> slow;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      NearestNeighbours neighbours;
+      points.find(points.point(i).position_m, neighbours);
+      slow.push_back({neighbours.farthest_squared(), neighbours.radius_m(points.power()[i])});
+    }
+    for (const std::string& target : trace_kernel_targets()) {
+      force_trace_kernel_target(target);
+      const auto found = find_patch_radii(points);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        ASSERT_EQ(found[i].farthest_squared, slow[i].farthest_squared) << target << ", " << i;
+        ASSERT_EQ(found[i].radius_m, slow[i].radius_m) << target << ", " << i;
+      }
+    }
+  }
+  force_trace_kernel_target("");
+}
+
+// The memory holds 90 000 points, so that space is divided and many neighbours lie across borders.
 TEST(PatchRadius, OnDiskIsTheSameAsInMemory) {
   const std::string beside = ::testing::TempDir() + "/clamor_radii_" + std::to_string(::getpid());
   const std::vector<std::vector<Source>> lists = {
-      wall(420, 0.1f),  // all neighbours are equidistant with others
-      testing::wall_sources(300'000),
+      wall(400, 0.1f),  // all neighbours are equidistant with others
+      testing::wall_sources(160'000),
       testing::degenerate_sources(150'000, 1, {.keys = 3, .places = 20'000}),
       wall(3, 1),
       {}};

@@ -4,11 +4,13 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "common/material.h"
+#include "common/maths.h"
 #include "common/random.h"
 
 namespace clamor {
@@ -102,6 +104,25 @@ TEST(SourceQuantization, KeepsPatchesWithinAQuarterOfADecibelOfTheirArea) {
   for (std::size_t i = 1; i < sources.size(); ++i)
     EXPECT_LE(std::abs(20 * std::log10(sources[i].patch_radius_m / before[i].patch_radius_m)),
               0.2501);
+}
+
+// Powers are rounded by a table; around each of its steps it has to round as the logarithm does.
+TEST(SourceQuantization, RoundsPowersToTheNearestHalfDecibel) {
+  const auto expect_nearest = [](float power) {
+    Source source;
+    source.power = same_in_all_bands(power);
+    const double nearest = std::round(6.0205999132796239 * log2_of(static_cast<double>(power)));
+    const double code = nearest < kMinPower_half_db ? kSilent_half_db
+                                                    : std::min<double>(nearest, kMaxPower_half_db);
+    ASSERT_EQ(quantized(source, kMinMirrorBits).power[0], code) << power;
+  };
+  for (int c = kMinPower_half_db - 3; c < kMaxPower_half_db + 3; ++c) {
+    const auto step = static_cast<float>(std::pow(10, (c + 0.5) / 20));
+    for (std::int32_t ulp = -3; ulp <= 3; ++ulp)
+      expect_nearest(std::bit_cast<float>(std::bit_cast<std::int32_t>(step) + ulp));
+  }
+  for (std::uint32_t i = 0; i < 20'000; ++i)
+    expect_nearest(std::bit_cast<float>(1 + philox(1, {i, 0, 0, 0})[0] % 0x7f7fffffu));
 }
 
 TEST(SourceQuantization, IsIdempotent) {

@@ -1,0 +1,130 @@
+#include "bake/octree/point_runs.h"
+
+#include <algorithm>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+namespace clamor {
+
+namespace {
+
+struct MortonKey {
+  std::uint64_t code;
+  std::uint32_t point;
+};
+
+// Puts two zeros before each of 21 bits.
+std::uint64_t spread(std::uint64_t bits) {
+  bits = (bits | bits << 32) & 0x001f00000000ffff;
+  bits = (bits | bits << 16) & 0x001f0000ff0000ff;
+  bits = (bits | bits << 8) & 0x100f00f00f00f00f;
+  bits = (bits | bits << 4) & 0x10c30c30c30c30c3;
+  return (bits | bits << 2) & 0x1249249249249249;
+}
+
+std::vector<MortonKey> in_morton_order(std::span<const PowerPoint> points) {
+  constexpr double kSteps = (1 << 21) - 1;
+  Vec3f low_m = points.empty() ? Vec3f(0) : points[0].position_m, high_m = low_m;
+  for (const PowerPoint& point : points) {
+    low_m = glm::min(low_m, point.position_m);
+    high_m = glm::max(high_m, point.position_m);
+  }
+  const Vec3 extent_m = Vec3(high_m) - Vec3(low_m);
+  const double largest_m = std::max({extent_m.x, extent_m.y, extent_m.z});
+  const double steps_per_m = largest_m > 0 ? kSteps / largest_m : 0;
+  std::vector<MortonKey> keys(points.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 4096),
+                    [&](const auto& range) {
+                      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                        const Vec3 step = (Vec3(points[i].position_m) - Vec3(low_m)) * steps_per_m;
+                        keys[i] = {spread(static_cast<std::uint64_t>(step.x)) |
+                                       spread(static_cast<std::uint64_t>(step.y)) << 1 |
+                                       spread(static_cast<std::uint64_t>(step.z)) << 2,
+                                   static_cast<std::uint32_t>(i)};
+                      }
+                    });
+  tbb::parallel_sort(keys.begin(), keys.end(), [](const MortonKey& a, const MortonKey& b) {
+    return a.code != b.code ? a.code < b.code : a.point < b.point;
+  });
+  return keys;
+}
+
+float distance_squared(const PointRuns::Boxes& boxes, std::size_t i, const Vec3f& place_m) {
+  float sum = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const float at = place_m[static_cast<int>(axis)];
+    const float beyond = std::max({boxes.low[axis][i] - at, at - boxes.high[axis][i], 0.0f});
+    sum += beyond * beyond;
+  }
+  return sum;
+}
+
+}  // namespace
+
+PointRuns::PointRuns(std::span<const PowerPoint> points) : count_(points.size()) {
+  const auto keys = in_morton_order(points);
+  const std::size_t padded = (count_ + kRun - 1) / kRun * kRun;
+  for (auto& column : position_m_) column.resize(padded, Boxes::kFar);
+  power_.resize(padded);
+  index_.resize(count_);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count_, 4096), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      const PowerPoint& point = points[keys[i].point];
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        position_m_[axis][i] = point.position_m[static_cast<int>(axis)];
+      power_[i] = point.power;
+      index_[i] = point.index;
+    }
+  });
+  enclose();
+}
+
+void PointRuns::enclose() {
+  levels_.emplace_back((runs() + kFan - 1) / kFan);
+  for (std::size_t i = 0; i < count_; ++i) {
+    const std::size_t run = i / kRun;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      float& low = levels_[0][run / kFan].low[axis][run % kFan];
+      float& high = levels_[0][run / kFan].high[axis][run % kFan];
+      low = std::min(low, position_m_[axis][i]);
+      high = std::max(high, position_m_[axis][i]);
+    }
+  }
+  while (levels_.back().size() > 1) {
+    const auto& below = levels_.back();
+    std::vector<Boxes> above((below.size() + kFan - 1) / kFan);
+    for (std::size_t i = 0; i < below.size(); ++i)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto& low = below[i].low[axis];
+        const auto& high = below[i].high[axis];
+        above[i / kFan].low[axis][i % kFan] = *std::min_element(low.begin(), low.end());
+        above[i / kFan].high[axis][i % kFan] = *std::max_element(high.begin(), high.end());
+      }
+    levels_.push_back(std::move(above));
+  }
+}
+
+void PointRuns::find(const Vec3f& place_m, NearestNeighbours& neighbours) const {
+  if (count_ == 0) return;
+  const auto visit = [&](const auto& self, std::size_t level, std::size_t element) -> void {
+    const Boxes& boxes = levels_[level][element];
+    for (std::size_t i = 0; i < kFan; ++i) {
+      if (!(distance_squared(boxes, i, place_m) <= loosened(neighbours.farthest_squared())))
+        continue;
+      const std::size_t below = element * kFan + i;
+      if (level > 0) {
+        self(self, level - 1, below);
+        continue;
+      }
+      for (std::size_t k = below * kRun; k < std::min(count_, (below + 1) * kRun); ++k) {
+        const Vec3f to_m = place_m - Vec3f(position_m_[0][k], position_m_[1][k], position_m_[2][k]);
+        neighbours.add(to_m.x * to_m.x + to_m.y * to_m.y + to_m.z * to_m.z, power_[k]);
+      }
+    }
+  };
+  visit(visit, levels_.size() - 1, 0);
+}
+
+}  // namespace clamor
