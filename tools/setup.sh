@@ -82,7 +82,8 @@ install_packages() {
   fi
   there=" $(dpkg-query -W -f '${db:Status-Status}:${Package} ' "${wanted[@]}" 2>/dev/null || true) "
   for name in "${wanted[@]}"; do
-    [[ $there == *" installed:$name "* ]] || missing+=("$name")
+    # Builds of Node.js by others contain npm, and conflict with the package.
+    [[ $there == *" installed:$name "* || ($name == npm && -n $(command -v npm)) ]] || missing+=("$name")
   done
   if ((${#missing[@]} == 0)); then
     line packages "all ${#wanted[@]} are installed" "$(seconds_since "$began")"
