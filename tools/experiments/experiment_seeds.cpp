@@ -3,6 +3,10 @@
 // The level in the file is baked with several seeds, with the photons of the file and with four
 // times as many; sources stay as many as the file has. Places are those of a measurement after ISO
 // 3382-1: at the height of ears, a metre from all surfaces, in sight of the emitter.
+//
+// What the decay times of one waveform may be expected to vary by, Gaussian noise tells that decays
+// as the energies do: late sound is such noise wherever many reflections overlap (M. R. Schroeder.
+// Frequency-correlation functions of frequency responses in rooms. J. Acoust. Soc. Am. 34, 1962).
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -32,9 +36,10 @@ namespace {
 constexpr std::size_t kLowestJudged = 1, kHighestJudged = 6;  // 125 Hz to 4 kHz
 constexpr std::size_t kSeedPlaces = 6;
 constexpr std::uint64_t kManyTimes = 4;  // the photons of the file
+constexpr double kPulsesOfNoise_hz = 20'000;
 
 struct SeedResult {
-  RoomParameters of_energy, of_waveform;
+  RoomParameters of_energy, of_waveform, of_noise;
 };
 
 // Places by seed.
@@ -62,6 +67,26 @@ std::vector<Vec3> listening_places(const OcclusionGeometry& surfaces, const Mesh
   return places_m;
 }
 
+// Pulses of random signs and times that decay with T30 in each octave, where that is known. There
+// are so many that an octave of them is Gaussian noise.
+std::vector<Arrival> decaying_noise(const RoomParameters& room, std::uint64_t seed,
+                                    std::size_t place) {
+  double longest_s = 0;
+  for (const auto& t30_s : room.t30_s) longest_s = std::max(longest_s, t30_s.value_or(0));
+  std::vector<Arrival> noise;
+  for (std::uint32_t i = 0; i < longest_s * kPulsesOfNoise_hz; ++i) {
+    const RandomBits bits = philox(seed, {0x6e6f6973, static_cast<std::uint32_t>(place), i, 0});
+    Arrival& pulse = noise.emplace_back();
+    pulse.time_s = (i + unit(bits[0])) / kPulsesOfNoise_hz;
+    pulse.polarity = (bits[1] & 1) != 0 ? 1 : -1;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      if (room.t30_s[b])
+        pulse.energy[b] =
+            static_cast<float>(std::exp(-std::log(1e6) * pulse.time_s / *room.t30_s[b]));
+  }
+  return noise;
+}
+
 Result<std::vector<SeedResult>> baked_with(const Level& level, const BakeSettings& settings,
                                            const OcclusionGeometry& surfaces,
                                            std::span<const Vec3> places_m) {
@@ -78,8 +103,11 @@ Result<std::vector<SeedResult>> baked_with(const Level& level, const BakeSetting
     const auto arrivals = energy_response(sources, contents->emitters, contents->materials,
                                           level.air, places_m[p], 0, &surfaces);
     const auto waveform = impulse_response(arrivals, whole_response_frames(arrivals));
-    results[p] = {room_parameters(arrivals, at_10m),
-                  room_parameters(std::span<const float>(waveform), at_10m)};
+    const RoomParameters room = room_parameters(arrivals, at_10m);
+    const auto noise = decaying_noise(room, settings.seed, p);
+    const auto decay = impulse_response(noise, whole_response_frames(noise));
+    results[p] = {room, room_parameters(std::span<const float>(waveform), at_10m),
+                  room_parameters(std::span<const float>(decay), at_10m)};
   }
   return results;
 }
@@ -209,6 +237,10 @@ Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostre
                     deviations(by_photons[n], kind, judged));
       add_octaves(shift, {judged.name, of}, shifts(by_photons[0], by_photons[1], kind, judged));
     }
+  for (const ParameterKind& judged : kParameterKinds)
+    if (judged.key == std::string("t30_s") || judged.key == std::string("edt_s"))
+      add_octaves(spread, {judged.name, "decaying noise", static_cast<double>(photons[0])},
+                  deviations(by_photons[0], &SeedResult::of_noise, judged));
   ReportPage page("seeds", "Room parameters of one bake",
                   fmt::format("{}: {} seeds, {} places", options.level, bakes, places_m.size()));
   page.table(spread);
