@@ -12,6 +12,7 @@
 #include "common/text.h"
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/expanded_sources.h"
 #include "formats/bake_file/mesh_at_rest.h"
 #include "formats/files/output_target.h"

@@ -9,6 +9,7 @@
 
 #include "common/air.h"
 #include "formats/bake_file/baked_portals.h"
+#include "formats/bake_file/image_source.h"
 #include "formats/level/movable_part.h"
 #include "tools/program/text_format.h"
 

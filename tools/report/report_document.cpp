@@ -164,7 +164,7 @@ class ReportWriter {
     std::string list = "<ul class=\"findings\" aria-label=\"Findings\">";
     std::size_t gaps = 0, number = 0;
     if (const std::string why = cause_of_decay(contents_.measured.responses, areas_); !why.empty())
-      list += "<li><span class=\"kind\">Its decay</span><span>" + escaped(why) +
+      list += "<li><span class=\"kind\">What rings</span><span>" + escaped(why) +
               "</span><span></span></li>";
     for (const LevelFinding& finding : contents_.findings.findings) {
       const std::size_t index = number++;

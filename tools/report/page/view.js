@@ -163,6 +163,10 @@ class View {
     this.focus = finding;
     const layer = {opening: "openings", gap: "gaps", duplicate: "duplicates"}[finding.kind];
     if (layer !== undefined) this.layers[layer] = this.get("layer-" + layer).checked = true;
+    const {low, high} = this.level, cut = this.get("cut");
+    const least = 1000 * (finding.place[1] + 0.3 - low[1]) / Math.max(1e-3, high[1] - low[1]);
+    if (Number(cut.value) < least) cut.value = Math.min(1000, Math.ceil(least));
+    this.steered = this.fitted = true;
     this.camera.lookAt(finding.place.slice(), Math.min(finding.size, 0.4 * this.camera.extent));
     this.stage.scrollIntoView({block: "center"});
     this.canvas.focus({preventScroll: true});
@@ -334,13 +338,18 @@ class View {
     this.placeLabels();
   }
 
+  nameOf(finding) {
+    if (finding.kind === "opening") return finding.text.split(" of ")[0] + " escapes";
+    return {gap: "thin gap", duplicate: "there twice"}[finding.kind] ?? "warning";
+  }
+
   // Words beside what is marked, where there is room for them.
   placeLabels() {
     for (const old of this.stage.querySelectorAll(".label")) old.remove();
     const wide = this.stage.clientWidth, high = this.stage.clientHeight, taken = [], wanted = [[this.place, "listener"]];
-    if (this.focus !== null) wanted.push([this.focus.place, this.focus.text.split(": ")[0].slice(0, 60)]);
+    if (this.focus !== null) wanted.push([this.focus.place, this.nameOf(this.focus)]);
     if (this.layers.emitters) this.level.emitters.names.slice(0, 8).forEach((name, e) => wanted.push([this.level.emitters.places.subarray(6 * e, 6 * e + 3), name]));
-    if (this.layers.openings) for (const f of this.level.findings) if (f.kind === "opening" && f.place !== undefined && f !== this.focus) wanted.push([f.place, f.text.split(" of ")[0] + " escapes"]);
+    if (this.layers.openings) for (const f of this.level.findings) if (f.kind === "opening" && f.place !== undefined && f !== this.focus) wanted.push([f.place, this.nameOf(f)]);
     for (const [place, text] of wanted) {
       const seen = this.camera.project(place, wide / high);
       if (seen === null || Math.abs(seen[0]) > 1 || Math.abs(seen[1]) > 1) continue;
