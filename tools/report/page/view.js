@@ -101,7 +101,11 @@ class View {
       box.type = "checkbox";
       box.id = "layer-" + key;
       box.checked = shown;
-      box.addEventListener("change", () => { this.layers[key] = box.checked; this.redraw(); });
+      box.addEventListener("change", () => {
+        this.layers[key] = box.checked;
+        if (key === "sources" && this.stale) this.paintSources();
+        this.redraw();
+      });
       label.append(box);
       if (colour !== null) {
         const swatch = document.createElement("span");
@@ -202,33 +206,38 @@ class View {
   // The highest absorption of a material in an octave: the end of the scale.
   mostAbsorbed(band) { return Math.max(0.01, ...this.level.laws.materials.map((material) => material.absorption[band])); }
 
-  passes(i) {
-    const s = this.level.sources, delay = s.delays[i] / this.longest * 1000, band = Number(this.get("band").value);
-    const db = this.powerDb(i, band), least = this.loudest - 60 + 0.6 * Number(this.get("power").value);
-    return delay >= Number(this.get("delay-from").value) && delay <= Number(this.get("delay-to").value) &&
-      (Number(this.get("power").value) === 0 || db >= least);
+  // Tells of a source whether the filters let it pass.
+  filter() {
+    const s = this.level.sources, band = Number(this.get("band").value), power = Number(this.get("power").value);
+    const from = Number(this.get("delay-from").value) / 1000 * this.longest, to = Number(this.get("delay-to").value) / 1000 * this.longest;
+    const least = power === 0 ? -Infinity : this.loudest - 60 + 0.6 * power;
+    return (i) => s.delays[i] >= from && s.delays[i] <= to && this.powerDb(i, band) >= least;
   }
 
-  colourOf(i) {
-    const s = this.level.sources, mode = this.get("colour").value;
-    if (mode === "delay") return scaleColour(s.delays[i] / this.late);
-    if (mode === "power") return scaleColour((this.powerDb(i, Number(this.get("band").value)) - this.loudest + 40) / 40);
-    return kPalette[(mode === "material" ? s.materials[i] : s.kinds[i]) % kPalette.length];
+  // Gives the colour of a source.
+  colours() {
+    const s = this.level.sources, mode = this.get("colour").value, band = Number(this.get("band").value);
+    return (i) => mode === "delay" ? scaleColour(s.delays[i] / this.late)
+      : mode === "power" ? scaleColour((this.powerDb(i, band) - this.loudest + 40) / 40)
+        : kPalette[(mode === "material" ? s.materials[i] : s.kinds[i]) % kPalette.length];
   }
 
   placeOf(i) { return this.level.sources.places.subarray(9 * i, 9 * i + 3); }
 
   paintSources() {
     if (this.drawing === null) return;
-    const s = this.level.sources, places = [], shades = [], sizes = [];
+    this.legend();
+    this.stale = !this.layers.sources;  // painted when it is shown
+    if (this.stale) return;
+    const s = this.level.sources, passes = this.filter(), colourOf = this.colours(), band = Number(this.get("band").value);
+    const places = [], shades = [], sizes = [];
     for (let i = 0; i < s.flags.length; ++i) {
-      if (s.flags[i] !== 0 || !this.passes(i)) continue;
+      if (s.flags[i] !== 0 || !passes(i)) continue;
       places.push(...this.placeOf(i));
-      shades.push(...this.colourOf(i), 120);
-      sizes.push(1.3 + 0.035 * Math.max(0, this.powerDb(i, Number(this.get("band").value)) - this.loudest + 40));
+      shades.push(...colourOf(i), 120);
+      sizes.push(1.3 + 0.035 * Math.max(0, this.powerDb(i, band) - this.loudest + 40));
     }
     this.drawing.set("sources", "points", {place: [3, Float32Array.from(places)], shade: [4, Uint8Array.from(shades)], size: [1, Float32Array.from(sizes)]});
-    this.legend();
   }
 
   legend() {
@@ -410,8 +419,9 @@ class View {
     this.get("heard").dataset.tau = tau;
     this.fillTable(all);
     if (this.drawing === null) return;
-    const drawn = chosen.filter((one) => level.sources.flags[one.index] === 0 && this.passes(one.index));
-    this.points("chosen", drawn.map((one) => ({place: this.placeOf(one.index), colour: this.colourOf(one.index), size: 7})), {onTop: false});
+    const passes = this.filter(), colourOf = this.colours();
+    const drawn = chosen.filter((one) => level.sources.flags[one.index] === 0 && passes(one.index));
+    this.points("chosen", drawn.map((one) => ({place: this.placeOf(one.index), colour: colourOf(one.index), size: 7})), {onTop: false});
     const strongest = [...chosen].sort((a, b) => b.heard - a.heard).slice(0, 60), top = strongest[0]?.heard ?? 1;
     this.lines("rays", strongest.map((one) => ({from: this.place, to: this.placeOf(one.index), colour: kListener, alpha: Math.round(40 + 190 * Math.sqrt(one.heard / top))})));
     this.points("listener", [{place: this.place, colour: kListener, size: 11}]);
