@@ -308,9 +308,9 @@ void Auralizer::make_keyframe(const Listener& at) {
   const double keyframe_s = next_keyframe_time_s();
   const Reception reception(state.receivers, listener);
   state.follow_script(keyframe_s);
-  const auto sample = state.focus.apply(
-      state.schedule.sample(state.made, listener, reception, keyframe_s), listener);
-  state.maker.make(sample, listener, *keyframe, reception, state.held_frames);
+  const auto sample = state.schedule.sample(state.made, listener, reception, keyframe_s);
+  state.maker.make(state.focus.apply(sample, listener), listener, *keyframe, reception,
+                   state.held_frames);
   keyframe->facing = listener_axes(listener);
   state.store.play(*keyframe);
   if (samples && state.keeps_sample) state.focus.describe(sample, listener, state.heard);

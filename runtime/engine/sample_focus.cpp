@@ -31,12 +31,13 @@ void SampleFocus::describe(std::span<const SampledSource> sample, const Listener
   for (const SampledSource& chosen : sample) {
     const Source& source = *chosen.source;
     const Bands intensity = radiation_.intensity(source, listener.position_m);
+    const SoundPart part = part_of(chosen, listener);
     double power = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
-      power += static_cast<double>(intensity[b] * chosen.visibility[b]) * chosen.power_scale;
+      power += static_cast<double>(intensity[b] * chosen.visibility[b] * focus_.bands[b]);
+    power *= chosen.power_scale * static_cast<double>(focus_.parts[static_cast<std::size_t>(part)]);
     heard.push_back({chosen.number, source.position_m, static_cast<float>(power),
-                     *std::ranges::max_element(chosen.visibility), source.emitter,
-                     part_of(chosen, listener)});
+                     *std::ranges::max_element(chosen.visibility), source.emitter, part});
   }
 }
 

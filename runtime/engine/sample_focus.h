@@ -27,7 +27,8 @@ class SampleFocus {
   std::span<const SampledSource> apply(std::span<const SampledSource> sample,
                                        const Listener& listener);
 
-  // Replaces `heard` by a description of the sample.
+  // Replaces `heard` by a description of a sample that apply() has not scaled. Its powers are as
+  // they are mixed, with the focus, its visibilities without.
   void describe(std::span<const SampledSource> sample, const Listener& listener,
                 std::vector<HeardSource>& heard) const;
 

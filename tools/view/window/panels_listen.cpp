@@ -193,7 +193,7 @@ void Panels::draw_figures(const VoiceDisplay& voices) {
     if (is_bad) ImGui::PopStyleColor();
   };
   ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, {6 * scale_, 1.5f * scale_});
-  if (ImGui::BeginTable("figures", 2, ImGuiTableFlags_SizingFixedFit, {230 * scale_, 0})) {
+  if (ImGui::BeginTable("figures", 2, ImGuiTableFlags_SizingFixedFit, {262 * scale_, 0})) {
     row("Chosen", fmt::format("{} of k {}", voices.chosen(), made.k));
     row("Hidden", fmt::format("{}", voices.hidden()));
     row("Voices", fmt::format("{}", made.voices));
@@ -228,7 +228,7 @@ void Panels::draw_spectrogram(float width, float height) {
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   draw.AddRectFilled(corner, {corner.x + width, corner.y + height}, theme::kField, 4);
   const auto& columns = session_.sound().history().columns();
-  const float labels = 30 * scale_;
+  const float labels = 36 * scale_;
   const auto count = static_cast<float>(SoundHistory::kSeconds / SoundHistory::kColumn_s);
   const float step_x = (width - labels) / count, step_y = height / kThirdOctaves;
   float loudest = 1e-9f;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <memory>
 #include <ostream>
+#include <string>
+#include <string_view>
 #include <thread>
 
 #include <GLFW/glfw3.h>
@@ -29,7 +31,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kLook_rad_per_px = 0.0032;
 constexpr float kClick_px = 4;  // a press that moves further is a drag
-constexpr auto kFrame = std::chrono::milliseconds(16), kIdleFrame = std::chrono::milliseconds(50);
+constexpr auto kFrame = std::chrono::milliseconds(16), kIdleFrame = std::chrono::milliseconds(50),
+               kSlowFrame = std::chrono::milliseconds(100);
 constexpr auto kIdleAfter = std::chrono::seconds(1);
 
 std::string last_problem;  // as GLFW words it
@@ -109,13 +112,14 @@ class Window {
   Result<void> frame(std::ostream& out);
   void steer(const WindowLayout& layout);
   void use_keys();
-  bool is_idle() const;
+  Clock::duration frame_time() const;
 
   GLFWwindow* const window_;
   ViewSession& session_;
   const WindowOptions& options_;
   const Interface interface_;
   const Fonts fonts_;
+  bool is_software_ = false;  // pictures take the cores that bakes and sound need
   Panels panels_;
   ScriptInput script_;
   std::unique_ptr<SceneRenderer> renderer_;
@@ -170,7 +174,10 @@ void Window::use_keys() {
     session_.select({});
 }
 
-bool Window::is_idle() const { return Clock::now() - used_ > kIdleAfter; }
+Clock::duration Window::frame_time() const {
+  if (is_software_ && session_.baking().is_busy) return kSlowFrame;
+  return Clock::now() - used_ > kIdleAfter ? kIdleFrame : kFrame;
+}
 
 Result<void> Window::frame(std::ostream& out) {
   if (int width = 0, height = 0; script_.take_size(width, height))
@@ -234,6 +241,9 @@ Result<void> Window::run(std::ostream& out) {
   if (!renderer.ok()) return renderer.error();
   renderer_ = std::move(*renderer);
   renderer_->set_level(session_.vertices());
+  const auto* const name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  is_software_ =
+      name != nullptr && std::string_view(name).find("llvmpipe") != std::string_view::npos;
   const Interrupt interrupt;
   while (!panels_.wants_to_quit() && !script_.wants_to_quit() && !Interrupt::requested()) {
     const auto began = Clock::now();
@@ -243,7 +253,7 @@ Result<void> Window::run(std::ostream& out) {
       panels_.ask_to_quit();
     }
     if (auto drawn = frame(out); !drawn.ok()) return drawn;
-    std::this_thread::sleep_until(began + (is_idle() ? Clock::duration(kIdleFrame) : kFrame));
+    std::this_thread::sleep_until(began + frame_time());
   }
   return session_.sound().stop();
 }
