@@ -138,7 +138,7 @@ TEST(Pages, ShowCommandsAndOptionsThatTheProgramHas) {
   }
   EXPECT_EQ(shown, (std::set<std::string>{"bake", "merge", "farm", "compare", "diff", "inspect",
                                           "render", "report", "impulse", "play", "materials",
-                                          "devices", "experiment", "bench"}));
+                                          "devices", "experiment", "bench", "view"}));
 }
 
 TEST(Pages, ShowASidecarWithPresetsThatExist) {

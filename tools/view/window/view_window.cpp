@@ -72,6 +72,20 @@ class Interface {
   Interface& operator=(const Interface&) = delete;
 };
 
+// Whether Mesa draws the current context's pictures with the processor.
+bool draws_in_software() {
+  const auto* const name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  return name != nullptr && std::string_view(name).find("llvmpipe") != std::string_view::npos;
+}
+
+// Null if there is no OpenGL 3.3. Its context is then current.
+GLFWwindow* make_window(const ViewSession& session, const WindowOptions& options) {
+  GLFWwindow* const window = glfwCreateWindow(
+      options.width, options.height, ("clamor: " + session.title()).c_str(), nullptr, nullptr);
+  if (window != nullptr) glfwMakeContextCurrent(window);
+  return window;
+}
+
 double pressed(std::initializer_list<int> keys) {
   const ImGuiIO& io = ImGui::GetIO();
   return std::ranges::any_of(keys, [&](int key) { return io.KeysDown[key]; }) ? 1 : 0;
@@ -241,9 +255,7 @@ Result<void> Window::run(std::ostream& out) {
   if (!renderer.ok()) return renderer.error();
   renderer_ = std::move(*renderer);
   renderer_->set_level(session_.vertices());
-  const auto* const name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  is_software_ =
-      name != nullptr && std::string_view(name).find("llvmpipe") != std::string_view::npos;
+  is_software_ = draws_in_software();
   const Interrupt interrupt;
   while (!panels_.wants_to_quit() && !script_.wants_to_quit() && !Interrupt::requested()) {
     const auto began = Clock::now();
@@ -270,12 +282,15 @@ Result<void> run_view_window(ViewSession& session, const WindowOptions& options,
   glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
   glfwWindowHint(GLFW_SAMPLES, 4);
   glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
-  GLFWwindow* const window = glfwCreateWindow(
-      options.width, options.height, ("clamor: " + session.title()).c_str(), nullptr, nullptr);
+  GLFWwindow* window = make_window(session, options);
+  if (window != nullptr && draws_in_software()) {  // smooth edges would take the cores of bakes
+    glfwDestroyWindow(window);
+    glfwWindowHint(GLFW_SAMPLES, 0);
+    window = make_window(session, options);
+  }
   if (window == nullptr)
     return Error("no window with OpenGL 3.3 can be opened: " + last_problem +
                  ". Is there a display, and a graphics driver (libgl1-mesa-dri)?");
-  glfwMakeContextCurrent(window);
   glfwSwapInterval(1);
   Result<void> ran;
   {
