@@ -35,6 +35,8 @@ struct DiffractingEdge {
   // the narrow face.
   bool is_sheet = false;
   bool is_post = false;  // one of four such sheets, in both directions of a rectangular post
+  // Whether the edge may go on as its mirror image beyond from_m and to_m (edge_diffraction.h).
+  bool goes_on_before = true, goes_on_beyond = true;
 
   // Angle of a point, from 0 to 360 degrees; above air_rad it is behind the faces.
   double angle_rad(const Vec3& point_m) const;

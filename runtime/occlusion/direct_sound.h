@@ -20,19 +20,12 @@
 #include "common/vec.h"
 #include "runtime/occlusion/fresnel_visibility.h"
 #include "runtime/occlusion/occlusion_geometry.h"
+#include "runtime/occlusion/ways_around.h"
 
 namespace clamor {
 
-// How sound reaches the listener around edges: the place that it seems to come from, as far away as
-// its way around them is long, and the unit direction in which it leaves the source.
-struct BentPath {
-  Vec3f heard_at_m{}, leaves{};
-};
-
-// The mean of a path and the straight line; `share` is that of the path.
-BentPath blend(const LineOfSight& line, const BentPath& path, double share);
-
 struct DirectSound {
+  Tones pressure{};    // relative to a free field: the straight path and all edges
   Bands visibility{};  // share of the power in a free field; above 1 where an edge adds to it
   bool is_over_edges = false;      // whether any sound is heard over an edge
   std::optional<BentPath> bent{};  // where the straight line is blocked

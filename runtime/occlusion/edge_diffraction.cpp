@@ -33,8 +33,13 @@ constexpr double kSheet_rad = 6.2, kFade_rad = pi / 18;
 // A wall end is a sheet where it is narrower than the first fraction of the wave, two corners where
 // it is wider than the second.
 constexpr double kNarrow = 0.5, kBroad = 2;
+constexpr double kThird = 0.2316;       // of an octave, relative to the frequency in its middle
 constexpr int kPathIterations = 6;      // to find the shortest path over two edges
 constexpr double kMinBetween_m = 1e-4;  // nearer edges are one
+// Nodes of each edge in the double integral across a sheet, and nodes in a wave: with fewer than
+// the first there is no second order, from the second on there is all of it.
+constexpr int kNodesAcross = 6;
+constexpr double kFewNodes = 3, kManyNodes = 6;
 
 // The wave number of a tone, in radians per metre. Tones are a third of an octave apart, around the
 // bands' centres.
@@ -43,22 +48,48 @@ double wave_number(std::size_t tone, double speed_of_sound_mps) {
   return 2 * pi * 62.5 * std::exp2(octave) / speed_of_sound_mps;
 }
 
+// Weights of the four terms of beta: the two of the direct sound, and those that the first and the
+// second face reflect.
+using Weights = std::array<double, 4>;
+
+// From 0 where a point is before a face of a wedge to 1 where it is well behind its plane.
+double share_behind(double angle_rad) { return std::clamp((angle_rad - pi) / kFade_rad, 0.0, 1.0); }
+
+// The sound that the faces reflect is part of the direct sound as far as neither face can reflect
+// it from one point to the other. Otherwise it is that of an image source.
+Weights weights_of_direct_sound(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m) {
+  const auto air = static_cast<double>(edge.air_rad);
+  if (air > kSheet_rad) return {1, 1, 1, 1};
+  const double a = edge.angle_in_air_rad(from_m), b = edge.angle_in_air_rad(to_m);
+  return {1, 1, share_behind(std::max(a, b)), share_behind(air - std::min(a, b))};
+}
+
+// The rest, for the image in the first face. Where the edge is not between the points, the direct
+// sound is without it, and all terms are the image's, or half of them that of either face's.
+Weights weights_of_reflection(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m) {
+  const double a = edge.angle_in_air_rad(from_m), b = edge.angle_in_air_rad(to_m);
+  const double low = std::min(a, b), high = std::max(a, b), air = static_cast<double>(edge.air_rad);
+  if (air > kSheet_rad) return high < pi ? Weights{1, 1, 1, 1} : Weights{};
+  const double of_first = 1 - share_behind(high), behind_second = share_behind(air - low);
+  // Going on, the second face comes in sight of the farther point, but not of the nearer one.
+  const double between = low < air - pi ? share_behind(high - (air - pi) + pi) : 0;
+  const double rest = std::min(of_first, 1 - between);
+  const double direct = rest * (0.5 + 0.5 * behind_second);
+  return {direct, direct, of_first, rest * behind_second};
+}
+
 // The edge between a source and a listener in cylindrical coordinates.
 class Wedge {
  public:
-  // With `is_reflected`, also the sound that the faces reflect is diffracted; otherwise only as far
-  // as neither face can reflect it from one point to the other.
-  Wedge(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m, bool is_reflected)
+  // `straight_m` is the distance of the free field that the sound is relative to.
+  Wedge(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m, double straight_m,
+        const Weights& weights)
       : points_(edge, from_m, to_m),
         index_(pi / static_cast<double>(edge.air_rad)),
-        straight_m_(length(to_m - from_m)) {
+        straight_m_(straight_m) {
     const double a = edge.angle_in_air_rad(from_m), b = edge.angle_in_air_rad(to_m);
-    const auto air = static_cast<double>(edge.air_rad);
-    const auto behind = [&](double angle) {
-      return is_reflected || air > kSheet_rad ? 1 : std::clamp((angle - pi) / kFade_rad, 0.0, 1.0);
-    };
-    terms_ = {term(pi + a - b, 1), term(pi - a + b, 1), term(pi - a - b, behind(std::max(a, b))),
-              term(pi + a + b, behind(air - std::min(a, b)))};
+    terms_ = {term(pi + a - b, weights[0]), term(pi - a + b, weights[1]),
+              term(pi - a - b, weights[2]), term(pi + a + b, weights[3])};
   }
 
   bool is_singular() const { return points_.is_singular() || !(straight_m_ > 0); }
@@ -70,7 +101,8 @@ class Wedge {
     return std::min(reach_m * boundary_rad_, kZoneFraction * std::sqrt(shortest_wave_m * reach_m));
   }
 
-  double detour_m(double z) const { return points_.path_m(z) - straight_m_; }
+  double path_m(double z) const { return points_.path_m(z); }
+  double detour_m(double z) const { return path_m(z) - straight_m_; }
 
   // The integrand without its phase, per metre.
   double density(double z) const {
@@ -219,7 +251,7 @@ Sight find_sight(double first, double last, const IsSeen& is_seen) {
 // The integral over a whole edge, relative to a spherical wave at the end of the shortest path.
 Tones whole_edge(const EdgeInAir& edge, const Vec3& from_m, const Vec3& to_m, double path_m,
                  double speed_of_sound_mps) {
-  const Wedge wedge(edge.edge(), from_m, to_m, true);
+  const Wedge wedge(edge.edge(), from_m, to_m, length(to_m - from_m), {1, 1, 1, 1});
   if (wedge.is_singular()) return {};
   EdgeIntegral integral(wedge, edge, speed_of_sound_mps);
   integral.add(integral.t_of(edge.first_m()), integral.t_of(edge.last_m()));
@@ -271,12 +303,101 @@ bool bends(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m, co
   return edge.is_between(from_m, to_m) && is_beside(from_m) && is_beside(to_m);
 }
 
+// Multiplies the pressure by what mirrors reflect on the path from an end to the edge.
+void reflect(const EdgeInAir& edge, const PathEnd& end, double z, EdgeSound& sound) {
+  if (!end.is_image()) return;
+  const auto path = edge.path_from(end, z);
+  for (std::size_t i = 0; i < kTones; ++i)
+    sound.pressure[i] *=
+        path ? std::sqrt(static_cast<double>(path->reflected[i / kTonesPerBand])) : 0.0;
+}
+
+// cosh(eta) of two points, as seen from a point of the edge.
+double cosh_between(const DiffractingEdge& edge, const Vec3& on_edge_m, const Vec3& from_m,
+                    const Vec3& to_m) {
+  const PointsAroundEdge points(edge, from_m, to_m);
+  const Vec3 along(edge.along);
+  return (length(from_m - on_edge_m) * length(to_m - on_edge_m) +
+          dot(on_edge_m - from_m, along) * dot(on_edge_m - to_m, along)) /
+         std::max(points.r_from_m * points.r_to_m, 1e-12);
+}
+
+// beta of a sheet between a point at this angle and one on the face.
+double beta_on_face(double angle_rad, double cosh_eta) {
+  const double cosh_half = std::sqrt(std::max(cosh_eta + 1, 2.0) / 2);
+  const auto part = [&](double phi) { return std::sin(phi) / (cosh_half - std::cos(phi) + 1e-12); };
+  return 2 * (part((pi + angle_rad) / 2) + part((pi - angle_rad) / 2));
+}
+
+// To waves for which a corner is that of a sheet, the wedge is `sheet`, unless that is null.
+EdgeSound sound_over(const EdgeInAir& edge, const DiffractingEdge& faces, const Wedge& wedge,
+                     const Wedge* sheet, const PathEnd& from, const PathEnd& to,
+                     double speed_of_sound_mps) {
+  EdgeSound sound;
+  if (wedge.is_singular()) return sound;
+  EdgeIntegral integral(wedge, edge, speed_of_sound_mps);
+  const bool source_is_beside = faces.is_in_air(from.seen_m),
+             listener_is_beside = faces.is_in_air(to.seen_m);
+  const Sight sight =
+      find_sight(integral.t_of(edge.first_m()), integral.t_of(edge.last_m()), [&](double t) {
+        const double z = integral.z_of(t);
+        const bool by_source = source_is_beside && edge.path_from(from, z).has_value();
+        const bool by_listener = listener_is_beside && (by_source || !sound.is_seen_by_listener) &&
+                                 edge.path_from(to, z).has_value();
+        sound.is_seen_by_source |= by_source;
+        sound.is_seen_by_listener |= by_listener;
+        return by_source && by_listener && edge.is_open(z);
+      });
+  if (!sight.nearest) return sound;
+  for (const auto& [first, last] : sight.parts) integral.add(first, last);
+  const double z = integral.z_of(*sight.nearest);
+  sound.is_heard = true;
+  sound.pressure = integral.sum();
+  for (std::size_t i = 0; i < kTones; ++i) sound.pressure[i] *= edge.share(i, speed_of_sound_mps);
+  if (sheet != nullptr) {
+    EdgeIntegral to_long_waves(*sheet, edge, speed_of_sound_mps);
+    for (const auto& [first, last] : sight.parts)
+      to_long_waves.add(to_long_waves.t_of(integral.z_of(first)),
+                        to_long_waves.t_of(integral.z_of(last)));
+    for (std::size_t i = 0; i < kTones; ++i)
+      sound.pressure[i] += (1 - edge.share(i, speed_of_sound_mps)) * to_long_waves.sum()[i];
+  }
+  reflect(edge, from, z, sound);
+  reflect(edge, to, z, sound);
+  sound.first_m = sound.last_m =
+      Vec3(faces.from_m) + std::clamp(z, 0.0, edge.length_m()) * Vec3(faces.along);
+  sound.path_m = wedge.path_m(z);
+  return sound;
+}
+
 }  // namespace
 
 Bands power_of(const Tones& pressure) {
   Bands power{};
   for (std::size_t i = 0; i < kTones; ++i)
     power[i / kTonesPerBand] += static_cast<float>(std::norm(pressure[i]) / kTonesPerBand);
+  return power;
+}
+
+Bands power_of(const Tones& straight, double straight_m, std::span<const EdgeSound> sounds,
+               double speed_of_sound_mps) {
+  Bands power = power_of(straight);
+  const auto add = [&](const Tones& a, const Tones& b, double difference_m) {
+    for (std::size_t i = 0; i < kTones; ++i) {
+      const double turn = 0.5 * kThird * wave_number(i, speed_of_sound_mps) * difference_m;
+      const double together = std::abs(turn) > 1e-6 ? std::sin(turn) / turn : 1;
+      power[i / kTonesPerBand] +=
+          static_cast<float>(2 * together * std::real(a[i] * std::conj(b[i])) / kTonesPerBand);
+    }
+  };
+  for (std::size_t i = 0; i < sounds.size(); ++i) {
+    const Bands own = power_of(sounds[i].pressure);
+    for (std::size_t b = 0; b < kBandCount; ++b) power[b] += own[b];
+    add(straight, sounds[i].pressure, sounds[i].path_m - straight_m);
+    for (std::size_t j = 0; j < i; ++j)
+      add(sounds[j].pressure, sounds[i].pressure, sounds[i].path_m - sounds[j].path_m);
+  }
+  for (float& share : power) share = std::max(share, 0.0f);
   return power;
 }
 
@@ -292,8 +413,8 @@ EdgeInAir::EdgeInAir(const OcclusionGeometry& geometry, const DiffractingEdge& e
       kOffset_m * (std::cos(half_air) * Vec3(edge.face) + std::sin(half_air) * Vec3(edge.air));
   if (edge.is_sheet)
     aside_m_ = (0.5 * static_cast<double>(edge.width_m) + kOffset_m) * Vec3(edge.air);
-  before_m_ = is_mirrored(0, -1) ? length_m_ : 0;
-  beyond_m_ = is_mirrored(length_m_, 1) ? length_m_ : 0;
+  before_m_ = edge.goes_on_before && is_mirrored(0, -1) ? length_m_ : 0;
+  beyond_m_ = edge.goes_on_beyond && is_mirrored(length_m_, 1) ? length_m_ : 0;
 }
 
 double EdgeInAir::weight(double z) const {
@@ -317,11 +438,10 @@ double EdgeInAir::share(std::size_t tone, double speed_of_sound_mps) const {
 }
 
 // Over a sheet, sound passes one corner and then the other.
-bool EdgeInAir::is_seen_from(const Vec3& from_m, double z) const {
-  const Vec3 point = place_m(z);
-  if (!edge_.is_sheet) return is_free(from_m, point);
-  const double side = dot(from_m - point, aside_m_) < 0 ? -1 : 1;
-  return is_free(from_m, point + side * aside_m_);
+std::optional<MirrorPath> EdgeInAir::path_from(const PathEnd& end, double z) const {
+  Vec3 point = place_m(z);
+  if (edge_.is_sheet) point += (dot(end.seen_m - point, aside_m_) < 0 ? -1.0 : 1.0) * aside_m_;
+  return mirror_path(geometry_, point + kOffset_m * normalize(point - end.seen_m), end, rays_);
 }
 
 bool EdgeInAir::is_open(double z) const {
@@ -329,11 +449,6 @@ bool EdgeInAir::is_open(double z) const {
   ++rays_;
   const Vec3 point = place_m(z);
   return geometry_.is_free(Vec3f(point - aside_m_), Vec3f(point + aside_m_));
-}
-
-bool EdgeInAir::is_free(const Vec3& from_m, const Vec3& point_m) const {
-  ++rays_;
-  return geometry_.is_free(Vec3f(from_m), Vec3f(point_m + kOffset_m * normalize(point_m - from_m)));
 }
 
 // Returns whether a surface crosses the end of the edge, on both sides of a sheet.
@@ -349,42 +464,87 @@ bool EdgeInAir::is_mirrored(double z, double direction) const {
   return is_crossed(end_m + aside_m_) && (!edge_.is_sheet || is_crossed(end_m - aside_m_));
 }
 
-EdgeSound sound_over_edge(const EdgeInAir& edge, const Vec3& from_m, const Vec3& to_m,
+EdgeSound sound_over_edge(const EdgeInAir& edge, const PathEnd& from, const PathEnd& to,
                           double speed_of_sound_mps) {
-  EdgeSound sound;
   const DiffractingEdge faces =
-      edge.edge().is_sheet ? at_blocking_corner(edge.edge(), from_m, to_m) : edge.edge();
-  const Wedge wedge(faces, from_m, to_m, false);
-  if (wedge.is_singular()) return sound;
-  EdgeIntegral integral(wedge, edge, speed_of_sound_mps);
-  const bool source_is_beside = faces.is_in_air(from_m), listener_is_beside = faces.is_in_air(to_m);
-  const Sight sight =
-      find_sight(integral.t_of(edge.first_m()), integral.t_of(edge.last_m()), [&](double t) {
-        const double z = integral.z_of(t);
-        const bool by_source = source_is_beside && edge.is_seen_from(from_m, z);
-        const bool by_listener = listener_is_beside && (by_source || !sound.is_seen_by_listener) &&
-                                 edge.is_seen_from(to_m, z);
-        sound.is_seen_by_source |= by_source;
-        sound.is_seen_by_listener |= by_listener;
-        return by_source && by_listener && edge.is_open(z);
-      });
-  if (!sight.nearest) return sound;
-  for (const auto& [first, last] : sight.parts) integral.add(first, last);
-  const double post = faces.is_post ? share_of_direction(faces, to_m - from_m) : 1;
-  const double z = integral.z_of(*sight.nearest);
-  sound.is_heard = true;
-  sound.pressure = integral.sum();
-  for (std::size_t i = 0; i < kTones; ++i)
-    sound.pressure[i] *= post * edge.share(i, speed_of_sound_mps);
-  sound.first_m = sound.last_m =
-      Vec3(faces.from_m) + std::clamp(z, 0.0, edge.length_m()) * Vec3(faces.along);
-  sound.path_m = wedge.detour_m(z) + length(to_m - from_m);
+      edge.edge().is_sheet ? at_blocking_corner(edge.edge(), from.seen_m, to.seen_m) : edge.edge();
+  const Wedge wedge(faces, from.seen_m, to.seen_m, length(to.seen_m - from.seen_m),
+                    weights_of_direct_sound(faces, from.seen_m, to.seen_m));
+  EdgeSound sound = sound_over(edge, faces, wedge, nullptr, from, to, speed_of_sound_mps);
+  if (!sound.is_heard || !faces.is_post) return sound;
+  const double share = share_of_direction(faces, to.seen_m - from.seen_m);
+  for (Complex& pressure : sound.pressure) pressure *= share;
   return sound;
 }
 
+// A corner at the end of a thin plate is the border of a sheet to long waves.
+EdgeSound sound_over_border(const EdgeInAir& border, const Vec3& from_m, const Vec3& to_m,
+                            const Vec3& image_m, double speed_of_sound_mps) {
+  const auto wedge_of = [&](const DiffractingEdge& edge) {
+    return Wedge(edge, from_m, to_m, length(to_m - image_m),
+                 weights_of_reflection(edge, from_m, to_m));
+  };
+  const DiffractingEdge& edge = border.edge();
+  if (weights_of_reflection(edge, from_m, to_m) == Weights{}) return {};
+  const Wedge wedge = wedge_of(edge);
+  if (!std::isfinite(edge.width_m))
+    return sound_over(border, edge, wedge, nullptr, from_m, to_m, speed_of_sound_mps);
+  DiffractingEdge sheet = edge;
+  sheet.air_rad = static_cast<float>(2 * pi);
+  const Wedge as_sheet = wedge_of(sheet);
+  return sound_over(border, edge, wedge, &as_sheet, from_m, to_m, speed_of_sound_mps);
+}
+
+Tones sound_across_sheet(const EdgeInAir& first, const EdgeInAir& second, const Vec3& from_m,
+                         const Vec3& to_m, const Vec3& image_m, double speed_of_sound_mps) {
+  Tones pressure{};
+  const double straight_m = length(to_m - image_m);
+  const double steps_m[] = {first.length_m() / kNodesAcross, second.length_m() / kNodesAcross};
+  const double step_m = std::max(steps_m[0], steps_m[1]);
+  std::array<double, kTones> shares{};
+  for (std::size_t i = 0; i < kTones; ++i) {
+    const auto of_sheet = [&](const EdgeInAir& edge) {
+      return edge.edge().air_rad > static_cast<float>(kSheet_rad)
+                 ? 1
+                 : 1 - edge.share(i, speed_of_sound_mps);
+    };
+    const double nodes = 2 * pi / wave_number(i, speed_of_sound_mps) / step_m;
+    shares[i] = std::clamp((nodes - kFewNodes) / (kManyNodes - kFewNodes), 0.0, 1.0) *
+                of_sheet(first) * of_sheet(second);
+  }
+  if (!(std::ranges::max(shares) > 0)) return pressure;
+  const double a = first.edge().angle_rad(from_m), b = second.edge().angle_rad(to_m);
+  for (int i = 0; i < kNodesAcross; ++i)
+    for (int j = 0; j < kNodesAcross; ++j) {
+      const Vec3 p = point_m(first, (i + 0.5) * steps_m[0]),
+                 q = point_m(second, (j + 0.5) * steps_m[1]);
+      const double before_m = length(p - from_m), between_m = length(q - p),
+                   after_m = length(to_m - q);
+      // The other edge has to be at the face.
+      if (!(dot(q - p, Vec3(first.edge().face)) > 0 && dot(p - q, Vec3(second.edge().face)) > 0))
+        continue;
+      const double cosh_1 = cosh_between(first.edge(), p, from_m, q),
+                   cosh_2 = cosh_between(second.edge(), q, p, to_m);
+      const double beta = beta_on_face(a, cosh_1) * beta_on_face(b, cosh_2) +
+                          beta_on_face(2 * pi - a, cosh_1) * beta_on_face(2 * pi - b, cosh_2);
+      const double density = beta / (128 * pi * pi) * steps_m[0] * steps_m[1] * straight_m /
+                             (before_m * between_m * after_m);
+      const double detour_m = before_m + between_m + after_m - straight_m;
+      for (std::size_t t = 0; t < kTonesPerBand; ++t) {
+        Complex phase = std::polar(1.0, wave_number(t, speed_of_sound_mps) * detour_m);
+        for (std::size_t tone = t; tone < kTones && shares[tone] > 0; tone += kTonesPerBand) {
+          pressure[tone] += shares[tone] * density * phase;
+          phase *= phase;
+        }
+      }
+    }
+  return pressure;
+}
+
 EdgeSound sound_over_edges(const OcclusionGeometry& geometry, const EdgeInAir& first,
-                           const EdgeInAir& second, const Vec3& from_m, const Vec3& to_m,
+                           const EdgeInAir& second, const PathEnd& from, const PathEnd& to,
                            double speed_of_sound_mps, std::uint64_t& rays) {
+  const Vec3 &from_m = from.seen_m, &to_m = to.seen_m;
   EdgeSound sound;
   // A sheet stands for corners, and does not go with them.
   if (first.edge().is_sheet != second.edge().is_sheet && std::isfinite(first.edge().width_m) &&
@@ -399,7 +559,7 @@ EdgeSound sound_over_edges(const OcclusionGeometry& geometry, const EdgeInAir& f
   const double before_m = length(a - from_m), between_m = length(b - a), after_m = length(to_m - b);
   if (!(before_m > 0 && between_m > kMinBetween_m && after_m > 0)) return sound;
   if (!bends(first.edge(), from_m, b, b) || !bends(second.edge(), a, to_m, a)) return sound;
-  if (!first.is_seen_from(from_m, z1) || !second.is_seen_from(to_m, z2)) return sound;
+  if (!first.path_from(from, z1) || !second.path_from(to, z2)) return sound;
   if (!first.is_open(z1) || !second.is_open(z2)) return sound;
   ++rays;
   if (!geometry.is_free(Vec3f(first.place_m(z1)), Vec3f(second.place_m(z2)))) return sound;
@@ -425,6 +585,8 @@ EdgeSound sound_over_edges(const OcclusionGeometry& geometry, const EdgeInAir& f
     sound.pressure[i] = p1[i] * p2[i] *
                         std::polar(share(i) * straight_m / path_m,
                                    wave_number(i, speed_of_sound_mps) * (path_m - straight_m));
+  reflect(first, from, z1, sound);
+  reflect(second, to, z2, sound);
   sound.is_heard = true;
   sound.first_m = a;
   sound.last_m = b;

@@ -30,7 +30,7 @@
 // shorter than half its width they are two. In between, both take their share.
 //
 // A face of a wedge that both points see also reflects, which is not part of the direct sound: the
-// diffraction of that reflection is left out.
+// diffraction of that reflection is the image source's (mirror_edges.h).
 //
 // An edge that ends at a surface at about a right angle, as a door's jamb does at the floor, goes
 // on as its mirror image, and so does the sound.
@@ -42,10 +42,13 @@
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <span>
 
 #include "common/bands.h"
 #include "common/vec.h"
 #include "runtime/occlusion/diffracting_edges.h"
+#include "runtime/occlusion/mirror_path.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 
 namespace clamor {
@@ -74,8 +77,9 @@ class EdgeInAir {
   // Share of the edge in a tone: the corners of a narrow wall end are heard by short waves, the
   // sheet between them by long ones.
   double share(std::size_t tone, double speed_of_sound_mps) const;
-  // Returns whether the point at z, or the one whose image it is, is in sight of `place_m`.
-  bool is_seen_from(const Vec3& place_m, double z) const;
+  // The path from an end to the point at z, or to the one whose image it is; nothing if that is not
+  // in sight.
+  std::optional<MirrorPath> path_from(const PathEnd& end, double z) const;
   // Returns whether sound passes the edge at z: along the narrow face, if it is that of a sheet.
   bool is_open(double z) const;
   // A place in the air close to the edge.
@@ -83,8 +87,6 @@ class EdgeInAir {
 
  private:
   bool is_mirrored(double z, double direction) const;
-
-  bool is_free(const Vec3& from_m, const Vec3& point_m) const;
 
   const OcclusionGeometry& geometry_;
   const DiffractingEdge& edge_;
@@ -102,13 +104,30 @@ struct EdgeSound {
   double path_m = 0;         // its length
 };
 
-// Sound over one edge. Adds the rays cast to `rays`.
-EdgeSound sound_over_edge(const EdgeInAir& edge, const Vec3& from_m, const Vec3& to_m,
+// Power per band of sounds that arrive together, and of a straight one, the mean of the band's
+// thirds. Within a third of an octave, sounds of different paths interfere the less the more waves
+// their lengths differ by.
+Bands power_of(const Tones& straight, double straight_m, std::span<const EdgeSound> sounds,
+               double speed_of_sound_mps);
+
+// Sound over one edge.
+EdgeSound sound_over_edge(const EdgeInAir& edge, const PathEnd& from, const PathEnd& to,
                           double speed_of_sound_mps);
 
-// Sound over one edge and then another.
+// Sound over one edge and then another. Adds the rays cast to `rays`.
 EdgeSound sound_over_edges(const OcclusionGeometry& geometry, const EdgeInAir& first,
-                           const EdgeInAir& second, const Vec3& from_m, const Vec3& to_m,
+                           const EdgeInAir& second, const PathEnd& from, const PathEnd& to,
                            double speed_of_sound_mps, std::uint64_t& rays);
+
+// Sound that the border of a mirror, the first face of the edge, diffracts to a listener before it:
+// what that face reflects, and what is not part of the direct sound. It is relative to the free
+// field of a source's image.
+EdgeSound sound_over_border(const EdgeInAir& border, const Vec3& from_m, const Vec3& to_m,
+                            const Vec3& image_m, double speed_of_sound_mps);
+
+// Sound that goes along both sides of a sheet from one border to another, relative to the same. It
+// matters where the sheet is no wider than the wave.
+Tones sound_across_sheet(const EdgeInAir& first, const EdgeInAir& second, const Vec3& from_m,
+                         const Vec3& to_m, const Vec3& image_m, double speed_of_sound_mps);
 
 }  // namespace clamor

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "formats/bake_file/image_source.h"
+#include "runtime/occlusion/mirror_edges.h"
+#include "runtime/occlusion/mirror_path.h"
+#include "runtime/occlusion/ways_around.h"
 
 namespace clamor {
 
@@ -26,48 +28,36 @@ std::array<double, 2> disc_point(int i) {
   return {radius * std::cos(turn), radius * std::sin(turn)};
 }
 
-// The share that arrives at one point; all zero if no path leads there.
-Bands along_path(const OcclusionGeometry& geometry, const Source& image, const Vec3& place,
-                 std::uint64_t& rays) {
-  const Vec3 source_m(image.mirror);
-  Vec3 from_m = place, target_m(image.position_m);
-  const double within_m = image_tolerance_m(length(target_m - place));
-  Bands share = same_in_all_bands(1);
-  for (int reflections = 0;; ++reflections) {
-    if (reflections > 0 && length(target_m - source_m) <= within_m) {
-      ++rays;
-      return geometry.is_free(Vec3f(from_m), Vec3f(source_m)) ? share : Bands{};
-    }
-    if (reflections == kMaxImageOrder) return Bands{};
-    ++rays;
-    const auto hit = geometry.first_level_hit(Vec3f(from_m), Vec3f(target_m));
-    if (!hit) return Bands{};
-    const Bands& mirrored = geometry.mirror_reflection(hit->material);
-    float most = 0;
-    for (std::size_t b = 0; b < kBandCount; ++b) most = std::max(most, share[b] *= mirrored[b]);
-    if (!(most > 0)) return Bands{};
-    const Vec3 point_m = from_m + (target_m - from_m) * static_cast<double>(hit->fraction);
-    Vec3 normal(hit->normal);
-    if (dot(from_m - point_m, normal) < 0) normal = -normal;
-    target_m += normal * (2 * dot(point_m - target_m, normal));
-    from_m = point_m + normal * OcclusionGeometry::kStartOffset_m;
+// The share of the amplitude that arrives around the listener, and by the straight path itself.
+struct Unfolded {
+  Bands mean{}, straight{};
+  bool is_straight = false;
+  int order = 0;  // of the straight path
+
+  Bands blended(double straight_share) const {
+    Bands amplitude{};
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      amplitude[b] = mean[b] + static_cast<float>(straight_share) * (straight[b] - mean[b]);
+    return amplitude;
   }
-}
+};
 
-}  // namespace
-
-Bands image_visibility(const OcclusionGeometry& geometry, const Source& image, const Vec3& place,
-                       std::uint64_t& rays) {
-  const Vec3 away_m = Vec3(image.position_m) - place;
-  if (!(length(away_m) > 0)) return Bands{};
-  const Basis basis = basis_around(normalize(away_m));
+Unfolded look_from_disc(const OcclusionGeometry& geometry, const PathEnd& image, const Vec3& place,
+                        std::uint64_t& rays) {
+  const Basis basis = basis_around(normalize(image.seen_m - place));
+  Unfolded seen;
   Bands amplitude{};
   int counted = 0, heard = 0;
   const auto look_from = [&](const Vec3& point_m) {
-    const Bands share = along_path(geometry, image, point_m, rays);
+    const auto path = mirror_path(geometry, point_m, image, rays);
     ++counted;
-    heard += share == Bands{} ? 0 : 1;
-    for (std::size_t b = 0; b < kBandCount; ++b) amplitude[b] += std::sqrt(share[b]);
+    if (!path) return;
+    for (std::size_t b = 0; b < kBandCount; ++b) amplitude[b] += std::sqrt(path->reflected[b]);
+    ++heard;
+    if (counted > 1) return;
+    seen.is_straight = true;
+    seen.order = path->order;
+    seen.straight = amplitude;
   };
   look_from(place);
   for (int i = 0; i < kRimPoints + kInnerPoints; ++i) {
@@ -77,13 +67,35 @@ Bands image_visibility(const OcclusionGeometry& geometry, const Source& image, c
     ++rays;
     if (geometry.is_free(Vec3f(place), Vec3f(point_m))) look_from(point_m);
   }
-  if (heard == 0) return Bands{};
-  Bands visibility{};
-  for (std::size_t b = 0; b < kBandCount; ++b) {
-    const float mean = amplitude[b] / static_cast<float>(counted);
-    visibility[b] = mean * mean;
-  }
-  return visibility;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    seen.mean[b] = amplitude[b] / static_cast<float>(counted);
+  return seen;
+}
+
+}  // namespace
+
+DirectSound image_sound(const OcclusionGeometry& geometry, const Source& image,
+                        const LineOfSight& line, std::uint64_t& rays) {
+  DirectSound sound;
+  const Vec3 place(line.to_m);
+  const PathEnd end(Vec3(line.from_m), Vec3(image.mirror));
+  if (!end.is_image() || end.seen_m == place) return sound;
+  const Unfolded seen = look_from_disc(geometry, end, place, rays);
+  MirrorEdges edges;
+  if (seen.order <= 1)
+    edges = sound_over_mirror_edges(geometry, end, place, !seen.is_straight,
+                                    line.speed_of_sound_mps, rays);
+  const Bands amplitude = seen.blended(edges.nearness);
+  sound.pressure = edges.across;
+  for (std::size_t i = 0; i < kTones; ++i)
+    sound.pressure[i] += static_cast<double>(amplitude[i / kTonesPerBand]);
+  sound.visibility =
+      power_of(sound.pressure, length(end.seen_m - place), edges.sounds, line.speed_of_sound_mps);
+  for (const EdgeSound& one : edges.sounds)
+    for (std::size_t i = 0; i < kTones; ++i) sound.pressure[i] += one.pressure[i];
+  sound.is_over_edges = !edges.sounds.empty();
+  if (sound.is_over_edges && !seen.is_straight) sound.bent = mean_path(line, edges.sounds);
+  return sound;
 }
 
 }  // namespace clamor

@@ -7,9 +7,7 @@
 
 #include "common/morton_order.h"
 #include "common/parallel_for.h"
-#include "runtime/occlusion/direct_sound.h"
 #include "runtime/occlusion/fresnel_zone.h"
-#include "runtime/occlusion/image_path.h"
 #include "runtime/occlusion/visibility_cache.h"
 
 namespace clamor {
@@ -165,7 +163,8 @@ std::vector<VisibilityEstimate> estimate_visibilities(const OcclusionGeometry& g
                                                       int more_paths, unsigned threads) {
   std::vector<VisibilityEstimate> estimates(lines.size());
   if (geometry.empty()) {
-    for (VisibilityEstimate& estimate : estimates) estimate = {same_in_all_bands(1), true, 0};
+    for (VisibilityEstimate& estimate : estimates)
+      estimate = {.diffracted = same_in_all_bands(1), .line_is_free = true};
     return estimates;
   }
   std::vector<Vec3> starts_m;
@@ -192,35 +191,35 @@ std::vector<Bands> fine_visibility(const OcclusionGeometry& geometry, double spe
                                    std::span<const Source* const> sources, const Vec3& place,
                                    unsigned threads) {
   std::vector<Bands> visibility(sources.size());
-  std::vector<std::optional<Vec3f>> origins(sources.size());  // of the lines; images have none
-  parallel_for(sources.size(), kLinesPerTask, threads, [&](std::size_t first, std::size_t end) {
-    std::uint64_t rays = 0;
-    for (std::size_t i = first; i < end; ++i)
-      if (sources[i]->is_image)
-        visibility[i] = image_visibility(geometry, *sources[i], place, rays);
-      else
-        origins[i] = geometry.ray_origin(*sources[i]);
+  std::vector<std::optional<LineOfSight>> line_of(sources.size());
+  const auto for_each_source = [&](const auto& act) {
+    parallel_for(sources.size(), kLinesPerTask, threads, [&](std::size_t first, std::size_t end) {
+      for (std::size_t i = first; i < end; ++i) act(i);
+    });
+  };
+  for_each_source([&](std::size_t i) {
+    if (const auto origin_m = geometry.ray_origin(*sources[i]))
+      line_of[i] = {*origin_m, Vec3f(place), speed_of_sound_mps};
   });
   std::vector<LineOfSight> lines;
-  for (const auto& origin_m : origins)
-    if (origin_m) lines.push_back({*origin_m, Vec3f(place), speed_of_sound_mps});
-  const std::vector<VisibilityEstimate> estimates =
+  std::vector<std::size_t> estimate_of(sources.size());
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    if (!line_of[i] || sources[i]->is_image) continue;
+    estimate_of[i] = lines.size();
+    lines.push_back(*line_of[i]);
+  }
+  std::vector<VisibilityEstimate> estimates =
       estimate_visibilities(geometry, lines, kMediumPaths, kFinePaths, threads);
-  std::vector<std::size_t> line_of(sources.size());
-  std::size_t next = 0;
-  for (std::size_t i = 0; i < origins.size(); ++i)
-    if (origins[i]) line_of[i] = next++;
-  parallel_for(sources.size(), kLinesPerTask, threads, [&](std::size_t first, std::size_t end) {
-    std::uint64_t rays = 0;
-    for (std::size_t i = first; i < end; ++i) {
-      if (!origins[i]) continue;
-      const VisibilityEstimate& zone = estimates[line_of[i]];
+  for_each_source([&](std::size_t i) {
+    if (!line_of[i]) return;
+    if (sources[i]->is_image) {
       visibility[i] =
-          sources[i]->is_emitter
-              ? direct_sound(geometry, lines[line_of[i]], zone.diffracted, zone.line_is_free, rays)
-                    .visibility
-              : zone.diffracted;
+          estimate_visibility(geometry, *sources[i], *line_of[i], kMediumPaths, true).diffracted;
+      return;
     }
+    VisibilityEstimate& estimate = estimates[estimate_of[i]];
+    if (sources[i]->is_emitter) add_edges(geometry, *line_of[i], estimate);
+    visibility[i] = estimate.diffracted;
   });
   return visibility;
 }

@@ -9,7 +9,6 @@
 // Packets are formed from the lines alone, so the result does not depend on the number of threads.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -18,17 +17,12 @@
 #include "formats/bake_file/source.h"
 #include "runtime/occlusion/fresnel_visibility.h"
 #include "runtime/occlusion/occlusion_geometry.h"
+#include "runtime/occlusion/visibility_estimate.h"
 
 namespace clamor {
 
-struct VisibilityEstimate {
-  Bands diffracted{};         // as returned by fresnel_visibility()
-  bool line_is_free = false;  // the straight line
-  std::uint64_t rays = 0;     // cast for this estimate
-};
-
-// Estimates for the lines, in their order; all lines end at about the same place. `threads` of 0
-// means one per core.
+// Estimates by fresnel_visibility() for the lines, in their order; all lines end at about the same
+// place. `threads` of 0 means one per core.
 std::vector<VisibilityEstimate> estimate_visibilities(const OcclusionGeometry& geometry,
                                                       std::span<const LineOfSight> lines,
                                                       int paths_per_ring, unsigned threads = 0);

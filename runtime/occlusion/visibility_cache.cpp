@@ -4,10 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "runtime/occlusion/direct_sound.h"
-#include "runtime/occlusion/fresnel_visibility.h"
-#include "runtime/occlusion/image_path.h"
 #include "runtime/occlusion/ray_timer.h"
+#include "runtime/occlusion/visibility_estimate.h"
 #include "runtime/propagation/source_number.h"
 
 namespace clamor {
@@ -31,15 +29,14 @@ int paths_for(VisibilityPrecision precision) {
 Bands source_visibility(const OcclusionGeometry& geometry, double speed_of_sound_mps,
                         const Source& source, const Vec3& place, int paths_per_ring,
                         std::uint64_t& rays) {
-  if (source.is_image) return image_visibility(geometry, source, place, rays);
   ++rays;
   const auto origin_m = geometry.ray_origin(source);
   if (!origin_m) return Bands{};
-  const LineOfSight line{*origin_m, Vec3f(place), speed_of_sound_mps};
-  bool line_is_free = true;
-  const Bands zone = fresnel_visibility(geometry, line, paths_per_ring, rays, &line_is_free);
-  if (!source.is_emitter) return zone;
-  return direct_sound(geometry, line, zone, line_is_free, rays).visibility;
+  const VisibilityEstimate estimate =
+      estimate_visibility(geometry, source, {*origin_m, Vec3f(place), speed_of_sound_mps},
+                          paths_per_ring, source.is_emitter);
+  rays += estimate.rays;
+  return estimate.diffracted;
 }
 
 bool is_partial(const Bands& visibility) {
@@ -54,7 +51,7 @@ Bands fine_visibility(const OcclusionGeometry& geometry, double speed_of_sound_m
     return source_visibility(geometry, speed_of_sound_mps, source, place, paths, rays);
   };
   const Bands first = estimate(kMediumPaths);
-  if (source.is_image || source.is_emitter) return first;
+  if (source.is_emitter) return first;
   return is_partial(first) ? estimate(kFinePaths) : first;
 }
 
@@ -206,32 +203,17 @@ void VisibilityCache::estimate(VisibilityEntry& entry, const Source& source,
   follow(entry, source);
   const bool is_over_edges =
       entry.is_direct && (entry.is_over_edges || precision == VisibilityPrecision::kFine);
-  if (is_over_edges) precision = VisibilityPrecision::kFine;
-  VisibilityEstimate estimate;
-  if (source.is_image)
-    estimate = estimate_of_image(source);
-  else if (entry.has_origin)
-    estimate.diffracted = fresnel_visibility(geometry_, line_to(entry),
-                                             is_over_edges ? kMediumPaths : paths_for(precision),
-                                             estimate.rays, &estimate.line_is_free);
-  if (is_over_edges && entry.has_origin) add_edges(entry, estimate);
+  if (is_over_edges || entry.is_image) precision = VisibilityPrecision::kFine;
+  const VisibilityEstimate estimate =
+      entry.has_origin
+          ? estimate_visibility(geometry_, source, line_to(entry),
+                                is_over_edges ? kMediumPaths : paths_for(precision), is_over_edges)
+          : VisibilityEstimate();
   store(entry, source, precision, estimate);
 }
 
 LineOfSight VisibilityCache::line_to(const VisibilityEntry& entry) const {
   return {entry.origin_m, Vec3f(place_), speed_of_sound_mps_};
-}
-
-// Replaces an estimate of a direct sound's zone by what arrives over edges.
-void VisibilityCache::add_edges(VisibilityEntry& entry, VisibilityEstimate& estimate) {
-  const DirectSound direct = direct_sound(geometry_, line_to(entry), estimate.diffracted,
-                                          estimate.line_is_free, estimate.rays);
-  estimate.diffracted = direct.visibility;
-  entry.is_over_edges = direct.is_over_edges;
-  if (direct.bent)
-    bent_paths_.insert_or_assign(entry.number, *direct.bent);
-  else
-    bent_paths_.erase(entry.number);
 }
 
 // What is transmitted straight through walls takes its share of the path.
@@ -244,14 +226,6 @@ std::optional<BentPath> VisibilityCache::bent_path(std::uint64_t number) const {
   return all > 0 ? std::optional(blend(line_to(entry), found->second, bent / all)) : std::nullopt;
 }
 
-// An image is seen through mirrors, whatever is on the straight line.
-VisibilityEstimate VisibilityCache::estimate_of_image(const Source& source) const {
-  VisibilityEstimate estimate;
-  estimate.diffracted = image_visibility(geometry_, source, place_, estimate.rays);
-  estimate.line_is_free = true;
-  return estimate;
-}
-
 void VisibilityCache::store(VisibilityEntry& entry, const Source& source,
                             VisibilityPrecision precision, const VisibilityEstimate& estimate) {
   const Bands predicted = std::exchange(entry.diffracted, estimate.diffracted);
@@ -260,6 +234,11 @@ void VisibilityCache::store(VisibilityEntry& entry, const Source& source,
   const bool was_predicted = !was_stale && entry.updated > 0 &&
                              grid_.change_clock() - static_cast<double>(entry.change_clock) < 0.5;
   entry.line_is_free = estimate.line_is_free;
+  entry.is_over_edges = estimate.is_over_edges;
+  if (estimate.bent)
+    bent_paths_.insert_or_assign(entry.number, *estimate.bent);
+  else if (entry.is_direct || entry.is_image)
+    bent_paths_.erase(entry.number);
   ++(precision == VisibilityPrecision::kFine ? statistics_.fine_estimates : statistics_.estimates);
   statistics_.rays += estimate.rays;
   rays_left_ -= static_cast<std::int64_t>(estimate.rays);
@@ -330,7 +309,7 @@ std::vector<Bands> VisibilityCache::estimate_now(std::span<const Wanted> sources
       continue;
     }
     VisibilityEstimate estimate = entry.has_origin ? estimates[next++] : VisibilityEstimate();
-    if (entry.is_direct && entry.has_origin) add_edges(entry, estimate);
+    if (entry.is_direct && entry.has_origin) add_edges(geometry_, line_to(entry), estimate);
     store(entry, *sources[s].source,
           entry.is_direct ? VisibilityPrecision::kFine : VisibilityPrecision::kMedium, estimate);
   }

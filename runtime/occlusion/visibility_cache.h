@@ -13,7 +13,8 @@
 //   coarse     4 paths per ring (fresnel_visibility.h), for sources that matter as a group only
 //   medium     8 paths per ring, for sources of four times the mean weight or more
 //   fine       64 paths per ring, for sources that an edge partly occludes; for direct sounds, the
-//              medium one and all edges near the path (direct_sound.h)
+//              medium one and all edges near the path (direct_sound.h); for images, their mirrors
+//              and edges (image_path.h)
 //
 // Each keyframe has a budget of rays, twice as many where the whole scene changed at once, as it
 // does behind a door. The budget pays, in this order, for
@@ -61,12 +62,12 @@
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
 #include "runtime/occlusion/changed_parts.h"
-#include "runtime/occlusion/direct_sound.h"
 #include "runtime/occlusion/occlusion_batch.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/occlusion_grid.h"
 #include "runtime/occlusion/occlusion_upper_bounds.h"
 #include "runtime/occlusion/visibility_entries.h"
+#include "runtime/occlusion/visibility_estimate.h"
 #include "runtime/occlusion/visibility_options.h"
 
 namespace clamor {
@@ -201,8 +202,6 @@ class VisibilityCache {
   void predict(VisibilityEntry& entry, const Source& source, bool line_changed);
   void estimate(VisibilityEntry& entry, const Source& source, VisibilityPrecision precision);
   LineOfSight line_to(const VisibilityEntry& entry) const;
-  void add_edges(VisibilityEntry& entry, VisibilityEstimate& estimate);
-  VisibilityEstimate estimate_of_image(const Source& source) const;
   void store(VisibilityEntry& entry, const Source& source, VisibilityPrecision precision,
              const VisibilityEstimate& estimate);
   std::size_t renew_direct(std::span<const Wanted> stale);

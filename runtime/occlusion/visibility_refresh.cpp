@@ -110,7 +110,7 @@ void VisibilityCache::retest_lines(std::vector<Task>& tasks) {
     std::nth_element(tasks.begin(), tasks.begin() + static_cast<std::ptrdiff_t>(count), tasks.end(),
                      is_older);
   const RayTimer time(statistics_.ray_ms);
-  for (std::size_t t = 0; t < count; ++t) {
+  for (std::size_t t = 0; t < count && rays_left_ > 0; ++t) {
     VisibilityEntry& entry = entries_[tasks[t].index];
     if (entry.is_stale || !is_within(entry, *tasks[t].source, kRecentRadii))
       test_line(entry, *tasks[t].source);

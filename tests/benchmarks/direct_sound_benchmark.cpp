@@ -1,9 +1,10 @@
-// direct_sound_benchmark.cpp: cost of a direct sound with all edges near its path, as a multiple of
-// a fine estimate of its Fresnel zone in the same run.
+// direct_sound_benchmark.cpp: cost of a direct sound, and of an image source, with all edges near
+// its path, as a multiple of a fine estimate of the direct sound's Fresnel zone in the same run.
 //
 // Lines between random places at the height of people, at most 20 m long, as between an emitter and
 // a listener; only those are counted that an edge partly or wholly occludes. `ratio` is of CPU
-// time, `rays` and `fine_rays` are per line.
+// time, `rays` and `fine_rays` are per line. An image is that in the surface that is straight below
+// the source; all materials count as mirrors.
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -16,6 +17,7 @@
 #include "common/thread_time.h"
 #include "formats/gltf/level_import.h"
 #include "runtime/occlusion/direct_sound.h"
+#include "runtime/occlusion/image_path.h"
 #include "tests/build_paths.h"
 
 namespace clamor {
@@ -44,12 +46,18 @@ std::vector<LineOfSight> occluded_lines(const OcclusionGeometry& geometry, const
   return lines;
 }
 
-void direct_sound_over_edges(benchmark::State& state, const std::string& level) {
+// Times `estimate`, which takes a line and adds its rays.
+template <class Estimate>
+void over_edges(benchmark::State& state, const std::string& level, const Estimate& estimate) {
   if (!std::filesystem::exists(level)) {
     state.SkipWithError("needs the levels beside the repository");
     return;
   }
-  const auto imported = import_level(level, ImportOptions{});
+  auto imported = import_level(level, ImportOptions{});
+  for (Material& material : imported->level.materials) {
+    material.scattering = same_in_all_bands(0);
+    material.phong = same_in_all_bands(kMirrorExponent);
+  }
   const OcclusionGeometry geometry(imported->level.mesh, imported->level.materials);
   const std::vector<LineOfSight> lines = occluded_lines(geometry, imported->level.mesh);
   double edges_s = 0, fine_s = 0;
@@ -57,9 +65,7 @@ void direct_sound_over_edges(benchmark::State& state, const std::string& level) 
   for (auto _ : state)
     for (const LineOfSight& line : lines) {
       const double start_s = thread_time_s();
-      bool line_is_free = true;
-      const Bands zone = fresnel_visibility(geometry, line, kMediumPaths, rays, &line_is_free);
-      benchmark::DoNotOptimize(direct_sound(geometry, line, zone, line_is_free, rays));
+      estimate(geometry, line, rays);
       const double middle_s = thread_time_s();
       benchmark::DoNotOptimize(fresnel_visibility(geometry, line, kFinePaths, fine_rays));
       edges_s += middle_s - start_s;
@@ -71,10 +77,41 @@ void direct_sound_over_edges(benchmark::State& state, const std::string& level) 
   state.counters["rays"] = static_cast<double>(rays) / runs;
   state.counters["fine_rays"] = static_cast<double>(fine_rays) / runs;
 }
+
+void direct_sound_over_edges(benchmark::State& state, const std::string& level) {
+  over_edges(state, level,
+             [](const OcclusionGeometry& geometry, const LineOfSight& line, std::uint64_t& rays) {
+               bool line_is_free = true;
+               const Bands zone =
+                   fresnel_visibility(geometry, line, kMediumPaths, rays, &line_is_free);
+               benchmark::DoNotOptimize(direct_sound(geometry, line, zone, line_is_free, rays));
+             });
+}
 BENCHMARK_CAPTURE(direct_sound_over_edges, violin_room,
                   std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb")
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(direct_sound_over_edges, sponza, testing::shared_level("sponza.glb"))
+    ->Unit(benchmark::kMillisecond);
+
+void image_sound_over_edges(benchmark::State& state, const std::string& level) {
+  over_edges(state, level,
+             [](const OcclusionGeometry& geometry, const LineOfSight& line, std::uint64_t& rays) {
+               constexpr float kDown_m = 100;
+               const auto floor =
+                   geometry.first_level_hit(line.from_m, line.from_m - Vec3f(0, kDown_m, 0));
+               if (!floor) return;
+               Source image;
+               image.is_emitter = image.is_image = true;
+               image.mirror = line.from_m;
+               image.position_m = line.from_m - Vec3f(0, 2 * floor->fraction * kDown_m, 0);
+               const LineOfSight from_image{image.position_m, line.to_m, line.speed_of_sound_mps};
+               benchmark::DoNotOptimize(image_sound(geometry, image, from_image, rays));
+             });
+}
+BENCHMARK_CAPTURE(image_sound_over_edges, violin_room,
+                  std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb")
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(image_sound_over_edges, sponza, testing::shared_level("sponza.glb"))
     ->Unit(benchmark::kMillisecond);
 
 }  // namespace

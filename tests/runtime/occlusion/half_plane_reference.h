@@ -53,8 +53,8 @@ inline Complex macdonald(double x, double xi) {
   return xi <= 0 ? integral_from(x, -xi) / whole : 1.0 - integral_from(x, xi) / whole;
 }
 
-// Power behind the half-plane x = 0, y < 0, relative to a free field, averaged over an octave.
-inline double exact_power(const Vec3& from_m, const Vec3& to_m, std::size_t band) {
+// Pressure of the half-plane x = 0, y < 0 with a source at x < 0, at a wave number.
+inline Complex exact_pressure(const Vec3& from_m, const Vec3& to_m, double k) {
   const auto angle = [](const Vec3& at) {  // from the half-plane, on the source's side
     const double phi = std::atan2(-at.x, -at.y);
     return phi < 0 ? phi + 2 * kPi : phi;
@@ -63,17 +63,22 @@ inline double exact_power(const Vec3& from_m, const Vec3& to_m, std::size_t band
   const double direct_m = length(to_m - from_m);
   const double image_m = length(to_m - Vec3(-from_m.x, from_m.y, from_m.z));
   const double round_m = std::hypot(r + r0, to_m.z - from_m.z);
+  const auto radiation = [&](double distance_m, double phi) {
+    const double xi = 2 * std::sqrt(k * r * r0 / (round_m + distance_m)) * std::cos(phi / 2);
+    return std::polar(1 / distance_m, k * distance_m) * macdonald(k * distance_m, xi);
+  };
+  return radiation(direct_m, angle(to_m) - angle(from_m)) +
+         radiation(image_m, angle(to_m) + angle(from_m));
+}
+
+// Its power, relative to a free field, averaged over an octave.
+inline double exact_power(const Vec3& from_m, const Vec3& to_m, std::size_t band) {
+  const double direct_m = length(to_m - from_m);
   constexpr int kSteps = 6;
   double power = 0;
   for (int step = 0; step < kSteps; ++step) {
     const double hz = 1000 * std::exp2(static_cast<double>(band) - 4.5 + (step + 0.5) / kSteps);
-    const double k = 2 * kPi * hz / kSound_mps;
-    const auto radiation = [&](double distance_m, double phi) {
-      const double xi = 2 * std::sqrt(k * r * r0 / (round_m + distance_m)) * std::cos(phi / 2);
-      return std::polar(1 / distance_m, k * distance_m) * macdonald(k * distance_m, xi);
-    };
-    power += std::norm(radiation(direct_m, angle(to_m) - angle(from_m)) +
-                       radiation(image_m, angle(to_m) + angle(from_m)));
+    power += std::norm(exact_pressure(from_m, to_m, 2 * kPi * hz / kSound_mps));
   }
   return power / kSteps * direct_m * direct_m;
 }

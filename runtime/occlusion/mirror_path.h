@@ -1,0 +1,40 @@
+// mirror_path.h: the path by which mirrors reflect sound from one place to another.
+//
+// From a place towards an image, the first surface is the last mirror of the path, if there is a
+// path at all. The image's own image in that mirror is where the path goes on, and so back to what
+// the image is of. Which mirrors these are, the walk finds out: an image behind a corner is heard
+// by one order of reflections here and by another there.
+//
+// Threads: any.   Cost: a ray per reflection, and one more.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "common/bands.h"
+#include "common/vec.h"
+#include "runtime/occlusion/occlusion_geometry.h"
+
+namespace clamor {
+
+// The end of a path, and its image in the mirrors on the way: with this in its place, the path is
+// straight. Without mirrors, both are the same.
+struct PathEnd {
+  PathEnd(const Vec3& place_m) : seen_m(place_m), real_m(place_m) {}
+  PathEnd(const Vec3& image_m, const Vec3& place_m) : seen_m(image_m), real_m(place_m) {}
+
+  bool is_image() const { return seen_m != real_m; }
+
+  Vec3 seen_m, real_m;
+};
+
+struct MirrorPath {
+  Bands reflected = same_in_all_bands(1);  // share of the power
+  int order = 0;                           // reflections
+};
+
+// The path from a place to an end; nothing if no path leads there. Adds the rays cast to `rays`.
+std::optional<MirrorPath> mirror_path(const OcclusionGeometry& geometry, const Vec3& from_m,
+                                      const PathEnd& end, std::uint64_t& rays);
+
+}  // namespace clamor
