@@ -13,7 +13,7 @@
 // Direct sound and image together are exact for an infinite rigid half-plane and wedge. A plate no
 // wider than the wave needs the second order across its two sides, which is there for sheets and
 // for plates that are thin to the wave: plates of 1 and 3 m reflect within 1.5 dB of the exact
-// solution down to -12 dB (tests/physics/plate_test.cpp).
+// solution down to -10 dB, and 3.5 dB down to -20 dB (tests/physics/plate_test.cpp).
 //
 // A corner that points into the walls is no edge, and neither is a change of material. The 12
 // nearest edges on either side of the mirror take part, within a detour of one wave of the lowest
