@@ -267,8 +267,7 @@ void sort_sources(std::vector<Source> sources, EmitterInstances& instances,
                                    instances.tops);
 }
 
-// The memory of a step of a bake on disk, which depends on the limit alone, because the order of
-// the pages depends on it.
+// The memory of a step of a bake on disk.
 std::uint64_t step_memory_bytes(const BakeOptions& options) {
   return std::max<std::uint64_t>(25'000'000, options.memory_bytes / 4);
 }

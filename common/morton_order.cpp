@@ -1,7 +1,6 @@
 #include "common/morton_order.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <utility>
 
 namespace clamor {
@@ -18,6 +17,12 @@ std::uint64_t spread(std::uint64_t bits) {  // inserts two zeros after each of 2
 
 }  // namespace
 
+std::uint64_t morton_code(const Vec3& steps) {
+  return spread(static_cast<std::uint64_t>(steps.x)) |
+         spread(static_cast<std::uint64_t>(steps.y)) << 1 |
+         spread(static_cast<std::uint64_t>(steps.z)) << 2;
+}
+
 std::vector<std::size_t> morton_order(std::span<const Vec3> places) {
   Vec3 low(1e300), high(-1e300);
   for (const Vec3& place : places) {
@@ -27,11 +32,8 @@ std::vector<std::size_t> morton_order(std::span<const Vec3> places) {
   const double edge = std::max({high.x - low.x, high.y - low.y, high.z - low.z, 1e-9});
   std::vector<std::pair<std::uint64_t, std::size_t>> order;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const Vec3 at = (places[i] - low) / edge * static_cast<double>((1 << 21) - 1);
-    order.emplace_back(spread(static_cast<std::uint64_t>(at.x)) |
-                           spread(static_cast<std::uint64_t>(at.y)) << 1 |
-                           spread(static_cast<std::uint64_t>(at.z)) << 2,
-                       i);
+    const Vec3 steps = (places[i] - low) / edge * static_cast<double>((1 << 21) - 1);
+    order.emplace_back(morton_code(steps), i);
   }
   std::sort(order.begin(), order.end());
   std::vector<std::size_t> indices;

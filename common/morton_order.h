@@ -5,12 +5,16 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "common/vec.h"
 
 namespace clamor {
+
+// Morton code of a position given in steps, which are not negative and below 2^21.
+std::uint64_t morton_code(const Vec3& steps);
 
 // Indices of the positions in Morton order, quantised to 2^21 steps of their longest extent. Ties
 // are broken by the lower index.

@@ -6,6 +6,8 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
+#include "common/morton_order.h"
+
 namespace clamor {
 
 namespace {
@@ -14,15 +16,6 @@ struct MortonKey {
   std::uint64_t code;
   std::uint32_t point;
 };
-
-// Puts two zeros before each of 21 bits.
-std::uint64_t spread(std::uint64_t bits) {
-  bits = (bits | bits << 32) & 0x001f00000000ffff;
-  bits = (bits | bits << 16) & 0x001f0000ff0000ff;
-  bits = (bits | bits << 8) & 0x100f00f00f00f00f;
-  bits = (bits | bits << 4) & 0x10c30c30c30c30c3;
-  return (bits | bits << 2) & 0x1249249249249249;
-}
 
 std::vector<MortonKey> in_morton_order(std::span<const PowerPoint> points) {
   constexpr double kSteps = (1 << 21) - 1;
@@ -38,11 +31,8 @@ std::vector<MortonKey> in_morton_order(std::span<const PowerPoint> points) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 4096),
                     [&](const auto& range) {
                       for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                        const Vec3 step = (Vec3(points[i].position_m) - Vec3(low_m)) * steps_per_m;
-                        keys[i] = {spread(static_cast<std::uint64_t>(step.x)) |
-                                       spread(static_cast<std::uint64_t>(step.y)) << 1 |
-                                       spread(static_cast<std::uint64_t>(step.z)) << 2,
-                                   static_cast<std::uint32_t>(i)};
+                        const Vec3 steps = (Vec3(points[i].position_m) - Vec3(low_m)) * steps_per_m;
+                        keys[i] = {morton_code(steps), static_cast<std::uint32_t>(i)};
                       }
                     });
   tbb::parallel_sort(keys.begin(), keys.end(), [](const MortonKey& a, const MortonKey& b) {

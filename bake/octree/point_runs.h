@@ -1,8 +1,8 @@
 // point_runs.h: points in Morton order, for finding the neighbours of all of them.
 //
-// Points are sorted along a Morton curve (G. M. Morton, A computer oriented geodetic data base,
-// IBM, 1966) and cut into runs of 16, which are compact. Over the bounding boxes of the runs lies a
-// tree in which each box holds the eight below it.
+// Points are sorted along a Morton curve (morton_order.h) and cut into runs of 16, which are
+// compact. Over the bounding boxes of the runs lies a tree in which each box holds the eight below
+// it.
 //
 // Memory: 26 bytes per point, and 16 more while they are sorted. Threads: those of the calling TBB
 // arena sort; all else is const.

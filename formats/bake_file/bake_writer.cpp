@@ -1,6 +1,6 @@
 // bake_writer.cpp: implementation of bake_writer.h.
 //
-// Order: preamble, pages in node order, signals, geometry, root. The preamble is rewritten last.
+// Order: preamble, pages, children first, signals, geometry, root. The preamble is rewritten last.
 #include "formats/bake_file/bake_writer.h"
 
 #include <algorithm>

@@ -13,12 +13,22 @@ namespace {
 
 constexpr std::size_t kPagesAtOnce = 1024;  // encoded in parallel, then written in order
 
-std::vector<std::size_t> depths_of(const std::vector<OctreeNode>& nodes) {
-  std::vector<std::size_t> node_depths(nodes.size(), 0);
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    for (const std::uint32_t child : nodes[i].children)
-      if (child != kNoNode) node_depths[child] = node_depths[i] + 1;
-  return node_depths;
+// The nodes, each after its children. An octree that is streamed has this order, too, however much
+// of it the memory holds.
+std::vector<std::size_t> children_first(const std::vector<OctreeNode>& nodes) {
+  std::vector<std::size_t> order;
+  order.reserve(nodes.size());
+  std::vector<std::size_t> left;
+  if (!nodes.empty()) left.push_back(0);
+  while (!left.empty()) {
+    const std::size_t node = left.back();
+    left.pop_back();
+    order.push_back(node);
+    for (const std::uint32_t child : nodes[node].children)
+      if (child != kNoNode) left.push_back(child);
+  }
+  std::reverse(order.begin(), order.end());
+  return order;
 }
 
 // Summary of a parent of two nodes. One of them contains instances, so the cone covers all
@@ -57,59 +67,64 @@ Result<void> OctreeWriter::append(std::vector<std::byte> page, PageEntry& entry)
   return good.ok() ? good : unreadable(good.error());
 }
 
+OctreeWriter::Depth OctreeWriter::depth_of(std::span<const Source> sources,
+                                           std::size_t packed_bytes) {
+  Depth depth{{1, sources.size(), packed_bytes, {}}};
+  for (const Source& source : sources)
+    for (std::size_t b = 0; b < kBandCount; ++b) depth.power[b] += source.power[b];
+  return depth;
+}
+
+void OctreeWriter::add_below(const std::vector<Depth>& below, std::vector<Depth>& above) {
+  above.resize(std::max(above.size(), below.size() + 1));
+  for (std::size_t d = 0; d < below.size(); ++d) {
+    Depth& depth = above[d + 1];
+    depth.counts.nodes += below[d].counts.nodes;
+    depth.counts.sources += below[d].counts.sources;
+    depth.counts.packed_bytes += below[d].counts.packed_bytes;
+    for (std::size_t b = 0; b < kBandCount; ++b) depth.power[b] += below[d].power[b];
+  }
+}
+
 Result<OctreeWriter::Part> OctreeWriter::write_part(const SourceOctree& octree) {
   const std::vector<OctreeNode>& nodes = octree.nodes;
-  // Parents precede children in memory, so iterating backwards visits children first.
-  Part part;
-  std::vector<PageEntry> entries(nodes.size());
-  const std::vector<std::size_t> node_depths = depths_of(nodes);
-  for (std::size_t end = nodes.size(); end > 0;) {
-    const std::size_t first = end > kPagesAtOnce ? end - kPagesAtOnce : 0;
+  const std::vector<std::size_t> order = children_first(nodes);
+  std::vector<Part> parts(nodes.size());  // empty once they have a parent
+  for (std::size_t first = 0; first < order.size(); first += kPagesAtOnce) {
+    const std::size_t end = std::min(order.size(), first + kPagesAtOnce);
     std::vector<std::vector<std::byte>> pages(end - first);
+    const auto sources_of = [&octree](const OctreeNode& node) {
+      return std::span(octree.sources).subspan(node.first_source, node.source_count);
+    };
     tbb::parallel_for(first, end, [&](std::size_t i) {
-      const OctreeNode& node = nodes[i];
+      const OctreeNode& node = nodes[order[i]];
       if (node.source_count > 0)
-        pages[i - first] = zstd_compress_fast(encode_page(
-            node, std::span(octree.sources).subspan(node.first_source, node.source_count),
-            mirror_bits_));
+        pages[i - first] = zstd_compress_fast(encode_page(node, sources_of(node), mirror_bits_));
     });
-    for (std::size_t i = end; i-- > first;) {
-      const OctreeNode& node = nodes[i];
-      PageEntry& entry = entries[i];
-      static_cast<NodeSummary&>(entry) = node;
+    for (std::size_t i = first; i < end; ++i) {
+      const OctreeNode& node = nodes[order[i]];
+      Part& part = parts[order[i]];
+      static_cast<NodeSummary&>(part.top) = node;
       std::vector<std::byte>& page = pages[i - first];
-      entry.page.packed_bytes = static_cast<std::uint32_t>(page.size());
-      entry.sources_below = node.source_count;
-      for (std::size_t octant = 0; octant < 8; ++octant) {
-        if (node.children[octant] == kNoNode) continue;
-        PageEntry& child = entries[node.children[octant]];
-        child.octant = node.divides_space ? static_cast<std::uint8_t>(octant) : kNoOctant;
-        put_entry(child, page);
-        entry.sources_below += child.sources_below;
-        ++entry.page.children;
-      }
+      part.top.page.packed_bytes = static_cast<std::uint32_t>(page.size());
+      part.top.sources_below = node.source_count;
+      part.depths.resize(1);
+      for (std::size_t octant = 0; octant < 8; ++octant)
+        if (node.children[octant] != kNoNode)
+          put_below(std::exchange(parts[node.children[octant]], {}),
+                    node.divides_space ? static_cast<std::uint8_t>(octant) : kNoOctant, page, part);
       for (std::size_t k = 0; k < node.instance_count; ++k) {
         const Instance& instance = octree.instances[node.first_instance + k];
         put_instance(instance, page);
-        if (instance.tree < tops_.size()) entry.sources_below += tops_[instance.tree].sources_below;
-        ++entry.page.instances;
+        if (instance.tree < tops_.size())
+          part.top.sources_below += tops_[instance.tree].sources_below;
+        ++part.top.page.instances;
       }
-
-      if (node_depths[i] >= part.depths.size()) part.depths.resize(node_depths[i] + 1);
-      OctreeDepth& depth = part.depths[node_depths[i]].counts;
-      ++depth.nodes;
-      depth.sources += node.source_count;
-      depth.packed_bytes += page.size();
-      if (const auto done = append(std::move(page), entry); !done.ok()) return done.error();
+      part.depths[0] = depth_of(sources_of(node), page.size());
+      if (const auto done = append(std::move(page), part.top); !done.ok()) return done.error();
     }
-    end = first;
   }
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    for (std::size_t k = 0; k < nodes[i].source_count; ++k)
-      for (std::size_t b = 0; b < kBandCount; ++b)
-        part.depths[node_depths[i]].power[b] += octree.sources[nodes[i].first_source + k].power[b];
-  if (!entries.empty()) part.top = entries[0];
-  return part;
+  return parts.empty() ? Part{} : std::move(parts[0]);
 }
 
 void OctreeWriter::finish(const Part& part) {
@@ -137,21 +152,13 @@ Result<std::size_t> OctreeWriter::add_subtree(SourceOctree&& subtree) {
   return parts_.size() - 1;
 }
 
-void OctreeWriter::put_below(std::size_t handle, std::uint8_t octant, std::vector<std::byte>& page,
+void OctreeWriter::put_below(Part below, std::uint8_t octant, std::vector<std::byte>& page,
                              Part& above) {
-  Part below = std::exchange(parts_[handle], {});
   below.top.octant = octant;
   put_entry(below.top, page);
   above.top.sources_below += below.top.sources_below;
   ++above.top.page.children;
-  above.depths.resize(std::max(above.depths.size(), below.depths.size() + 1));
-  for (std::size_t d = 0; d < below.depths.size(); ++d) {
-    Depth& depth = above.depths[d + 1];
-    depth.counts.nodes += below.depths[d].counts.nodes;
-    depth.counts.sources += below.depths[d].counts.sources;
-    depth.counts.packed_bytes += below.depths[d].counts.packed_bytes;
-    for (std::size_t b = 0; b < kBandCount; ++b) depth.power[b] += below.depths[d].power[b];
-  }
+  add_below(below.depths, above.depths);
 }
 
 Result<std::size_t> OctreeWriter::add_node(
@@ -165,11 +172,9 @@ Result<std::size_t> OctreeWriter::add_node(
   part.top.sources_below = sources.size();
   for (std::size_t octant = 0; octant < 8; ++octant)
     if (children[octant])
-      put_below(*children[octant], static_cast<std::uint8_t>(octant), page, part);
-  Depth& top = part.depths[0];
-  top.counts = {1, sources.size(), page.size(), {}};
-  for (const Source& source : sources)
-    for (std::size_t b = 0; b < kBandCount; ++b) top.power[b] += source.power[b];
+      put_below(std::exchange(parts_[*children[octant]], {}), static_cast<std::uint8_t>(octant),
+                page, part);
+  part.depths[0] = depth_of(sources, page.size());
   if (const auto done = append(std::move(page), part.top); !done.ok()) return done.error();
   parts_.push_back(std::move(part));
   return parts_.size() - 1;
@@ -180,7 +185,8 @@ Result<std::size_t> OctreeWriter::add_above(std::size_t first, std::size_t secon
   part.depths.resize(1);
   static_cast<NodeSummary&>(part.top) = above(parts_[first].top, parts_[second].top);
   std::vector<std::byte> page;
-  for (const std::size_t handle : {first, second}) put_below(handle, kNoOctant, page, part);
+  for (const std::size_t handle : {first, second})
+    put_below(std::exchange(parts_[handle], {}), kNoOctant, page, part);
   part.depths[0].counts = {1, 0, page.size(), {}};
   if (const auto done = append(std::move(page), part.top); !done.ok()) return done.error();
   parts_.push_back(std::move(part));

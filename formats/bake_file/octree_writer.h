@@ -1,4 +1,7 @@
 // octree_writer.h: writes the pages of octrees, children first.
+//
+// The order of the pages and of all sums is that of the tree: the same whether it is written at
+// once or piece by piece, whatever the pieces.
 #pragma once
 
 #include <array>
@@ -52,8 +55,10 @@ class OctreeWriter final : public OctreeSink {
   };
 
   // Adds a part as child of the node whose page is being created.
-  void put_below(std::size_t handle, std::uint8_t octant, std::vector<std::byte>& page,
-                 Part& above);
+  static void put_below(Part below, std::uint8_t octant, std::vector<std::byte>& page, Part& above);
+  // Counts of a node with these sources, and those of its children's subtrees.
+  static Depth depth_of(std::span<const Source> sources, std::size_t packed_bytes);
+  static void add_below(const std::vector<Depth>& below, std::vector<Depth>& above);
   Result<Part> write_part(const SourceOctree& octree);
   void finish(const Part& part);
   // Appends a page and completes its entry.

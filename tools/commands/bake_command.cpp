@@ -61,7 +61,8 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
                 "maximum number of threads, 0: all cores; does not change the output");
   parser.option("--memory", memory,
                 "limit, as in 500MB or 2GB: what exceeds it is kept in temporary files beside "
-                "OUTPUT, and a bake that needs more even then is refused before it starts");
+                "OUTPUT, and a bake that needs more even then is refused before it starts; does "
+                "not change the output");
   parser.flag("--no-journal", no_journal,
               "do not keep the traced paths in OUTPUT.journal, for resuming and for the next bake");
   parser.option("--progress", progress,

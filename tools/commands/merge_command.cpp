@@ -56,7 +56,7 @@ int run_merge(std::span<const std::string> arguments, std::ostream& out, std::os
                 "maximum number of threads, 0: all cores; does not change the output");
   parser.option("--memory", memory,
                 "limit, as in 500MB or 2GB: what exceeds it is kept in temporary files beside "
-                "OUTPUT; the bytes are those of 'clamor bake' with the same limit");
+                "OUTPUT; does not change the output");
   parser.flag("--quiet", run.quiet, "print only warnings and errors");
   parser.flag("--strict", run.bake.strict,
               "treat warnings as errors: exit code 1, and nothing is written");

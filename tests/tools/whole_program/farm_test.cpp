@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 
 #include "bake/journal/trace_journal.h"
+#include "formats/bake_file/bake_file.h"
 #include "tests/box_level.h"
 #include "tests/player/program.h"
 #include "tests/tools/run_clamor.h"
@@ -256,31 +257,21 @@ TEST_F(Farm, MergesOnDiskWhereTheMemoryIsShort) {
     const auto outcome = clamor(all);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
   };
-  const auto bake = [&](const std::string& name, const std::vector<std::string>& more) {
-    std::vector<std::string> all{"bake",      level_, "-o",       folder_ / name, "--photons",
-                                 "5000",      "--sources", "95000", "--probes", "4",
-                                 "--probe-sources", "50", "--longest", "0.3", options_[6],
-                                 options_[7]};
-    run(all, more);
-  };
-  bake("1", {"--shard", "1/2"});
-  bake("2", {"--shard", "2/2"});
-  // The journal of a bake on one machine, which then traces nothing.
-  run({"merge", "--to-shard", folder_ / "1", folder_ / "2", "-o", folder_ / "disk.clamor.journal"},
-      {});
-  bake("disk.clamor", {"--memory", "130MB"});
-  const std::vector<std::string> merge{"merge", folder_ / "1", folder_ / "2", "-o"};
+  for (const std::string i : {"1", "2"})
+    run({"bake", level_, "-o", folder_ / i, "--shard", i + "/2", "--photons", "8000", "--sources",
+         "95000", "--probes", "4", "--probe-sources", "50", "--longest", "0.3", options_[6],
+         options_[7]},
+        {});
   const auto merge_to = [&](const std::string& name, const std::vector<std::string>& more) {
-    auto all = merge;
-    all.push_back(folder_ / name);
-    run(all, more);
+    run({"merge", folder_ / "1", folder_ / "2", "-o", folder_ / name}, more);
   };
   merge_to("memory.clamor", {});
-  merge_to("merged.clamor", {"--memory", "130MB"});
-  EXPECT_TRUE(read(folder_ / "memory.clamor") != read(folder_ / "disk.clamor"))
-      << "the order of pages tells that it was sorted on disk";
-  EXPECT_EQ(clamor({"diff", folder_ / "memory.clamor", folder_ / "disk.clamor"}).code, 0);
-  EXPECT_TRUE(read(folder_ / "merged.clamor") == read(folder_ / "disk.clamor"));
+  merge_to("disk.clamor", {"--memory", "127MB"});
+  EXPECT_TRUE(read(folder_ / "memory.clamor") == read(folder_ / "disk.clamor"));
+  // The memory holds 144 000 sources while they are sorted.
+  const auto file = BakeFile::open(folder_ / "disk.clamor");
+  ASSERT_TRUE(file.ok());
+  EXPECT_GT(file->stored_sources(), 150'000u);
 }
 
 TEST_F(Farm, TracesInRoundsUntilAnErrorLikeOneMachine) {
