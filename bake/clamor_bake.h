@@ -228,7 +228,7 @@ typedef struct clamor_bake_options {
   uint32_t threads;         /* 1 to 1024; does not change the file [all cores] */
   uint64_t seed;            /* of all random numbers [the sidecar's, or 1] */
   uint64_t photons;         /* to trace, at most 4e9 [the sidecar's, or enough for `sources`] */
-  uint64_t sources;         /* secondary sources to keep at most, at most 1e7
+  uint64_t sources;         /* secondary sources to keep at most, at most 2e8
                                [200 000 for each room with emitters] */
   double goal_error_db;     /* instead of photons and sources: bake until the energy decay is known
                                this well, */
@@ -236,7 +236,8 @@ typedef struct clamor_bake_options {
   double simplify_m;        /* remove triangles and move no surface further than this [0: off] */
   double roulette_exponent; /* of Russian roulette, at most 1 [0.15] */
   double longest_path_s;    /* at most 60 [10] */
-  uint64_t memory_bytes;    /* a bake that would need more is refused before it starts [any] */
+  uint64_t memory_bytes;    /* what exceeds it is kept in temporary files beside the output, if
+                               that is a file; a bake that needs more even then is refused [any] */
   uint32_t no_instances;    /* 1: store emitter groups that the level repeats once each */
   uint32_t strict;          /* 1: warnings are an error, and nothing is written */
   /* A file that keeps traced paths, so that a bake that was cancelled or changed in its emitters

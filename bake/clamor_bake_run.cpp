@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bake/application_level.h"
+#include "bake/bake_plan.h"
 #include "bake/bake_watch.h"
 #include "bake/clamor_bake.h"
 #include "bake/clamor_bake_calls.h"
@@ -38,7 +39,7 @@ const char* complaint(const clamor_bake_options& options) {
   const auto lies = [](double value, double highest) { return value >= 0 && value <= highest; };
   if (options.threads > kMaxThreads) return "threads must lie between 0 and 1024";
   if (options.photons > 4'000'000'000u) return "photons must be at most 4000000000";
-  if (options.sources > 10'000'000u) return "sources must be at most 10000000";
+  if (options.sources > clamor::kMaxSources) return "sources must be at most 200000000";
   if (options.seed >= 1'000'000'000'000'000'000u) return "the seed must be below 1e18";
   if (!lies(options.simplify_m, 10)) return "simplify_m must lie between 0 and 10 m";
   if (!lies(options.roulette_exponent, 1)) return "roulette_exponent must lie between 0 and 1";

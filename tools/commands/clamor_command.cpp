@@ -4,7 +4,10 @@
 #include <cerrno>
 #include <cstring>
 #include <ostream>
+#include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -62,6 +65,25 @@ example: clamor bake level.glb -o level.clamor --emitter "signal=noise,at=0,1.5,
 )";
 }
 
+constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kFarmCommands = {{
+    {"status", "says how far a farm is"},
+    {"resume", "prints, runs or submits what a farm lacks"},
+    {"merge", "merges the shards of a farm"},
+}};
+
+// Asks the commands of a farm for the options that they declare.
+std::vector<CommandDescription> subcommand_descriptions() {
+  std::vector<CommandDescription> commands;
+  for (const auto& [name, summary] : kFarmCommands) {
+    DescriptionStream described;
+    const std::string word(name);
+    run_farm(std::span(&word, 1), described, described);
+    described.description.summary = summary;
+    commands.push_back(std::move(described.description));
+  }
+  return commands;
+}
+
 // Asks each command for the options that it declares.
 std::vector<CommandDescription> descriptions() {
   std::vector<CommandDescription> commands;
@@ -88,7 +110,8 @@ int run_command(std::span<const std::string> arguments, std::ostream& out, std::
     out << "clamor " << kVersion << '\n';
     return kSuccess;
   }
-  if (name == "manual") return run_manual(descriptions(), arguments.subspan(1), out, err);
+  if (name == "manual")
+    return run_manual(descriptions(), subcommand_descriptions(), arguments.subspan(1), out, err);
   std::vector<std::string> names;
   for (const Command& command : kCommands) {
     if (command.name == name) return command.run(arguments.subspan(1), out, err);

@@ -25,8 +25,9 @@ Result<void> write(const std::filesystem::path& path, const std::string& text) {
 
 }  // namespace
 
-int run_manual(std::span<const CommandDescription> commands, std::span<const std::string> arguments,
-               std::ostream& out, std::ostream& err) {
+int run_manual(std::span<const CommandDescription> commands,
+               std::span<const CommandDescription> subcommands,
+               std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   std::string folder;
   Arguments parser("manual",
                    "Writes man pages and completions for bash, zsh and fish to the folders where "
@@ -41,8 +42,9 @@ int run_manual(std::span<const CommandDescription> commands, std::span<const std
       {"bash-completion/completions/clamor", bash_completion(commands)},
       {"zsh/site-functions/_clamor", zsh_completion(commands)},
       {"fish/vendor_completions.d/clamor.fish", fish_completion(commands)}};
-  for (const CommandDescription& command : commands)
-    files.emplace_back("man/man1/clamor-" + command.name + ".1", man_page(command));
+  for (const auto& some : {commands, subcommands})
+    for (const CommandDescription& command : some)
+      files.emplace_back("man/man1/" + man_page_name(command) + ".1", man_page(command));
   for (const auto& [name, text] : files) {
     if (const auto written = write(share / name, text); !written.ok()) {
       err << "clamor manual: " << written.error().message << '\n';

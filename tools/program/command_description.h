@@ -18,7 +18,7 @@ struct OptionDescription {
 };
 
 struct CommandDescription {
-  std::string name;     // "bake"
+  std::string name;     // "bake", "farm status"
   std::string summary;  // a line, without a full stop
   std::string purpose;  // lines that begin with blanks stay as they are
   std::string example;

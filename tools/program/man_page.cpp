@@ -88,8 +88,14 @@ std::string entry(const OptionDescription& option) {
 
 }  // namespace
 
+std::string man_page_name(const CommandDescription& command) {
+  std::string name = "clamor-" + command.name;
+  std::replace(name.begin(), name.end(), ' ', '-');
+  return name;
+}
+
 std::string man_page(const CommandDescription& command) {
-  std::string page = head("clamor-" + command.name, command.summary);
+  std::string page = head(man_page_name(command), command.summary);
   page += fmt::format("\\fBclamor {}\\fR", command.name);
   for (const OptionDescription& option : command.options)
     if (option.required)

@@ -8,7 +8,10 @@
 
 namespace clamor {
 
-// The page of one command, "clamor-bake.1".
+// The name of the page of a command or subcommand, as in "clamor-bake" and "clamor-farm-status".
+std::string man_page_name(const CommandDescription& command);
+
+// The page of one command.
 std::string man_page(const CommandDescription& command);
 
 // The page of the program, "clamor.1", with a list of its commands.

@@ -97,6 +97,15 @@ TEST_F(Manual, HasEveryOptionOfTheHelp) {
   }
 }
 
+TEST_F(Manual, HasAPageForEachCommandOfAFarm) {
+  for (const std::string command : {"status", "resume", "merge"}) {
+    const std::string page = read(folder_ / ("man/man1/clamor-farm-" + command + ".1"));
+    EXPECT_NE(page.find("\\fBclamor farm " + command + "\\fR"), std::string::npos) << page;
+    EXPECT_EQ(clamor({"farm", command, "--help"}).code, 0);
+  }
+  EXPECT_NE(read(folder_ / "man/man1/clamor-farm-resume.1").find("\\-\\-slurm"), std::string::npos);
+}
+
 // Words that completions offer must be in the help, so that they are dropped together.
 TEST_F(Manual, OffersWordsThatTheHelpNames) {
   for (const std::string& command : kCommands) {
