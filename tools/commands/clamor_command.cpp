@@ -27,7 +27,7 @@ struct Command {
   int (*run)(std::span<const std::string>, std::ostream&, std::ostream&);
 };
 
-constexpr std::array<Command, 14> kCommands = {{
+constexpr std::array<Command, 15> kCommands = {{
     {"bake", "LEVEL.gltf -o LEVEL.clamor", "traces sound through a level and writes a bake file",
      run_bake},
     {"merge", "SHARDS... -o LEVEL.clamor", "joins the parts of a bake that several machines traced",
