@@ -68,10 +68,10 @@ HWY_INLINE std::uint64_t bits_of(Mask mask) {
   return bits[0];
 }
 
-// Calls use(i) for each set bit. (Highway's CompressStore() copies its tables at each call in GCC.)
-template <class Use>
-HWY_INLINE void for_bits(std::uint64_t bits, const Use& use) {
-  for (; bits != 0; bits &= bits - 1) use(static_cast<std::size_t>(std::countr_zero(bits)));
+// Calls work(i) for each set bit. (Highway's CompressStore() copies its tables at each call in GCC.)
+template <class Work>
+HWY_INLINE void for_bits(std::uint64_t bits, const Work& work) {
+  for (; bits != 0; bits &= bits - 1) work(static_cast<std::size_t>(std::countr_zero(bits)));
 }
 
 // How far the ranges from low to high are from that of one box.
