@@ -98,7 +98,8 @@ bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
   return true;
 }
 
-// Repeats the line tests of the sources that were updated the longest ago.
+// Repeats the line tests of the sources that were updated the longest ago. An image has no line to
+// test: it waits for a new estimate.
 void VisibilityCache::retest_lines(std::vector<Task>& tasks) {
   const auto count = static_cast<std::size_t>(
       std::clamp<std::int64_t>(std::min<std::int64_t>(options_.rays_per_keyframe / 4, rays_left_),
@@ -112,6 +113,7 @@ void VisibilityCache::retest_lines(std::vector<Task>& tasks) {
   const RayTimer time(statistics_.ray_ms);
   for (std::size_t t = 0; t < count && rays_left_ > 0; ++t) {
     VisibilityEntry& entry = entries_[tasks[t].index];
+    if (entry.is_image) continue;
     if (entry.is_stale || !is_within(entry, *tasks[t].source, kRecentRadii))
       test_line(entry, *tasks[t].source);
   }
