@@ -20,7 +20,7 @@ namespace {
 constexpr const char* kHead = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark"><title>{0}</title>
-<link rel="icon" href="data:,"><style>
+<style>
 {2}</style></head><body>
 <header><h1>{0}</h1><p class="setting">{1}</p></header>
 <main>
