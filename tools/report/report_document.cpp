@@ -120,7 +120,8 @@ class ReportWriter {
 
   void write_answer() {
     const auto& responses = contents_.measured.responses;
-    std::string text = described(responses);
+    const bool is_crowd = !contents_.measured.meter->excitation().emitter;
+    std::string text = described(responses, is_crowd);
     const std::size_t wrong = problems();
     text += wrong == 0 ? " The bake found nothing wrong with the level."
                        : fmt::format(" The bake warns of {}.",
@@ -131,6 +132,7 @@ class ReportWriter {
       facts += fmt::format("<li><b>{}</b><span>{}</span></li>", escaped(value), escaped(words));
     };
     for (const char* name : {"T30", "EDT", "C80", "D50", "G"}) {
+      if (is_crowd && name != std::string("T30") && name != std::string("G")) continue;
       const ParameterKind& kind = kind_of(name);
       const auto value = middle_value(responses, kind);
       if (!value) continue;

@@ -83,8 +83,10 @@ std::vector<AbsorbingArea> absorbing_areas(const Room& room) {
   return areas;
 }
 
-std::string described(std::span<const RoomResponse> responses) {
+std::string described(std::span<const RoomResponse> responses, bool is_crowd) {
   const auto t30_s = mean_of(responses, &RoomParameters::t30_s, kMiddle);
+  if (is_crowd && t30_s)
+    return fmt::format("What its emitters sound all at once decays in {:.1f} s.", *t30_s);
   const auto c80_db = mean_of(responses, &RoomParameters::c80_db, kMiddle);
   const auto d50 = mean_of(responses, &RoomParameters::d50, kMiddle);
   std::string text;

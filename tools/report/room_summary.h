@@ -36,8 +36,9 @@ struct AbsorbingArea {
 // (bake_overview.h).
 std::vector<AbsorbingArea> absorbing_areas(const Room& room);
 
-// "It rings for 1.1 s, like a classroom; ..."
-std::string described(std::span<const RoomResponse> responses);
+// "It reverberates for 1.1 s, like a theatre. ..." Of a crowd that sounds all at once, only its
+// decay says something of the room.
+std::string described(std::span<const RoomResponse> responses, bool is_crowd = false);
 
 // What makes a room boom, or ring for long, and how to mend it; empty if it does neither.
 std::string cause_of_decay(std::span<const RoomResponse> responses,

@@ -19,7 +19,7 @@ namespace clamor {
 // Upper bounds of what is drawn: a page of 5 MB. Where a level has more, the page says so.
 struct ViewLimits {
   std::size_t sources = 24'576;    // those of highest key: the octree's top
-  std::size_t triangles = 64'000;  // the largest
+  std::size_t triangles = 54'000;  // the largest
   std::size_t nodes = 2048;        // whole depths, from the top down
   std::size_t emitters = 20'000;
 };

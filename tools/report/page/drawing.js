@@ -24,7 +24,7 @@ void main() {
   colour = shade;
   height = place.y;
   // A little nearer on the same line of sight, so that its wall does not hide half of a dot.
-  gl_Position = camera * vec4(mix(eye, place, 0.985), 1.0);
+  gl_Position = camera * vec4(mix(eye, place, 0.995), 1.0);
   gl_PointSize = size * scale;
 }`,
 `#version 300 es
