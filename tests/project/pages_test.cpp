@@ -122,8 +122,9 @@ TEST(Pages, ShowCommandsAndOptionsThatTheProgramHas) {
     const std::string name = command[1], options = command[2];
     std::string source = read_text(kRoot / "tools/commands" / (name + "_command.cpp"));
     EXPECT_FALSE(source.empty()) << "there is no command " << name;
-    if (name == "bake") source += read_text(kRoot / "tools/commands/bake_arguments.cpp");
-    for (const char* const shared : {"mix", "output", "strategy"})
+    if (name == "bake" || name == "view")
+      source += read_text(kRoot / "tools/commands/bake_arguments.cpp");
+    for (const char* const shared : {"device", "mix", "output", "strategy"})
       if (source.find("tools/commands/" + std::string(shared) + "_options.h") != std::string::npos)
         source += read_text(kRoot / "tools/commands" / (std::string(shared) + "_options.cpp"));
     shown.insert(name);

@@ -52,20 +52,24 @@ void LiveSound::run(const std::stop_token& ended) {
   name_thread("opening");
   while (!ended.stop_requested()) {
     std::optional<Wish> next;
+    const Player* playing = nullptr;
     {
       std::unique_lock lock(mutex_);
       // The last one opened must have been taken over, because the player is made only once.
-      asked_.wait(lock, ended, [this] { return next_.has_value() && !opened_.has_value(); });
+      asked_.wait(lock, ended, [this] {
+        return next_.has_value() && !opened_.has_value() && !is_handing_over_;
+      });
       if (ended.stop_requested()) return;
       next = std::exchange(next_, std::nullopt);
+      playing = playing_;
     }
-    Opened opened = open(std::move(*next));
+    Opened opened = open(std::move(*next), playing);
     const std::lock_guard lock(mutex_);
     opened_ = std::move(opened);
   }
 }
 
-LiveSound::Opened LiveSound::open(Wish wish) const {
+LiveSound::Opened LiveSound::open(Wish wish, const Player* playing) const {
   Opened opened;
   opened.wish = std::move(wish);
   auto file = BakeFile::open(opened.wish.path, access_);
@@ -74,8 +78,8 @@ LiveSound::Opened LiveSound::open(Wish wish) const {
     return opened;
   }
   opened.file = std::make_shared<const BakeFile>(std::move(*file));
-  if (playing_ != nullptr) {
-    auto prepared = playing_->prepare(opened.file, opened.wish.options);
+  if (playing != nullptr) {
+    auto prepared = playing->prepare(opened.file, opened.wish.options);
     if (prepared.ok())
       opened.prepared = std::move(*prepared);
     else
@@ -98,6 +102,7 @@ bool LiveSound::update() {
     const std::lock_guard lock(mutex_);
     opened = std::exchange(opened_, std::nullopt);
     if (opened && !next_) is_opening_ = false;
+    is_handing_over_ = opened.has_value();
   }
   if (!opened) return false;
   error_ = opened->error;
@@ -115,6 +120,7 @@ bool LiveSound::update() {
   {
     const std::lock_guard lock(mutex_);
     playing_ = player_.get();
+    is_handing_over_ = false;
     asked_.notify_all();
   }
   if (!error_.empty()) return false;

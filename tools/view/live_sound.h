@@ -79,7 +79,7 @@ class LiveSound {
 
   void wish(Wish next);
   void run(const std::stop_token& ended);
-  Opened open(Wish wish) const;
+  Opened open(Wish wish, const Player* playing) const;
 
   PlayerOptions options_;
   const FileAccess access_;
@@ -95,6 +95,7 @@ class LiveSound {
   std::condition_variable_any asked_;
   std::optional<Wish> next_;
   std::optional<Opened> opened_;
+  bool is_handing_over_ = false;  // update() is taking over what was opened
   const Player* playing_ = nullptr;
   std::jthread thread_;
 };

@@ -80,11 +80,11 @@ Result<void> ProgressiveBake::start() {
   return {};
 }
 
-std::uint64_t ProgressiveBake::request(BakeRequest wanted, std::string output) {
+std::uint64_t ProgressiveBake::request(BakeRequest wanted, std::string output, bool only_last) {
   const std::lock_guard lock(mutex_);
   stop_ = true;
   requested_ = Clock::now();
-  next_ = {++requests_, std::move(wanted), std::move(output), requested_};
+  next_ = {++requests_, std::move(wanted), std::move(output), only_last, requested_};
   std::erase_if(news_, [](const News& news) { return !news.is_final; });
   status_ = {true, "", 0, 0};
   asked_.notify_all();
@@ -130,7 +130,8 @@ void ProgressiveBake::run(const std::stop_token& ended) {
 }
 
 void ProgressiveBake::serve(const Order& order) {
-  const std::vector<BakeStage> stages = stages_of(order.request);
+  std::vector<BakeStage> stages = stages_of(order.request);
+  if (order.only_last) stages.erase(stages.begin(), stages.end() - 1);
   for (std::size_t i = 0; i < stages.size(); ++i) {
     const bool is_last = i + 1 == stages.size();
     {

@@ -61,8 +61,8 @@ class ProgressiveBake {
   Result<void> start();
 
   // Bakes the request, and cancels what was asked for before. With an output the last stage is
-  // written there, with a journal beside it only if `keeps_journal`.
-  std::uint64_t request(BakeRequest wanted, std::string output = "");
+  // written there. `only_last`: without the stages before, which were heard already.
+  std::uint64_t request(BakeRequest wanted, std::string output = "", bool only_last = false);
   void cancel();
 
   // The oldest news that was not told yet.
@@ -75,6 +75,7 @@ class ProgressiveBake {
     std::uint64_t number = 0;
     BakeRequest request;
     std::string output;
+    bool only_last = false;
     Clock::time_point at;
   };
 

@@ -108,13 +108,15 @@ void ViewSession::frame(const WalkKeys& keys, double seconds) {
   sound_->copy_heard(heard_);
 }
 
-void ViewSession::bake_now() {
+void ViewSession::bake_now(bool only_last) {
   const bool is_saved = level_->is_saved();
   BakeRequest wanted = request_;
   wanted.import = level_->import_options();
   baked_revision_ = level_->revision();
-  baked_request_ = bake_->request(wanted, is_saved && saves_output_ ? options_.output : "");
-  newest_.reset();
+  baked_request_ =
+      bake_->request(wanted, is_saved && saves_output_ ? options_.output : "", only_last);
+  if (newest_ && only_last) newest_->is_final = false;
+  if (!only_last) newest_.reset();
 }
 
 void ViewSession::follow_edits() {
@@ -123,6 +125,7 @@ void ViewSession::follow_edits() {
     seen_revision_ = level_->revision();
     edited_ = Clock::now();
     check_selection();
+    bake_->cancel();  // it reads the file that is written now
     if (auto kept = level_->autosave(); !kept.ok())
       say("Unsaved work cannot be kept safe: " + kept.error().message);
   }
@@ -234,7 +237,8 @@ Result<void> ViewSession::save() {
   }
   if (auto saved = level_->save(); !saved.ok()) return saved;
   say("Saved " + level_->sidecar_path());
-  if (!emitters().empty()) bake_now();
+  const bool is_heard = newest_ && newest_->error.empty() && baked_revision_ == level_->revision();
+  if (!emitters().empty()) bake_now(is_heard);
   return {};
 }
 

@@ -120,7 +120,7 @@ class ViewSession {
   void follow_file();
   void take_news();
   void check_selection();
-  void bake_now();
+  void bake_now(bool only_last = false);
 
   const ViewOptions options_;
   std::string title_, why_not_editable_, message_;
