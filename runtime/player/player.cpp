@@ -38,7 +38,7 @@ constexpr std::size_t kMeterFrames = kSampleRate_hz;
 constexpr auto kSamplerNap = std::chrono::milliseconds(1);
 constexpr auto kWriterNap = std::chrono::milliseconds(20);
 constexpr auto kFadeNap = std::chrono::milliseconds(5);
-constexpr std::uint64_t kHandOver_frames = kSampleRate_hz / 25;  // by which a fade is ordered ahead
+constexpr std::uint64_t kHandOver_frames = kSampleRate_hz / 10;  // by which a fade is ordered ahead
 constexpr auto kMaxFade = std::chrono::seconds(2);               // unless the output stands still
 
 // An auralizer and the player's time at which it began.

@@ -188,6 +188,56 @@ TEST(Player, RecordsWhatItPlays) {
     ASSERT_NEAR((*recorded)[i], 0.5f * (rendered[2 * i] + rendered[2 * i + 1]), 1e-6f);
 }
 
+// Replaced by the same bake it plays what it would have played, since loops go on where they are.
+TEST(Player, GoesOnWithLoopsWhenItsBakeIsReplaced) {
+  BakeContents contents = testing::baked_contents(300);
+  contents.signals[2] = testing::sine(310);  // a click would begin anew
+  const auto file = testing::as_file(contents);
+  PlayerOptions options = standing();
+  options.walk = Walk::standing(options.listener);
+  options.device = "none";
+  const testing::TemporaryFile record(".wav");
+  options.record = record.path();
+  until_nothing_runs_dry([&]() -> std::string {
+    auto player = Player::create(file, options);
+    if (!player.ok() || !(*player)->start().ok()) return "it does not start";
+    const auto has_played = [&] { return (*player)->statistics().time_s > 0.4; };
+    EXPECT_TRUE(testing::comes_true(has_played));
+    const std::string before = held((*player)->statistics());
+    EXPECT_TRUE((*player)->replace(file, options.auralizer).ok());
+    const bool is_late = (*player)->statistics().time_s > kSeconds - 0.4;
+    EXPECT_TRUE(testing::comes_true([&] { return (*player)->finished(); }));
+    const PlayerStatistics played = (*player)->statistics();
+    EXPECT_TRUE((*player)->stop().ok());
+    return before + held(played) + (is_late ? "replaced late" : "");
+  });
+  if (HasFatalFailure()) return;
+  const auto recorded = read_audio(options.record);
+  ASSERT_TRUE(recorded.ok());
+  auto undisturbed = Auralizer::create(file, options.auralizer);
+  ASSERT_TRUE(undisturbed.ok());
+  std::vector<float> rendered;
+  ASSERT_TRUE(
+      render(**undisturbed, *options.walk, recorded->size(), [&](std::span<const float> block) {
+        for (std::size_t i = 0; i < block.size(); i += 2)
+          rendered.push_back(0.5f * (block[i] + block[i + 1]));
+        return Result<void>();
+      }).ok());
+  ASSERT_EQ(recorded->size(), rendered.size());
+  const auto difference = [&](double from_s) {
+    double greatest = 0;
+    for (auto i = static_cast<std::size_t>(from_s * kSampleRate_hz); i < rendered.size(); ++i)
+      greatest = std::max(greatest, std::abs(static_cast<double>((*recorded)[i] - rendered[i])));
+    return greatest;
+  };
+  double loudest = 0;
+  for (const float sample : rendered)
+    loudest = std::max(loudest, std::abs(static_cast<double>(sample)));
+  // While it fades, its first samples may be coarse, because pages and visibilities are new.
+  EXPECT_LT(difference(0.35), 0.2 * loudest) << "a gap, or sounds that began anew";
+  EXPECT_LT(difference(kSeconds - 0.3), 1e-5 * loudest);
+}
+
 TEST(Player, FollowsAListenerWhoIsMoved) {
   PlayerOptions options = standing();
   options.device = "none";
