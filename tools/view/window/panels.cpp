@@ -37,7 +37,7 @@ std::string bake_line(const ViewSession& session) {
   if (newest && newest->error.empty())
     line = fmt::format("{} bake, {} sources{}", newest->stage, with_blanks(newest->sources),
                        newest->decay_error_db > 0
-                           ? fmt::format(", decay within {:.2f} dB", newest->decay_error_db)
+                           ? fmt::format(", decay known to {:.2f} dB", newest->decay_error_db)
                            : "");
   if (status.is_busy)
     line += fmt::format("{}baking{} {:.0f} %", line.empty() ? "" : "; ",
