@@ -66,7 +66,9 @@ Json json_of(const Material& material) {
   Json::Object values;
   values.emplace_back("absorption", bands(material.absorption));
   values.emplace_back("scattering", bands(material.scattering));
-  values.emplace_back("phong", bands(material.phong));
+  // A mirror has no exponent.
+  if (material.phong != same_in_all_bands(kMirrorExponent))
+    values.emplace_back("phong", bands(material.phong));
   if (material.transmission != Bands{})
     values.emplace_back("transmission", bands(material.transmission));
   return Json(std::move(values));
