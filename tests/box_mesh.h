@@ -1,9 +1,10 @@
-// box_mesh.h: a box of triangles.
+// box_mesh.h: a box of triangles, and materials for it.
 #pragma once
 
 #include <array>
 #include <cstdint>
 
+#include "common/material.h"
 #include "formats/level/mesh.h"
 
 namespace clamor::testing {
@@ -23,6 +24,15 @@ inline Mesh box(const Vec3& size_m, const std::array<std::uint16_t, 6>& material
     mesh.materials.insert(mesh.materials.end(), 2, materials[f]);
   }
   return mesh;
+}
+
+inline Material uniform_material(float absorption, float scattering = 1, float phong = 0) {
+  Material material;
+  material.name = "wall";
+  material.absorption = same_in_all_bands(absorption);
+  material.scattering = same_in_all_bands(scattering);
+  material.phong = same_in_all_bands(phong);
+  return material;
 }
 
 }  // namespace clamor::testing

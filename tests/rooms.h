@@ -11,15 +11,6 @@
 
 namespace clamor::testing {
 
-inline Material uniform_material(float absorption, float scattering = 1, float phong = 0) {
-  Material material;
-  material.name = "wall";
-  material.absorption = same_in_all_bands(absorption);
-  material.scattering = same_in_all_bands(scattering);
-  material.phong = same_in_all_bands(phong);
-  return material;
-}
-
 // A planar face with these corners in order: two triangles.
 inline void add_quad(Mesh& mesh, const std::array<Vec3f, 4>& corners_m,
                      std::uint16_t material = 0) {

@@ -13,6 +13,18 @@ namespace {
 
 constexpr std::size_t kPagesAtOnce = 1024;  // encoded in parallel, then written in order
 
+// Whether each node but the first is the child of one node, and comes after it.
+bool is_tree(const std::vector<OctreeNode>& nodes) {
+  std::vector<bool> has_parent(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    for (const std::uint32_t child : nodes[i].children) {
+      if (child == kNoNode) continue;
+      if (child <= i || child >= nodes.size() || has_parent[child]) return false;
+      has_parent[child] = true;
+    }
+  return true;
+}
+
 // The nodes, each after its children. An octree that is streamed has this order, too, however much
 // of it the memory holds.
 std::vector<std::size_t> children_first(const std::vector<OctreeNode>& nodes) {
@@ -88,6 +100,9 @@ void OctreeWriter::add_below(const std::vector<Depth>& below, std::vector<Depth>
 
 Result<OctreeWriter::Part> OctreeWriter::write_part(const SourceOctree& octree) {
   const std::vector<OctreeNode>& nodes = octree.nodes;
+  if (!is_tree(nodes))
+    return Error("is not written because it would be invalid: its nodes are not a tree")
+        .in(appender_.path());
   const std::vector<std::size_t> order = children_first(nodes);
   std::vector<Part> parts(nodes.size());  // empty once they have a parent
   for (std::size_t first = 0; first < order.size(); first += kPagesAtOnce) {

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "tests/box_mesh.h"
 #include "tests/memory_limits.h"
-#include "tests/rooms.h"
 
 namespace clamor {
 namespace {

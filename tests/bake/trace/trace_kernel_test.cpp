@@ -13,8 +13,8 @@
 
 #include "bake/trace/sobol.h"
 #include "common/reflection.h"
+#include "tests/box_mesh.h"
 #include "tests/hemisphere.h"
-#include "tests/rooms.h"
 
 namespace clamor {
 namespace {

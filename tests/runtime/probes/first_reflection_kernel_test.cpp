@@ -12,7 +12,7 @@
 #include "common/random.h"
 #include "runtime/probes/probe_sources.h"
 #include "runtime/propagation/source_weight.h"
-#include "tests/rooms.h"
+#include "tests/box_mesh.h"
 #include "tests/runtime/instruction_sets.h"
 
 namespace clamor {

@@ -12,7 +12,7 @@
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/part_scene.h"
 #include "runtime/occlusion/part_shape.h"
-#include "tests/rooms.h"
+#include "tests/box_mesh.h"
 
 namespace clamor {
 namespace {
