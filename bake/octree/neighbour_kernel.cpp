@@ -68,7 +68,8 @@ HWY_INLINE std::uint64_t bits_of(Mask mask) {
   return bits[0];
 }
 
-// Calls work(i) for each set bit. (Highway's CompressStore() copies its tables at each call in GCC.)
+// Calls work(i) for each set bit. (Highway's CompressStore() copies its tables at each call in
+// GCC.)
 template <class Work>
 HWY_INLINE void for_bits(std::uint64_t bits, const Work& work) {
   for (; bits != 0; bits &= bits - 1) work(static_cast<std::size_t>(std::countr_zero(bits)));
@@ -168,7 +169,7 @@ std::size_t select_nearest(NeighbourScratch& scratch, std::size_t count) {
   return selected;
 }
 
-// Of equidistant points the weaker come first.
+// Sorts equidistant points by their power, the weaker first.
 void break_ties(const PointRuns& points, std::size_t count, float farthest,
                 NeighbourScratch& scratch) {
   std::array<std::uint32_t, NeighbourScratch::kRoom> equal;

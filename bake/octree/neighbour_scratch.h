@@ -20,7 +20,7 @@ struct NeighbourScratch {
   std::array<std::vector<float>, 3> low, high;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> stack;  // level and element
 
-  // Those of them that the bound of the current point reaches.
+  // The runs that lie within the bound of the current point.
   std::vector<std::uint32_t> near_runs;
 
   // The points within this bound, and the nearest of them.

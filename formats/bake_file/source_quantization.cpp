@@ -42,7 +42,7 @@ class HalfDecibelTable {
     }
   }
 
-  // Of a positive, finite power.
+  // Rounds a positive, finite power.
   int operator()(float power) const {
     const auto bits = std::bit_cast<std::uint32_t>(power);
     const Bin& bin = bins_[bits >> kShift];

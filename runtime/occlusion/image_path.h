@@ -25,7 +25,7 @@ namespace clamor {
 
 inline constexpr double kDiscRadius_m = 0.15;
 
-// What mirrors reflect of an image source's sound to the end of `line`, which begins at the image.
+// Returns the sound of an image that reaches the end of `line`, which begins at the image.
 // Adds the rays cast to `rays`.
 DirectSound image_sound(const OcclusionGeometry& geometry, const Source& image,
                         const LineOfSight& line, std::uint64_t& rays);

@@ -50,7 +50,7 @@ std::optional<DiffractingEdge> as_border(const DiffractingEdge& edge, const Plan
                                                                   : std::nullopt;
 }
 
-// What the mirror reflects close to its border.
+// Share of the power that the mirror reflects close to its border.
 Bands reflected_at(const OcclusionGeometry& geometry, const Plane& plane,
                    const DiffractingEdge& border, const Vec3& on_edge_m, std::uint64_t& rays) {
   const Vec3 inside_m = on_edge_m + kInto_m * Vec3(border.face), aside_m = kInto_m * plane.normal;

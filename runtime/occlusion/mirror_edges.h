@@ -33,8 +33,8 @@
 namespace clamor {
 
 struct MirrorEdges {
-  // As if the sound came straight from the image: the places where it leaves an edge or arrives
-  // from one are mirrored where they are before the mirror.
+  // Sounds over edges, with places as if they came straight from the image: those before the
+  // mirror are mirrored.
   std::vector<EdgeSound> sounds;
   Tones across{};  // second order across sheets that are mirrors, without a place
   // From 0 to 1 where the straight path passes within 2 kNear_m of an edge that is heard.

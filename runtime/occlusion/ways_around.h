@@ -32,8 +32,8 @@ std::optional<BentPath> mean_path(const LineOfSight& line, std::span<const EdgeS
 
 class WaysAround {
  public:
-  // Of the edges `found` between both ends, in the order of detours; with `are_paired`, also two
-  // edges in a row. Adds the rays cast to `rays`.
+  // `found` are the edges between both ends, in the order of detours. With `are_paired`, two edges
+  // in a row count as well. Adds the rays cast to `rays`.
   WaysAround(const OcclusionGeometry& geometry, const PathEnd& from, const PathEnd& to,
              double speed_of_sound_mps, std::vector<EdgeBetween> found, bool are_paired,
              std::uint64_t& rays);

@@ -291,7 +291,7 @@ Player::Prepared::~Prepared() = default;
 
 Result<std::unique_ptr<Player::Prepared>> Player::prepare(std::shared_ptr<const BakeFile> file,
                                                           AuralizerOptions options) const {
-  // Its keyframes are for the same moments as those of the one that plays.
+  // Both auralizers make keyframes for the same moments.
   const double keyframes = std::ceil(state_->played_s() / kKeyframe_s);
   options.begins_s = keyframes * kKeyframeFrames / kSampleRate_hz;
   auto next =
@@ -313,8 +313,8 @@ Result<void> Player::replace(std::unique_ptr<Prepared> prepared) {
     while (state.make_wanted_keyframe(incoming, state.moved_to)) {
     }
   };
-  // What was played while it was being prepared is mixed and thrown away, so that it is in step
-  // from its first audible sample on.
+  // It mixes what was played while it was being prepared, which nobody hears, and is in step from
+  // its first audible sample on.
   auto from_frame = static_cast<std::uint64_t>(std::llround(incoming.begun_s * kSampleRate_hz));
   std::vector<float> passed(std::size_t{256} * static_cast<std::size_t>(state.channels()));
   make_keyframes();

@@ -83,8 +83,8 @@ class MovingSourceList {
   }
   double start_s(std::size_t slot) const { return columns_.starts_s[slot]; }
 
-  // What a place hears of one source, without occlusion: for its images, which the mirror image of
-  // the listener hears as the source itself. After begin().
+  // The sound of one source at a place, without occlusion. The listener's mirror image hears the
+  // source as the listener hears the source's image. Call it after begin().
   struct Heard {
     Source source;           // where the sound left it
     Vec3f velocity_mps{};    // and how fast it was

@@ -39,7 +39,7 @@ struct Element {
   double y, z, width, height;
 };
 
-// Of a rectangle, narrower towards its border.
+// Divides a rectangle into elements that become narrower towards its border.
 inline std::vector<Element> elements(double width_m, double height_m, double wave_m) {
   const auto middles_and_widths = [&](double extent_m) {
     const int count = 6 + static_cast<int>(std::ceil(extent_m / (wave_m / 6)));

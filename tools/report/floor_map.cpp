@@ -68,9 +68,8 @@ FloorMap floor_grid(const Room& room, std::size_t max_cells) {
       const int row = static_cast<int>((spot.ear_m.z - low_m.z) / step_m);
       const double off_m = std::hypot(spot.ear_m.x - low_m.x - (column + 0.5) * step_m,
                                       spot.ear_m.z - low_m.z - (row + 0.5) * step_m);
-      auto& [least_m, nearest] =
-          best.try_emplace({storey, row, column}, 1e9, nullptr).first->second;
-      if (off_m < least_m) least_m = off_m, nearest = &spot;
+      auto& [min_m, nearest] = best.try_emplace({storey, row, column}, 1e9, nullptr).first->second;
+      if (off_m < min_m) min_m = off_m, nearest = &spot;
     }
     if (best.size() <= max_cells) break;
   }

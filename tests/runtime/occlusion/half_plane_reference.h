@@ -71,7 +71,7 @@ inline Complex exact_pressure(const Vec3& from_m, const Vec3& to_m, double k) {
          radiation(image_m, angle(to_m) + angle(from_m));
 }
 
-// Its power, relative to a free field, averaged over an octave.
+// Power of the exact field, relative to a free field, averaged over an octave.
 inline double exact_power(const Vec3& from_m, const Vec3& to_m, std::size_t band) {
   const double direct_m = length(to_m - from_m);
   constexpr int kSteps = 6;

@@ -221,7 +221,7 @@ TEST(ImageDiffraction, IsHeardFromTheBorderBeyondThePanel) {
   EXPECT_NEAR(length(heard_at_m - to), length(border - image) + length(border - to), 0.02);
   EXPECT_GT(dot(normalize(heard_at_m - to), normalize(border - to)), 0.999);
   EXPECT_GT(dot(Vec3(sound.bent->leaves), normalize(border - image)), 0.999);
-  // What the panel absorbs, its border does not diffract.
+  // The border diffracts nothing of what the panel absorbs.
   materials[0].absorption = same_in_all_bands(0.5f);
   const DirectSound less = image_of(OcclusionGeometry(mesh, materials), from, image, to);
   for (std::size_t b = 0; b < kBandCount; ++b)

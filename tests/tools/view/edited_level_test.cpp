@@ -28,7 +28,7 @@ class EditedLevelTest : public ::testing::Test {
     return std::move(*level);
   }
 
-  // What a bake would read.
+  // Returns the level as a bake would read it.
   Level baked(const EditedLevel& level) const {
     auto imported = import_level(path_, level.import_options());
     EXPECT_TRUE(imported.ok()) << (imported.ok() ? "" : imported.error().message);
