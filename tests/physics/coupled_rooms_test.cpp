@@ -146,9 +146,9 @@ TEST(CoupledRooms, HaveTheLevelOfAnIndependentTracerBeyondTheDoorway) {
     rooms.air_loss_per_m[b] = static_cast<double>(air_loss_per_m(level.air)[kFirstTraced + b]);
   }
   const auto traced =
-      DoorwayTracer(rooms, 1).trace(level.emitters[0].position_m, kFarPlaces_m, 0.4, 100000);
+      DoorwayTracer(rooms, 1).trace(level.emitters[0].position_m, kFarPlaces_m, 0.4, 50000);
 
-  const auto baked = bake(level, {.settings = {.photons = 20000, .sources = 30000}});
+  const auto baked = bake(level, {.settings = {.photons = 20000, .sources = 15000}});
   ASSERT_TRUE(baked.ok());
   std::vector<Source> sources = baked->octree.sources;
   const auto images = image_sources(baked->images, baked->emitters);

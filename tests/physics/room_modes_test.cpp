@@ -188,7 +188,7 @@ TEST(RoomModes, HaveTheMeanEnergyOfPhotonsAboveTheSchroederFrequency) {
   const auto absorption = static_cast<float>(room.absorption());
   const Level level = testing::shoebox(
       room.size_m, testing::uniform_material(absorption, 0.1f, kMirrorExponent), kModalSource_m);
-  const auto baked = bake(level, {.settings = {.sources = 20000}});
+  const auto baked = bake(level, {.settings = {.sources = 10000}});
   ASSERT_TRUE(baked.ok());
   std::vector<Source> sources = baked->octree.sources;
   const auto images = image_sources(baked->images, baked->emitters);

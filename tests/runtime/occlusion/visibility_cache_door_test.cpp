@@ -139,7 +139,7 @@ void expect_as_a_reference_through_a_door(std::uint64_t photons, std::size_t min
 
 TEST(VisibilityCache, IsWithin1_5DecibelsOfALongReferenceThroughADoor) {
   expect_as_a_reference_through_a_door(40, 500, long_reference, 58, 110,
-                                       testing::kSanitized ? 26 : 8);
+                                       testing::kSanitized ? 26 : 13);
 }
 
 // With thousands of sources, rays do not suffice to test each again before the door is passed.

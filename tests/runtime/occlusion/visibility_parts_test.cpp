@@ -128,7 +128,7 @@ struct Hearing {
 };
 
 TEST(VisibilityParts, OpenAndCloseADoorWithinTheKeyframe) {
-  Doorway doorway(testing::kSanitized ? 100 : 400);
+  Doorway doorway(testing::kSanitized ? 100 : 200);
   Hearing hearing(doorway);
   for (int i = 0; i < 60; ++i) hearing.sample(doorway.update(), kPlace);
   EXPECT_EQ(hearing.of_emitter, Bands{});
@@ -146,7 +146,7 @@ TEST(VisibilityParts, OpenAndCloseADoorWithinTheKeyframe) {
 }
 
 TEST(VisibilityParts, FollowADoorThatOpensInASecondWithoutSteps) {
-  Doorway doorway(testing::kSanitized ? 40 : 400);
+  Doorway doorway(testing::kSanitized ? 40 : 200);
   Hearing hearing(doorway);
   for (int i = 0; i < 60; ++i) hearing.sample(doorway.update(), kPlace);
   Bands before{}, expected_before{};
