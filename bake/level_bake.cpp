@@ -109,6 +109,7 @@ Result<void> LevelBake::prepare() {
   if (stopped()) return Error("stopped before the level was prepared");
   observer_.on_prepared(prepared);
   warn_and_keep(report_warnings(prepared));
+  findings_ = findings_in(prepared);
   if (auto placed = place_probes(); !placed.ok()) return placed;
   return check_strict();
 }
@@ -234,6 +235,7 @@ Result<void> LevelBake::write() {
   if (auto unchanged = check_unchanged(); !unchanged.ok()) return unchanged;
   warn_and_keep(contents_.statistics.warnings);
   contents_.statistics.warnings = kept_warnings_;
+  contents_.statistics.findings = findings_;
   if (!report_.journal_warning.empty()) warn(report_.journal_warning);
   if (!missed_goal_.empty()) warn("--until was not reached: " + missed_goal_);
   if (auto strict = check_strict(); !strict.ok()) return strict;

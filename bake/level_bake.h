@@ -110,6 +110,7 @@ class LevelBake {
   std::string journal_;
   std::size_t warnings_ = 0;
   std::vector<std::string> kept_warnings_;  // those about the result, for the file
+  LevelFindings findings_;
   bool failed_strict_ = false;
   ProbePlacement probes_;
   BakeContents contents_;

@@ -17,6 +17,7 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t kShownOpenings = 3, kShownGaps = 3, kShownClashes = 3;
+constexpr std::size_t kKeptGaps = 200;
 
 // Extents below and mean free paths above these suggest a wrong unit of length.
 constexpr double kSmallLevel_m = 1, kLargeRoom_m = 60;
@@ -150,23 +151,6 @@ bool is_suspicious(const LevelReport& report) {
          (found.escaped_share < kLeak || way_of(found.openings.front()) == Way::kDown);
 }
 
-std::string closedness(const LevelReport& report) {
-  const LevelOpenings& found = report.openings;
-  const std::size_t worth_naming = static_cast<std::size_t>(std::count_if(
-      found.openings.begin(), found.openings.end(),
-      [&](const LevelOpening& opening) { return opening.share >= 0.1 * found.escaped_share; }));
-  std::string text =
-      fmt::format("{} of the sound leaves the level, ", percent(found.escaped_share));
-  if (worth_naming > 1) text += fmt::format("first of all ({}) ", percent(found.openings[0].share));
-  text += fmt::format("{}: {}", in_words(found.openings[0]), question(found.openings[0]));
-  for (std::size_t i = 1; i < std::min(worth_naming, kShownOpenings); ++i)
-    text += fmt::format("{} {} {}", i == 1 ? " Then" : ";", percent(found.openings[i].share),
-                        in_words(found.openings[i]));
-  return text;
-}
-
-}  // namespace
-
 // Example: "upwards near (1.0, 3.0, 2.0), through an opening about 4 m wide along an open edge of
 // 16 m".
 std::string in_words(const LevelOpening& opening) {
@@ -182,6 +166,55 @@ std::string in_words(const LevelOpening& opening) {
 std::string in_words(const ThinGap& gap) {
   return fmt::format("{} wide over {} near {}", metres(gap.width_m), metres(gap.length_m),
                      at(gap.place_m));
+}
+
+// "" if nothing was tested.
+std::string closedness(const LevelReport& report) {
+  const LevelOpenings& found = report.openings;
+  if (found.rays == 0) return "";
+  if (found.openings.empty()) return fmt::format("closed: none of {} rays left it", found.rays);
+  const std::size_t worth_naming = static_cast<std::size_t>(std::count_if(
+      found.openings.begin(), found.openings.end(),
+      [&](const LevelOpening& opening) { return opening.share >= 0.1 * found.escaped_share; }));
+  std::string text =
+      fmt::format("{} of the sound leaves the level, ", percent(found.escaped_share));
+  if (worth_naming > 1) text += fmt::format("first of all ({}) ", percent(found.openings[0].share));
+  text += fmt::format("{}: {}", in_words(found.openings[0]), question(found.openings[0]));
+  for (std::size_t i = 1; i < std::min(worth_naming, kShownOpenings); ++i)
+    text += fmt::format("{} {} {}", i == 1 ? " Then" : ";", percent(found.openings[i].share),
+                        in_words(found.openings[i]));
+  return text;
+}
+
+}  // namespace
+
+LevelFindings findings_in(const LevelReport& report) {
+  using Kind = LevelFinding::Kind;
+  LevelFindings found;
+  found.closedness = closedness(report);
+  found.thin_gaps = static_cast<std::uint32_t>(report.gaps.size());
+  for (const LevelOpening& opening : report.openings.openings)
+    found.list.push_back(
+        {Kind::kOpening,
+         fmt::format("{} of the sound leaves {}", percent(opening.share), in_words(opening)),
+         opening.width_m > 0 ? std::optional(opening.place_m) : std::nullopt, opening.width_m,
+         opening.direction});
+  for (std::size_t i = 0; i < std::min(report.gaps.size(), kKeptGaps); ++i) {
+    const ThinGap& gap = report.gaps[i];
+    found.list.push_back({Kind::kGap, in_words(gap), gap.place_m, gap.length_m, {}});
+  }
+  return found;
+}
+
+std::string gap_line(const LevelFindings& findings) {
+  if (findings.thin_gaps == 0) return "";
+  std::string text = fmt::format("{} between edges that nearly meet:",
+                                 counted(findings.thin_gaps, "thin gap", "thin gaps"));
+  std::size_t shown = 0;
+  for (const LevelFinding& finding : findings.list)
+    if (finding.kind == LevelFinding::Kind::kGap && shown < kShownGaps)
+      text += (shown++ == 0 ? " " : "; ") + finding.text;
+  return text;
 }
 
 std::optional<double> LevelReport::geometric_free_path_m() const {
@@ -274,19 +307,9 @@ std::vector<std::string> report_lines(const LevelReport& report) {
     lines.push_back(line);
   }
 
-  if (report.openings.rays > 0) {
-    if (report.openings.openings.empty())
-      lines.push_back(fmt::format("closed: none of {} rays left it", report.openings.rays));
-    else if (!is_suspicious(report))
-      lines.push_back(closedness(report));
-  }
-  if (!report.gaps.empty()) {
-    std::string text = fmt::format("{} between edges that nearly meet:",
-                                   counted(report.gaps.size(), "thin gap", "thin gaps"));
-    for (std::size_t i = 0; i < std::min(report.gaps.size(), kShownGaps); ++i)
-      text += (i == 0 ? " " : "; ") + in_words(report.gaps[i]);
-    lines.push_back(text);
-  }
+  const LevelFindings findings = findings_in(report);
+  if (!findings.closedness.empty() && !is_suspicious(report)) lines.push_back(findings.closedness);
+  if (!report.gaps.empty()) lines.push_back(gap_line(findings));
   if (report.openings.mean_free_path_m > 0) {
     std::string line = fmt::format("mean free path {:.2f} m", report.openings.mean_free_path_m);
     if (const auto geometric_m = report.geometric_free_path_m())

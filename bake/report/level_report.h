@@ -13,6 +13,7 @@
 #include "bake/mesh/edge_surroundings.h"
 #include "bake/mesh/mesh_preparation.h"
 #include "bake/report/level_openings.h"
+#include "formats/bake_file/level_findings.h"
 
 namespace clamor {
 
@@ -81,9 +82,11 @@ inline constexpr double kThinGap_m = 0.02;
 // emitters and materials are not changed.
 LevelReport prepare_level(Level& level, const LevelOptions& options = {});
 
-// A finding in words, as in the report.
-std::string in_words(const LevelOpening& opening);
-std::string in_words(const ThinGap& gap);
+// Openings and thin gaps in words, for the bake file. The only source of what any command says of
+// them.
+LevelFindings findings_in(const LevelReport& report);
+// "80 thin gaps between edges that nearly meet: ...", the largest of them; "" without gaps.
+std::string gap_line(const LevelFindings& findings);
 
 // The report as sentences, most important first, and the warnings.
 std::vector<std::string> report_lines(const LevelReport& report);

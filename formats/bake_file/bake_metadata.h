@@ -7,6 +7,7 @@
 
 #include "common/air.h"
 #include "common/bands.h"
+#include "formats/bake_file/level_findings.h"
 #include "formats/files/input_file.h"
 
 namespace clamor {
@@ -55,6 +56,7 @@ struct BakeStatistics {
   Bands power_escaped{};        // left the level
   Bands power_unfinished{};     // remaining at longest_path_s
   std::vector<std::string> warnings;
+  LevelFindings findings;
   DecaySummary decay{};
 };
 

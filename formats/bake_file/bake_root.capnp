@@ -54,6 +54,23 @@ struct BakeRoot {
 
   earlyOrder @41 :UInt8;                # since 3.2
   images @42 :List(Image);              # since 3.2
+
+  findings @43 :Findings;               # since 3.2
+}
+
+struct Findings {
+  closedness @0 :Text;                  # whether and where sound leaves the level
+  thinGaps @1 :UInt32;                  # number, of which the largest are listed
+  list @2 :List(Finding);
+}
+
+struct Finding {
+  kind @0 :UInt8;                       # 0 an opening, 1 a thin gap
+  text @1 :Text;
+  hasPlace @2 :Bool;
+  placeM @3 :List(Float64);             # x, y, z
+  sizeM @4 :Float64;                    # width of an opening, length of a gap
+  direction @5 :List(Float64);          # mean of the escaping sound, x, y, z
 }
 
 struct Image {

@@ -12,16 +12,8 @@ namespace {
 // Virtual emitters need not be more than sources.
 constexpr std::size_t kMaxPortalEmitters = 1 << 24;
 
-template <class List>
-Result<Vec3> read_vector(const List& list) {
-  if (list.size() != 3) return Error("a portal has a point without three coordinates");
-  return Vec3(list[0], list[1], list[2]);
-}
-
-template <class List>
-void write_vector(List list, const Vec3& vector) {
-  for (unsigned axis = 0; axis < 3; ++axis) list.set(axis, vector[static_cast<int>(axis)]);
-}
+using bake_root::read_vector;
+using bake_root::write_vector;
 
 }  // namespace
 
@@ -53,8 +45,9 @@ Result<BakedPortals> read_portals(BakeRoot::Reader root, std::size_t emitters) {
   for (const auto one : stored.getPortals()) {
     Portal& portal = portals.portals.emplace_back();
     portal.name = bake_root::text(one.getName());
-    const auto centre = read_vector(one.getCentreM());
-    const auto half_u = read_vector(one.getHalfUM()), half_v = read_vector(one.getHalfVM());
+    const auto centre = read_vector(one.getCentreM(), "a portal");
+    const auto half_u = read_vector(one.getHalfUM(), "a portal"),
+               half_v = read_vector(one.getHalfVM(), "a portal");
     for (const auto* vector : {&centre, &half_u, &half_v})
       if (!vector->ok()) return vector->error();
     portal.centre_m = *centre;

@@ -12,6 +12,7 @@
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_root.capnp.h"
 #include "formats/bake_file/bake_root_emitters.h"
+#include "formats/bake_file/bake_root_findings.h"
 #include "formats/bake_file/bake_root_images.h"
 #include "formats/bake_file/bake_root_portals.h"
 #include "formats/bake_file/bake_root_values.h"
@@ -124,6 +125,9 @@ Result<void> RootReader::read_statistics() {
   statistics.power_escaped = *escaped;
   statistics.power_unfinished = *unfinished;
   for (const auto warning : root_.getWarnings()) statistics.warnings.push_back(text(warning));
+  auto findings = read_findings(root_);
+  if (!findings.ok()) return findings.error();
+  statistics.findings = std::move(*findings);
 
   DecaySummary& decay = statistics.decay;
   decay.places = root_.getDecayPlaces();

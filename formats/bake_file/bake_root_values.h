@@ -1,4 +1,4 @@
-// bake_root_values.h: bands and texts in the root of a bake file.
+// bake_root_values.h: bands, points and texts in the root of a bake file.
 //
 // Internal to the files that read and write the root.
 #pragma once
@@ -7,6 +7,7 @@
 
 #include "common/bands.h"
 #include "common/result.h"
+#include "common/vec.h"
 #include "formats/bake_file/bake_root.capnp.h"
 
 namespace clamor::bake_root {
@@ -21,6 +22,18 @@ Result<Bands> read_bands(const List& list, float min, float max, const std::stri
     if (!(bands[b] >= min && bands[b] <= max)) return Error(what + " is out of range");
   }
   return bands;
+}
+
+// Reads x, y and z, or returns an Error.
+template <class List>
+Result<Vec3> read_vector(const List& list, const std::string& what) {
+  if (list.size() != 3) return Error(what + " has a point without three coordinates");
+  return Vec3(list[0], list[1], list[2]);
+}
+
+template <class List>
+void write_vector(List list, const Vec3& vector) {
+  for (unsigned axis = 0; axis < 3; ++axis) list.set(axis, vector[static_cast<int>(axis)]);
 }
 
 inline std::string text(capnp::Text::Reader reader) { return {reader.begin(), reader.size()}; }

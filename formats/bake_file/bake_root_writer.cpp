@@ -6,6 +6,7 @@
 #include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_root.capnp.h"
 #include "formats/bake_file/bake_root_emitters.h"
+#include "formats/bake_file/bake_root_findings.h"
 #include "formats/bake_file/bake_root_images.h"
 #include "formats/bake_file/bake_root_portals.h"
 #include "formats/bake_file/bake_root_values.h"
@@ -59,6 +60,7 @@ void write_settings(BakeRoot::Builder root, const BakeContents& contents) {
   root.setDecayErrorDb(statistics.decay.error_db);
   auto warnings = root.initWarnings(static_cast<unsigned>(statistics.warnings.size()));
   for (unsigned i = 0; i < warnings.size(); ++i) warnings.set(i, statistics.warnings[i]);
+  write_findings(root, statistics.findings);
   auto bands_hz = root.initBandsHz(kBandCount);
   for (unsigned b = 0; b < kBandCount; ++b) bands_hz.set(b, static_cast<float>(kBandCentres_hz[b]));
 }

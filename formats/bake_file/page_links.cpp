@@ -14,7 +14,7 @@ namespace clamor {
 namespace {
 
 // Longer than any delay in a level (the import limit is 1000 km), and fits into 32 bits of samples.
-constexpr float kLongest_s = 86400;
+constexpr float kLongestDelay_s = 86400;
 constexpr std::uint64_t kMaxSources = 1ULL << 48;
 
 struct StoredEntry {
@@ -85,7 +85,7 @@ Result<void> check_instance(const Instance& instance, const PageEntry& parent,
   const float turn = glm::dot(instance.rotation, instance.rotation);
   if (!(length(instance.offset_m) <= kMaxCoordinateInFile_m) || !within(turn, 0.999f, 1.001f) ||
       !within(instance.scale, 1e-3f, 1) || !within(instance.gain, 0, 1e5f) ||
-      !within(instance.delay_s, 0, kLongest_s) ||
+      !within(instance.delay_s, 0, kLongestDelay_s) ||
       !within(instance.u, std::numeric_limits<float>::min(), 1))
     return Error("has an instance whose values are out of range");
   if (instance.tree >= around.trees.size() ||
@@ -116,7 +116,8 @@ Result<void> check_entry(const PageEntry& entry, std::uint64_t from, std::uint64
     if (!within(entry.cone_axis[axis], -1.001f, 1.001f)) return Error("has a cone out of range");
   if (!within(entry.cone_cos, -1.001f, 1.001f) ||
       !within(entry.highest_key, 0, std::numeric_limits<float>::max()) ||
-      !within(entry.min_delay_s, 0, kLongest_s) || !within(entry.max_delay_s, 0, kLongest_s))
+      !within(entry.min_delay_s, 0, kLongestDelay_s) ||
+      !within(entry.max_delay_s, 0, kLongestDelay_s))
     return Error("has a key, a cone or a delay out of range");
   if (entry.octant > 7 && entry.octant != kNoOctant) return Error("has an octant above 7");
   const PageLink& page = entry.page;

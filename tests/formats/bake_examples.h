@@ -106,6 +106,12 @@ inline BakeContents contents(std::uint32_t secondary = 100) {
   bake.statistics.photons_traced = 1000;
   bake.statistics.bounces = secondary;
   bake.statistics.warnings = {"mind the step"};
+  bake.statistics.findings = {
+      "9 % of the sound leaves the level",
+      3,
+      {{LevelFinding::Kind::kOpening, "a door", Vec3(1, 2, 3), 0.8, Vec3(0, 0, -1)},
+       {LevelFinding::Kind::kOpening, "all round", std::nullopt, 0, Vec3(0)},
+       {LevelFinding::Kind::kGap, "a slit", Vec3(0.1, 0, 4), 2.5, Vec3(0)}}};
   bake.materials.resize(2);
   bake.materials[0].name = "brick";
   bake.materials[1].name = "glass";

@@ -12,6 +12,8 @@ namespace clamor {
 
 namespace {
 
+nlohmann::ordered_json as_list(const Vec3& vector) { return {vector.x, vector.y, vector.z}; }
+
 // A rounded number, or null.
 nlohmann::ordered_json rounded(float value) {
   if (!(value > 0)) return nullptr;
@@ -138,9 +140,6 @@ void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
          {"rotation", {pose.rotation.x, pose.rotation.y, pose.rotation.z, pose.rotation.w}},
          {"scale", pose.scale}});
   }
-  const auto as_list = [](const Vec3& vector) {
-    return nlohmann::ordered_json{vector.x, vector.y, vector.z};
-  };
   const BakedPortals& baked = file.portals();
   json["portals"] = {{"list", nlohmann::ordered_json::array()},
                      {"sets", baked.sets.size()},
@@ -169,6 +168,20 @@ void add_octree(const BakeOverview& overview, nlohmann::ordered_json& json) {
     json["octree"].push_back(as_json(level, overview.power));
   json["instanced"] = as_json(overview.instanced.stored, overview.power);
   json["instanced"]["trees"] = overview.instanced.trees;
+}
+
+void add_findings(const LevelFindings& found, nlohmann::ordered_json& json) {
+  auto list = nlohmann::ordered_json::array();
+  for (const LevelFinding& finding : found.list) {
+    auto place = nlohmann::ordered_json();
+    if (finding.place_m) place = as_list(*finding.place_m);
+    list.push_back({{"kind", finding.kind == LevelFinding::Kind::kOpening ? "opening" : "gap"},
+                    {"text", finding.text},
+                    {"place_m", place},
+                    {"size_m", finding.size_m}});
+  }
+  json["findings"] = {
+      {"closedness", found.closedness}, {"thin_gaps", found.thin_gaps}, {"list", list}};
 }
 
 Result<void> add_pages(const BakeFile& file, nlohmann::ordered_json& json) {
@@ -203,6 +216,7 @@ Result<std::string> as_json(const BakeFile& file, const BakeOverview& overview, 
   add_tables(file, json);
   add_octree(overview, json);
   json["warnings"] = file.statistics().warnings;
+  add_findings(file.statistics().findings, json);
   if (pages)
     if (const auto added = add_pages(file, json); !added.ok()) return added.error();
   // Names may be invalid UTF-8, but JSON may not.

@@ -69,7 +69,7 @@ Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
   auto overview = overview_of((*opened)->file);
   if (!overview.ok()) return overview.error();
   contents.overview = std::move(*overview);
-  contents.findings = find_in_level(room);
+  contents.findings = findings_of(room.file->statistics());
   contents.map = floor_grid(room, kMapCells);
   const std::vector<Vec3> listeners_m = options.listeners_m.empty()
                                             ? listening_places(room, *excitation, contents.map)

@@ -6,19 +6,11 @@
 
 #include <fmt/format.h>
 
-#include "formats/bake_file/bake_metadata.h"
-#include "formats/level/level.h"
-#include "tools/program/text_format.h"
+#include "tools/program/shell_quote.h"
 
 namespace clamor {
 
 namespace {
-
-constexpr std::size_t kMaxGaps = 200;
-// The geometry of a file is in millimetres, so that edges that rest on a surface may seem to be a
-// little off it.
-constexpr double kLeastGap_m = 0.002;
-constexpr std::size_t kMaxEmittersJudged = 500;
 
 // Three numbers from `at` on, separated by commas, and whether `close` follows.
 std::optional<Vec3> numbers_at(const char* at, char close) {
@@ -36,21 +28,6 @@ std::optional<Vec3> numbers_at(const char* at, char close) {
   return is_finite(place_m) ? std::optional(place_m) : std::nullopt;
 }
 
-Level level_of(const Room& room) {
-  Level level;
-  level.mesh = room.mesh;
-  level.materials = room.file->materials();
-  level.emitters = room.emitters();
-  // Of a crowd, a few show where its sound escapes.
-  if (level.emitters.size() > kMaxEmittersJudged) {
-    std::vector<Emitter> few;
-    for (std::size_t i = 0; i < kMaxEmittersJudged; ++i)
-      few.push_back(level.emitters[i * level.emitters.size() / kMaxEmittersJudged]);
-    level.emitters = std::move(few);
-  }
-  return level;
-}
-
 }  // namespace
 
 std::optional<Vec3> place_in(const std::string& sentence) {
@@ -62,37 +39,46 @@ std::optional<Vec3> place_in(const std::string& sentence) {
   return std::nullopt;
 }
 
-LevelFindings find_in_level(const Room& room) {
+std::vector<LevelFinding> findings_of(const BakeStatistics& statistics) {
   using Kind = LevelFinding::Kind;
-  LevelFindings found;
-  for (const std::string& warning : room.file->statistics().warnings) {
+  std::vector<LevelFinding> all;
+  for (const std::string& warning : statistics.warnings) {
     const bool twice = warning.find("are there twice") != std::string::npos;
-    found.findings.push_back(
-        {twice ? Kind::kDuplicate : Kind::kWarning, warning, place_in(warning), 0, {}});
+    all.push_back({twice ? Kind::kDuplicate : Kind::kWarning, warning, place_in(warning), 0, {}});
   }
-  if (room.mesh.triangles.empty()) return found;
-  Level level = level_of(room);
-  found.level = prepare_level(level);
-  std::erase_if(found.level.gaps, [](const ThinGap& gap) { return gap.width_m < kLeastGap_m; });
-  for (const LevelOpening& opening : found.level.openings.openings)
-    found.findings.push_back(
-        {Kind::kOpening,
-         fmt::format("{:.1f} % of the sound leaves {}", 100 * opening.share, in_words(opening)),
-         opening.width_m > 0 ? std::optional(opening.place_m) : std::nullopt, opening.width_m,
-         opening.direction});
-  for (std::size_t i = 0; i < std::min(found.level.gaps.size(), kMaxGaps); ++i) {
-    const ThinGap& gap = found.level.gaps[i];
-    found.findings.push_back(
-        {Kind::kGap, "edges nearly meet: " + in_words(gap), gap.place_m, gap.length_m, {}});
+  const LevelFindings& found = statistics.findings;
+  const bool is_open = std::ranges::any_of(
+      found.list, [](const LevelFinding& one) { return one.kind == Kind::kOpening; });
+  if (!is_open && !found.closedness.empty())
+    all.push_back({Kind::kFact, found.closedness, std::nullopt, 0, {}});
+  all.insert(all.end(), found.list.begin(), found.list.end());
+  return all;
+}
+
+const char* title_of(LevelFinding::Kind kind) {
+  switch (kind) {
+    case LevelFinding::Kind::kWarning:
+      return "Warning";
+    case LevelFinding::Kind::kFact:
+      return "Fine";
+    case LevelFinding::Kind::kOpening:
+      return "Opening";
+    case LevelFinding::Kind::kGap:
+      return "Thin gap";
+    case LevelFinding::Kind::kDuplicate:
+      break;
   }
-  if (found.level.openings.rays > 0 && found.level.openings.openings.empty())
-    found.findings.push_back(
-        {Kind::kFact,
-         fmt::format("closed: none of {} rays left it", grouped(found.level.openings.rays)),
-         std::nullopt,
-         0,
-         {}});
-  return found;
+  return "Twice there";
+}
+
+bool is_warning(const LevelFinding& finding) {
+  return finding.kind == LevelFinding::Kind::kWarning ||
+         finding.kind == LevelFinding::Kind::kDuplicate;
+}
+
+std::string view_command(const std::string& path, const Vec3& place_m) {
+  return fmt::format("clamor view {} --at {:.1f},{:.1f},{:.1f}", shell_quoted(path),
+                     place_m.x + 0.0, place_m.y + 0.0, place_m.z + 0.0);
 }
 
 }  // namespace clamor

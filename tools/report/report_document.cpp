@@ -77,7 +77,7 @@ class ReportWriter {
         room_(contents.measured.meter->room()),
         file_(*room_.file),
         page_("report", "How " + file_.provenance().level + " sounds", setting()),
-        areas_(absorbing_areas(room_)) {}
+        areas_(absorbing_areas(room_.mesh, file_.materials())) {}
 
   std::string write() {
     write_answer();
@@ -110,12 +110,7 @@ class ReportWriter {
   }
 
   std::size_t problems() const {
-    return static_cast<std::size_t>(
-        std::count_if(contents_.findings.findings.begin(), contents_.findings.findings.end(),
-                      [](const LevelFinding& finding) {
-                        return finding.kind == LevelFinding::Kind::kWarning ||
-                               finding.kind == LevelFinding::Kind::kDuplicate;
-                      }));
+    return static_cast<std::size_t>(std::ranges::count_if(contents_.findings, is_warning));
   }
 
   void write_answer() {
@@ -168,17 +163,14 @@ class ReportWriter {
     if (const std::string why = cause_of_decay(contents_.measured.responses, areas_); !why.empty())
       list += "<li><span class=\"kind\">What rings</span><span>" + escaped(why) +
               "</span><span></span></li>";
-    for (const LevelFinding& finding : contents_.findings.findings) {
+    for (const LevelFinding& finding : contents_.findings) {
       const std::size_t index = number++;
       if (finding.kind == Kind::kGap && ++gaps > kShownGaps) continue;
-      constexpr std::array<const char*, 5> kTitles = {"Warning", "Fine", "Opening", "Thin gap",
-                                                      "Twice there"};
-      const bool wrong = finding.kind == Kind::kWarning || finding.kind == Kind::kDuplicate;
       list += fmt::format("<li{}><span class=\"kind\">{}</span><span>{}</span>",
-                          wrong                         ? " class=\"wrong\""
+                          is_warning(finding)           ? " class=\"wrong\""
                           : finding.kind == Kind::kFact ? " class=\"fine\""
                                                         : "",
-                          kTitles[static_cast<std::size_t>(finding.kind)], escaped(finding.text));
+                          title_of(finding.kind), escaped(finding.text));
       list += finding.place_m ? fmt::format(
                                     "<button type=\"button\" data-finding=\"{}\" aria-label=\"Show "
                                     "in the view: {}\">Show in the view</button>",
@@ -186,11 +178,11 @@ class ReportWriter {
                               : "<span></span>";
       list += "</li>\n";
     }
-    if (gaps > kShownGaps)
+    if (const LevelFindings& found = file_.statistics().findings; gaps > kShownGaps)
       list += fmt::format(
-          "<li><span class=\"kind\">Thin gap</span><span>and {} more, all in the "
+          "<li><span class=\"kind\">Thin gap</span><span>and {} more; {} {} in the "
           "view</span><span></span></li>\n",
-          gaps - kShownGaps);
+          found.thin_gaps - kShownGaps, gaps, gaps < found.thin_gaps ? "of them are" : "are");
     if (contents_.other)
       list += "<li><span class=\"kind\">Compared</span><span>" + escaped(comparison()) +
               "</span><span></span></li>\n";

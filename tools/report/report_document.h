@@ -30,7 +30,7 @@ struct ReportContents {
   MeasuredRoom measured;
   std::optional<MeasuredRoom> other;  // another bake, at the same listeners
   BakeOverview overview;
-  LevelFindings findings;
+  std::vector<LevelFinding> findings;
   FloorMap map;
   std::optional<RoomParameters> map_at_first;  // what the map's sample gives at the first listener
   RoomView view;

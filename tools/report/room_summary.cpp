@@ -58,11 +58,16 @@ std::optional<double> bass_ratio(std::span<const RoomResponse> responses) {
   return *bass_s / *middle_s;
 }
 
-std::vector<AbsorbingArea> absorbing_areas(const Room& room) {
-  const std::vector<Material>& materials = room.file->materials();
-  std::vector<double> area(materials.size(), 0);
-  for (std::size_t t = 0; t < room.mesh.triangles.size(); ++t)
-    area[room.mesh.materials[t]] += area_m2(room.mesh, t);
+std::vector<double> areas_m2(const Mesh& mesh, std::size_t materials) {
+  std::vector<double> areas(materials, 0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    areas[mesh.materials[t]] += area_m2(mesh, t);
+  return areas;
+}
+
+std::vector<AbsorbingArea> absorbing_areas(const Mesh& mesh,
+                                           const std::vector<Material>& materials) {
+  const std::vector<double> area = areas_m2(mesh, materials.size());
   std::vector<AbsorbingArea> areas;
   for (const MaterialGroup& group : groups_of(std::span(materials))) {
     AbsorbingArea sum;
@@ -118,8 +123,22 @@ std::string described(std::span<const RoomResponse> responses, bool is_crowd) {
 
 std::string cause_of_decay(std::span<const RoomResponse> responses,
                            std::span<const AbsorbingArea> areas) {
-  const auto ratio = bass_ratio(responses);
-  const auto t30_s = mean_of(responses, &RoomParameters::t30_s, kMiddle);
+  return cause_of_decay(bass_ratio(responses), mean_of(responses, &RoomParameters::t30_s, kMiddle),
+                        areas);
+}
+
+std::string cause_of_decay(const DecaySummary& decay, std::span<const AbsorbingArea> areas) {
+  const auto mean = [&](std::span<const std::size_t> bands) -> std::optional<double> {
+    const double a = decay.t30_s[bands[0]], b = decay.t30_s[bands[1]];
+    return a > 0 && b > 0 ? std::optional((a + b) / 2) : std::nullopt;
+  };
+  const auto bass_s = mean(kBass), middle_s = mean(kMiddle);
+  return cause_of_decay(bass_s && middle_s ? std::optional(*bass_s / *middle_s) : std::nullopt,
+                        middle_s, areas);
+}
+
+std::string cause_of_decay(std::optional<double> ratio, std::optional<double> t30_s,
+                           std::span<const AbsorbingArea> areas) {
   const bool booms = ratio && *ratio > kBooms;
   if (areas.empty() || !(booms || (t30_s && *t30_s > kRings_s))) return "";
   const std::span<const std::size_t> judged = booms ? kBass : kMiddle;

@@ -8,6 +8,8 @@
 
 #include "common/bands.h"
 #include "common/material.h"
+#include "formats/bake_file/bake_metadata.h"
+#include "formats/level/mesh.h"
 #include "tools/report/room.h"
 #include "tools/report/room_response.h"
 
@@ -34,14 +36,23 @@ struct AbsorbingArea {
 
 // Largest area first. Counts one side of each surface; materials of equal values are one
 // (bake_overview.h).
-std::vector<AbsorbingArea> absorbing_areas(const Room& room);
+std::vector<AbsorbingArea> absorbing_areas(const Mesh& mesh,
+                                           const std::vector<Material>& materials);
+
+// By material.
+std::vector<double> areas_m2(const Mesh& mesh, std::size_t materials);
 
 // "It reverberates for 1.1 s, like a theatre. ..." Of a crowd that sounds all at once, only its
 // decay says something of the room.
 std::string described(std::span<const RoomResponse> responses, bool is_crowd = false);
 
 // What makes a room boom, or ring for long, and how to mend it; empty if it does neither.
+// The first form judges by what was measured at listeners, the second by the T30 of the bake.
 std::string cause_of_decay(std::span<const RoomResponse> responses,
+                           std::span<const AbsorbingArea> areas);
+std::string cause_of_decay(const DecaySummary& decay, std::span<const AbsorbingArea> areas);
+// `bass_ratio` as of bass_ratio(), `t30_s` of the octaves of 500 Hz and 1 kHz.
+std::string cause_of_decay(std::optional<double> bass_ratio, std::optional<double> t30_s,
                            std::span<const AbsorbingArea> areas);
 
 }  // namespace clamor

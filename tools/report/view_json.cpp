@@ -298,10 +298,10 @@ ViewJson portals_of(const BakeFile& file) {
   return list;
 }
 
-ViewJson findings_of(const LevelFindings& found) {
+ViewJson findings_json(std::span<const LevelFinding> findings) {
   ViewJson list = ViewJson::array();
   constexpr const char* kKinds[] = {"warning", "fact", "opening", "gap", "duplicate"};
-  for (const LevelFinding& finding : found.findings) {
+  for (const LevelFinding& finding : findings) {
     ViewJson one = {{"kind", kKinds[static_cast<std::size_t>(finding.kind)]},
                     {"text", finding.text}};
     if (finding.place_m) one["place"] = as_json(*finding.place_m);
@@ -360,8 +360,9 @@ Result<std::vector<Bands>> loudest_weights(const BakeFile& file) {
   return make_signal_weights(envelopes).by_signal;
 }
 
-Result<RoomView> view_of(const Room& room, const LevelFindings& findings, const FloorMap& map,
-                         std::span<const Vec3> listeners_m, const ViewLimits& limits) {
+Result<RoomView> view_of(const Room& room, std::span<const LevelFinding> findings,
+                         const FloorMap& map, std::span<const Vec3> listeners_m,
+                         const ViewLimits& limits) {
   const BakeFile& file = *room.file;
   const Extent extent = extent_of(room);
   RoomView view;
@@ -390,7 +391,7 @@ Result<RoomView> view_of(const Room& room, const LevelFindings& findings, const 
   json["nodes"] = std::move(*nodes);
   json["probes"] = probes_of(file);
   json["portals"] = portals_of(file);
-  json["findings"] = findings_of(findings);
+  json["findings"] = findings_json(findings);
   json["map"] = map_of(map);
   json["listeners"] = ViewJson::array();
   for (const Vec3& place_m : listeners_m) json["listeners"].push_back(as_json(place_m));

@@ -33,8 +33,9 @@ struct RoomView {
   ViewCounts shown;
 };
 
-Result<RoomView> view_of(const Room& room, const LevelFindings& findings, const FloorMap& map,
-                         std::span<const Vec3> listeners_m, const ViewLimits& limits = {});
+Result<RoomView> view_of(const Room& room, std::span<const LevelFinding> findings,
+                         const FloorMap& map, std::span<const Vec3> listeners_m,
+                         const ViewLimits& limits = {});
 
 // The sources that the view holds: at most `count` of highest key, unscaled, and the highest key
 // that is missing. Image sources are not among them.

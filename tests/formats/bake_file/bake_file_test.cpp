@@ -90,6 +90,7 @@ TEST(BakeFile, RoundTrips) {
   EXPECT_EQ(file->statistics().rooms, bake.statistics.rooms);
   EXPECT_EQ(file->statistics().deposits, bake.statistics.deposits);
   EXPECT_EQ(file->statistics().warnings, bake.statistics.warnings);
+  EXPECT_EQ(file->statistics().findings, bake.statistics.findings);
   EXPECT_EQ(file->materials(), bake.materials);
   EXPECT_EQ(file->emitters(), bake.emitters);
   EXPECT_EQ(file->source_count(), 101u);

@@ -13,10 +13,10 @@ namespace {
 
 using Kind = LevelFinding::Kind;
 
-std::vector<LevelFinding> of_kind(const LevelFindings& found, Kind kind) {
+std::vector<LevelFinding> of_kind(const std::vector<LevelFinding>& found, Kind kind) {
   std::vector<LevelFinding> some;
-  std::copy_if(found.findings.begin(), found.findings.end(), std::back_inserter(some),
-               [&](const LevelFinding& finding) { return finding.kind == kind; });
+  std::ranges::copy_if(found, std::back_inserter(some),
+                       [&](const LevelFinding& finding) { return finding.kind == kind; });
   return some;
 }
 
@@ -41,7 +41,7 @@ Level with_a_hole() {
 
 TEST(LevelFindings, LeadToTheHoleThroughWhichSoundEscapes) {
   const ReportedRoom reported(with_a_hole(), 200, 2000);
-  const auto openings = of_kind(find_in_level(reported.room()), Kind::kOpening);
+  const auto openings = of_kind(findings_of(reported.file().statistics()), Kind::kOpening);
   ASSERT_EQ(openings.size(), 1u);
   ASSERT_TRUE(openings[0].place_m);
   EXPECT_LT(length(*openings[0].place_m - Vec3(4.5, 1.5, 0)), 0.3);
@@ -53,10 +53,10 @@ TEST(LevelFindings, LeadToTheHoleThroughWhichSoundEscapes) {
 TEST(LevelFindings, SayThatABoxIsClosedAndShowNoGaps) {
   const ReportedRoom reported(shoebox({6.0003, 3.0007, 4.0001}, uniform_material(0.2f), {2, 1, 2}),
                               200, 2000);
-  const LevelFindings found = find_in_level(reported.room());
-  ASSERT_EQ(found.findings.size(), 1u);
-  EXPECT_EQ(found.findings[0].kind, Kind::kFact);
-  EXPECT_THAT(found.findings[0].text, ::testing::StartsWith("closed: none of"));
+  const auto found = findings_of(reported.file().statistics());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].kind, Kind::kFact);
+  EXPECT_THAT(found[0].text, ::testing::StartsWith("closed: none of"));
 }
 
 TEST(LevelFindings, LeadToAThinGapAndToFacesThatAreThereTwice) {
@@ -73,7 +73,7 @@ TEST(LevelFindings, LeadToAThinGapAndToFacesThatAreThereTwice) {
     add_quad(level.mesh, {Vec3f(5, 2, 1), Vec3f(5.5, 2, 1), Vec3f(5.5, 2, 3), Vec3f(5, 2, 3)},
              material);
   const ReportedRoom reported(level, 200, 2000);
-  const LevelFindings found = find_in_level(reported.room());
+  const auto found = findings_of(reported.file().statistics());
   const auto gaps = of_kind(found, Kind::kGap), twice = of_kind(found, Kind::kDuplicate);
   ASSERT_EQ(gaps.size(), 1u);
   EXPECT_NEAR(gaps[0].place_m->y, 1, 0.01);
@@ -108,7 +108,7 @@ TEST(RoomSummary, AddsUpTheAreaOfEachMaterialAndNamesWhatBooms) {
   level.mesh = box({6, 3, 4}, {0, 0, 1, 0, 0, 0});  // cloth on the floor
   const ReportedRoom reported(level);
   const Room room = reported.room();
-  const auto areas = absorbing_areas(room);
+  const auto areas = absorbing_areas(room.mesh, room.file->materials());
   ASSERT_EQ(areas.size(), 2u);
   EXPECT_EQ(areas[0].name, "board");
   EXPECT_NEAR(areas[0].area_m2, 108 - 24, 1e-6);
@@ -124,6 +124,7 @@ TEST(RoomSummary, AddsUpTheAreaOfEachMaterialAndNamesWhatBooms) {
   // 0.02 and 0.03 of 84 m2 and 0.4 of 24 m2 are 11.7 m2.
   EXPECT_THAT(cause, ::testing::HasSubstr("108 m2 of surfaces absorb as much as 12 m2"));
   EXPECT_THAT(cause, ::testing::HasSubstr("'board' reflects most: it is 78 % of the area"));
+  EXPECT_EQ(cause_of_decay(reported.file().statistics().decay, areas), cause);
 }
 
 }  // namespace

@@ -3,7 +3,9 @@
 #include <regex>
 
 #include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
 
+#include "tests/box_level.h"
 #include "tests/tools/report/reported_room.h"
 
 namespace clamor::testing {
@@ -69,6 +71,43 @@ TEST_F(ReportCommand, SaysTheFiguresOfInspect) {
   EXPECT_THAT(html, HasSubstr("power emitted, dB</th><td>" + row[1].str() + "</td>"));
   ASSERT_TRUE(std::regex_search(inspect.out, row, std::regex(R"(settings +(seed [^\n]*))")));
   EXPECT_THAT(html, HasSubstr(row[1].str()));
+}
+
+// A box without a wall, and boards with slits of 1.2 mm and 1 cm between them: the geometry in the
+// file, in millimetres, would not show the first as it is.
+TEST(LevelFigures, AreTheSameOfBakeInspectAndReport) {
+  const Folder folder;
+  Mesh mesh = box({6, 3, 4});
+  mesh.triangles.resize(10);
+  mesh.materials.resize(10);
+  for (const float z : {1.0f, 2.0012f, 3.0112f})
+    add_quad(mesh, {Vec3f(2, 1, z), Vec3f(4, 1, z), Vec3f(4, 1, z + 1), Vec3f(2, 1, z + 1)});
+  const std::string level = level_of(folder, mesh), bake = folder / "box.clamor";
+  const Outcome baked = clamor({"bake", level, "-o", bake, "--photons", "200", "--sources", "200",
+                                "--no-journal", "--emitter", "name=a,signal=noise,at=2,1.5,1"});
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  std::smatch line;
+  ASSERT_TRUE(std::regex_search(
+      baked.err, line,
+      std::regex("level    (2 thin gaps between edges that nearly meet: (.*); (.*))\n")))
+      << baked.err;
+  const std::string all = line[1], widest = line[2], second = line[3];
+  ASSERT_TRUE(
+      std::regex_search(baked.err, line, std::regex("level    (\\d+ % of the sound leaves.*)\n")))
+      << baked.err;
+  const std::string leaves = line[1];
+
+  const Outcome inspected = clamor({"inspect", bake});
+  EXPECT_THAT(inspected.out, HasSubstr("level: " + all));
+  EXPECT_THAT(inspected.out, HasSubstr("level: " + leaves));
+  const auto json = nlohmann::json::parse(clamor({"inspect", bake, "--json"}).out);
+  EXPECT_EQ(json["findings"]["thin_gaps"], 2);
+  EXPECT_EQ(json["findings"]["closedness"], leaves);
+  ASSERT_EQ(clamor({"report", bake, "-o", folder / "box.html"}).code, 0);
+  const std::string html = read(folder / "box.html");
+  for (const std::string& words : {widest, second, leaves.substr(0, leaves.find(" of the sound"))})
+    EXPECT_THAT(html, HasSubstr("<span>" + words));
+  EXPECT_EQ(html.find("more; "), std::string::npos) << "there are no others";
 }
 
 TEST_F(ReportCommand, SetsAnotherBakeBesideIt) {

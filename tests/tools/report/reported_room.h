@@ -27,6 +27,7 @@ class ReportedRoom {
     EXPECT_TRUE(contents.ok());
     contents->provenance.level = "room.glb";
     contents->statistics.warnings = report_warnings(report);
+    contents->statistics.findings = findings_in(report);
     EXPECT_TRUE(write_bake(path(), *contents, 1).ok());
     auto file = BakeFile::open(path());
     EXPECT_TRUE(file.ok());
