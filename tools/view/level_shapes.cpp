@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <tuple>
 #include <utility>
 
 #include "formats/files/level_folder.h"
 #include "formats/gltf/gltf_document.h"
+#include "formats/gltf/texture_colour.h"
 
 namespace clamor {
 
@@ -56,6 +58,71 @@ Vec3f normal_of(const Mesh& mesh, std::uint32_t triangle) {
   return size > 0 ? normal / size : Vec3f(0, 1, 0);
 }
 
+std::optional<Vec3f> colour_in(const Json* factor) {
+  if (factor == nullptr || factor->array() == nullptr || factor->array()->size() < 3)
+    return std::nullopt;
+  Vec3f colour(1);
+  for (int i = 0; i < 3; ++i)
+    if (const double* value = (*factor->array())[static_cast<std::size_t>(i)].number())
+      colour[i] = static_cast<float>(std::clamp(*value, 0.0, 1.0));
+  return colour;
+}
+
+// Mean colours of the textures of a document, each image decoded once.
+class TextureColours {
+ public:
+  TextureColours(const GltfDocument& document, LevelFolder& folder)
+      : document_(document), folder_(folder) {}
+
+  // `index`: of a texture; null: none.
+  std::optional<Vec3f> mean(const Json* index) {
+    const Json* const image = item("images", member(item("textures", index), "source"));
+    if (image == nullptr) return std::nullopt;
+    const auto [known, is_new] = means_.try_emplace(image);
+    if (is_new) known->second = decoded(*image);
+    return known->second;
+  }
+
+ private:
+  static const Json* member(const Json* object, const char* key) {
+    return object != nullptr ? object->find(key) : nullptr;
+  }
+  // The item of a list of the document, or null.
+  const Json* item(const char* list, const Json* index) const {
+    const Json* const items = document_.json.find(list);
+    if (items == nullptr || items->array() == nullptr || index == nullptr) return nullptr;
+    const double* const number = index->number();
+    if (number == nullptr || !(*number >= 0) ||
+        *number >= static_cast<double>(items->array()->size()))
+      return nullptr;
+    return &(*items->array())[static_cast<std::size_t>(*number)];
+  }
+  static std::size_t size_in(const Json* view, const char* key) {
+    const Json* const value = member(view, key);
+    return value != nullptr && value->number() != nullptr && *value->number() > 0
+               ? static_cast<std::size_t>(*value->number())
+               : 0;
+  }
+
+  std::optional<Vec3f> decoded(const Json& image) {
+    if (const Json* const uri = image.find("uri"); uri != nullptr && uri->string() != nullptr) {
+      const auto bytes = folder_.read(*uri->string());
+      return bytes.ok() ? mean_colour(*bytes) : std::nullopt;
+    }
+    const Json* const view = item("bufferViews", image.find("bufferView"));
+    const std::size_t buffer = size_in(view, "buffer"), offset = size_in(view, "byteOffset"),
+                      length = size_in(view, "byteLength");
+    if (view == nullptr || buffer >= document_.buffers.size()) return std::nullopt;
+    const std::span<const std::byte> bytes = document_.buffers[buffer];
+    if (offset > bytes.size() || length > bytes.size() - offset) return std::nullopt;
+    return mean_colour(bytes.subspan(offset, length));
+  }
+
+  const GltfDocument& document_;
+  LevelFolder& folder_;
+  std::map<const Json*, std::optional<Vec3f>> means_;  // by image
+};
+
 }  // namespace
 
 std::map<std::string, Vec3f> base_colours(const std::string& level_path) {
@@ -63,19 +130,17 @@ std::map<std::string, Vec3f> base_colours(const std::string& level_path) {
   LevelFolder folder(level_path);
   const auto document = read_gltf_document(level_path, folder);
   if (!document.ok()) return colours;
+  TextureColours textures(*document, folder);
   const Json* const materials = document->json.find("materials");
   if (materials == nullptr || materials->array() == nullptr) return colours;
   for (const Json& material : *materials->array()) {
     const Json* const name = material.find("name");
-    const Json* const factor = material.find({"pbrMetallicRoughness", "baseColorFactor"});
-    if (name == nullptr || name->string() == nullptr || factor == nullptr ||
-        factor->array() == nullptr || factor->array()->size() < 3)
-      continue;
-    Vec3f colour(1);
-    for (int i = 0; i < 3; ++i)
-      if (const double* value = (*factor->array())[static_cast<std::size_t>(i)].number())
-        colour[i] = static_cast<float>(std::clamp(*value, 0.0, 1.0));
-    colours[*name->string()] = colour;
+    if (name == nullptr || name->string() == nullptr) continue;
+    const auto factor = colour_in(material.find({"pbrMetallicRoughness", "baseColorFactor"}));
+    const auto texture =
+        textures.mean(material.find({"pbrMetallicRoughness", "baseColorTexture", "index"}));
+    if (factor || texture)
+      colours[*name->string()] = factor.value_or(Vec3f(1)) * texture.value_or(Vec3f(1));
   }
   return colours;
 }

@@ -23,8 +23,8 @@ struct ShadedVertex {
   float material = 0;
 };
 
-// Base colours by the names of materials, from a glTF file. Materials without one, and those with a
-// texture and no factor, are left out.
+// Base colours by the names of materials, from a glTF file; a texture counts with its mean colour.
+// Materials without either, and those whose texture cannot be decoded, are left out.
 std::map<std::string, Vec3f> base_colours(const std::string& level_path);
 
 // A colour for each material: its base colour, or one of a restrained palette.
