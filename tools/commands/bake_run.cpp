@@ -18,6 +18,7 @@
 #include "tools/program/progress.h"
 #include "tools/program/stop_deadline.h"
 #include "tools/program/text_format.h"
+#include "tools/report/level_findings.h"
 
 namespace clamor {
 
@@ -41,8 +42,11 @@ std::string probe_line(const ProbePlacement& probes) {
 // Prints what the bake tells: text, JSON lines, or only warnings.
 class BakePrinter final : public BakeObserver {
  public:
-  BakePrinter(const BakeRunOptions& run, std::ostream& err)
-      : json_(run.json_progress), text_(!run.quiet && !run.json_progress), err_(err) {}
+  BakePrinter(const std::string& level_path, const BakeRunOptions& run, std::ostream& err)
+      : level_path_(level_path),
+        json_(run.json_progress),
+        text_(!run.quiet && !run.json_progress),
+        err_(err) {}
 
   void on_import(const std::string& level, const ImportReport& report) override {
     if (!text_) return;
@@ -58,8 +62,10 @@ class BakePrinter final : public BakeObserver {
   void on_prepared(const LevelReport& report) override {
     if (json_) fmt::print(err_, "{}\n", level_json(report));
     if (!text_) return;
-    for (const auto& line : report_lines(report))
+    for (const auto& line : report_lines(report)) {
       fmt::print(err_, "  level    {}\n", printable(line));
+      print_way_to(line);
+    }
   }
 
   void on_probes(const ProbePlacement& probes) override {
@@ -68,10 +74,12 @@ class BakePrinter final : public BakeObserver {
   }
 
   void on_warning(const std::string& text) override {
-    if (json_)
+    if (json_) {
       fmt::print(err_, "{}\n", warning_json(text));
-    else
-      fmt::print(err_, "  warning  {}\n", printable(text));
+      return;
+    }
+    fmt::print(err_, "  warning  {}\n", printable(text));
+    print_way_to(text);
   }
 
   void on_progress(const BakeProgress& done) override {
@@ -91,6 +99,13 @@ class BakePrinter final : public BakeObserver {
   double seconds() const { return progress_->seconds(); }
 
  private:
+  // The command that shows the place of which a sentence speaks.
+  void print_way_to(const std::string& sentence) {
+    if (const auto place_m = place_in(sentence); place_m && text_)
+      fmt::print(err_, "           {}\n", printable(view_command(level_path_, *place_m)));
+  }
+
+  const std::string& level_path_;
   const bool json_, text_;
   std::ostream& err_;
   std::optional<Progress> progress_;
@@ -155,7 +170,7 @@ int run_bake_request(const BakeRequest& request, const BakeRunOptions& run, std:
   if (options.shard) options.request = note_of(request);
   Result<void> done;
   {
-    BakePrinter printer(run, err);
+    BakePrinter printer(request.level_path, run, err);
     LevelBake bake(request, options, printer);
     done = run_stages(bake, run, options, printer, err);
   }

@@ -7,11 +7,13 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "bake/report/level_report.h"
 #include "common/air.h"
 #include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/image_source.h"
 #include "formats/level/movable_part.h"
 #include "tools/program/text_format.h"
+#include "tools/report/level_findings.h"
 
 namespace clamor {
 
@@ -84,8 +86,18 @@ void print_title(const BakeFile& file, const BakeOverview& overview, std::ostrea
   if (file.stored_sources() != file.source_count())
     fmt::print(out, "  {} of them are stored; the others are instances\n",
                grouped(file.stored_sources()));
-  for (const auto& warning : file.statistics().warnings)
-    fmt::print(out, "  warning: {}\n", printable(warning));
+  const BakeStatistics& statistics = file.statistics();
+  const auto print = [&](const char* what, const std::string& text) {
+    if (text.empty()) return;
+    fmt::print(out, "  {}: {}\n", what, printable(text));
+    if (const auto place_m = place_in(text))
+      fmt::print(out, "    {}\n", printable(view_command(file.path(), *place_m)));
+  };
+  for (const auto& warning : statistics.warnings) print("warning", warning);
+  const LevelFindings& found = statistics.findings;
+  if (std::ranges::find(statistics.warnings, found.closedness) == statistics.warnings.end())
+    print("level", found.closedness);
+  print("level", gap_line(found));
 }
 
 void print_making(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {

@@ -23,7 +23,7 @@ namespace {
 
 // The words of the command line.
 struct ViewRequest {
-  std::string listener, size, script;
+  std::string listener, at, script;
   double scale = 0;
   ViewOptions options;
   DeviceArguments device;
@@ -118,6 +118,8 @@ int run_view(std::span<const std::string> arguments, std::ostream& out, std::ost
       "--listener", request.listener,
       "start position X,Y,Z[,YAW[,PITCH]] in metres and degrees [unset: in front of the first "
       "emitter]");
+  parser.option("--at", request.at,
+                "place X,Y,Z to look at and to mark, as bake and inspect print it");
   parser.option("--threads", options.threads, "threads of bakes, 0: all cores");
   parser.option("--scale", request.scale,
                 "size of texts and panels, as in 1.5 [0: that of the monitor]");
@@ -142,6 +144,11 @@ int run_view(std::span<const std::string> arguments, std::ostream& out, std::ost
     const auto listener = parse_listener(request.listener);
     if (!listener.ok()) return parser.bad_usage(err, listener.error().message);
     options.listener = *listener;
+  }
+  if (!request.at.empty()) {
+    const auto at = parse_listener(request.at);
+    if (!at.ok()) return parser.bad_usage(err, "--at: " + at.error().message);
+    options.at_m = at->position_m;
   }
   if (const auto shown = run_window(request, mix, output, out); !shown.ok()) {
     fmt::print(err, "clamor view: {}\n", shown.error().message);

@@ -11,10 +11,10 @@
 
 #include "common/text.h"
 #include "formats/files/atomic_file.h"
-#include "formats/files/level_folder.h"
 #include "formats/gltf/level_import.h"
 #include "formats/level/material_presets.h"
 #include "formats/level/signal_table.h"
+#include "tools/view/level_sounds.h"
 
 namespace clamor {
 
@@ -268,9 +268,11 @@ void EditedLevel::remove_emitter(std::size_t emitter) {
 
 Result<std::size_t> EditedLevel::add_emitter(const std::string& signal, const Vec3& at_m,
                                              const Vec3& facing) {
+  std::string played = signal;
   if (!is_built_in_signal(signal)) {
-    LevelFolder folder(path_);
-    if (const auto bytes = folder.read(signal); !bytes.ok()) return bytes.error();
+    auto sound = sound_of_level(path_, signal);
+    if (!sound.ok()) return sound.error();
+    played = std::move(*sound);
   }
   LevelState next = now();
   const std::string stem = std::filesystem::path(signal).stem().string();
@@ -285,7 +287,7 @@ Result<std::size_t> EditedLevel::add_emitter(const std::string& signal, const Ve
   added.axis = normalize(facing);
   list_of(next.sidecar, "emitters")
       .push_back(Json(Json::Object{{"name", Json(added.name)},
-                                   {"signal", Json(signal)},
+                                   {"signal", Json(played)},
                                    {"at", vector(at_m)},
                                    {"facing", vector(added.axis)}}));
   next.emitters.push_back(added);

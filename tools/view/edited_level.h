@@ -57,8 +57,8 @@ class EditedLevel {
   // Changes position, axis, gain or directivity.
   void set_emitter(std::size_t emitter, const Emitter& values, std::size_t gesture = 0);
   void remove_emitter(std::size_t emitter);
-  // Adds an emitter with a new name; `signal` is "noise", "impulse" or a file in the level's
-  // folder. Errors: no such file.
+  // Adds an emitter with a new name; `signal` is "noise", "impulse" or a sound file in the level's
+  // folder. Errors: as those of sound_of_level().
   Result<std::size_t> add_emitter(const std::string& signal, const Vec3& at_m, const Vec3& facing);
 
   void set_listener(std::size_t listener, const ListenerSpec& values, std::size_t gesture = 0);

@@ -29,11 +29,13 @@ constexpr Form kForms[] = {{"size", 2, false, Kind::kSize},
                            {"click", 0, false, Kind::kClick},
                            {"scroll", 1, false, Kind::kScroll},
                            {"type", 0, true, Kind::kType},
+                           {"drop", 0, true, Kind::kDrop},
                            {"wait frames", 1, false, Kind::kWaitFrames},
                            {"wait seconds", 1, false, Kind::kWaitSeconds},
                            {"wait sound", 0, false, Kind::kWaitSound},
                            {"wait quick", 0, false, Kind::kWaitQuick},
                            {"wait final", 0, false, Kind::kWaitFinal},
+                           {"wait rebaked", 0, false, Kind::kWaitRebaked},
                            {"screenshot", 0, true, Kind::kScreenshot},
                            {"print edit", 0, false, Kind::kPrint},
                            {"quit", 0, false, Kind::kQuit}};
@@ -104,7 +106,7 @@ Result<std::vector<ViewEvent>> parse_view_script(const std::string& text) {
     if (!event)
       return Error(fmt::format(
           "line {}: '{}' is no event; events are size, move, press, release, click, scroll, key, "
-          "type, wait, screenshot, print and quit, as view_script.h describes them",
+          "type, drop, wait, screenshot, print and quit, as view_script.h describes them",
           number, line));
     event->line = number;
     events.push_back(std::move(*event));

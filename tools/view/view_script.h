@@ -9,7 +9,8 @@
 //   scroll N
 //   key W down, key W up, key Ctrl+Z
 //   type TEXT
-//   wait frames N            or: wait seconds S, wait sound, wait quick, wait final
+//   drop FILE                as if it were dropped on the window
+//   wait frames N            or: wait seconds S, wait sound, wait quick, wait final, wait rebaked
 //   screenshot FILE.ppm
 //   print edit               time from the edit to the sound, and what plays
 //   quit
@@ -39,11 +40,13 @@ struct ViewEvent {
     kKeyUp,
     kKey,
     kType,
+    kDrop,
     kWaitFrames,
     kWaitSeconds,
     kWaitSound,
     kWaitQuick,
     kWaitFinal,
+    kWaitRebaked,
     kScreenshot,
     kPrint,
     kQuit

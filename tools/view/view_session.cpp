@@ -6,6 +6,10 @@
 
 #include <fmt/format.h>
 
+#include "tools/report/level_findings.h"
+#include "tools/report/room_summary.h"
+#include "tools/view/viewpoint.h"
+
 namespace clamor {
 
 namespace {
@@ -24,6 +28,11 @@ Result<std::unique_ptr<ViewSession>> ViewSession::open(ViewOptions options) {
     return opened.error();
   PlayerOptions player = wanted.player;
   player.listener = wanted.listener.value_or(in_front_of_first(session->emitters()));
+  if (wanted.at_m) {
+    player.listener = wanted.listener ? looking_at(wanted.listener->position_m, *wanted.at_m)
+                                      : session->viewpoint(*wanted.at_m, 0);
+    session->mark_ = PlaceMark{*wanted.at_m, "here"};
+  }
   session->camera_.place(player.listener);
   if (session->is_editable()) {
     session->bake_ = std::make_unique<ProgressiveBake>(wanted.threads);
@@ -46,28 +55,38 @@ Result<void> ViewSession::open_bake() {
   if (!file.ok()) return file.error();
   own_path_ = options_.path;
   watcher_.emplace(*file);
+  return take_level_of(*file);
+}
+
+// Takes over what the window shows of a bake: its level to edit, if that lies beside it, or else
+// the surfaces and emitters in the file.
+Result<void> ViewSession::take_level_of(const BakeFile& file) {
   if (options_.made_by) {
     request_ = *options_.made_by;
     if (auto level = EditedLevel::open(request_.level_path, request_.import); level.ok()) {
       level_ = std::move(*level);
+      why_not_editable_.clear();
       mesh_ = level_->mesh();
       vertices_ =
           shade(mesh_, colours_of(level_->now().materials, base_colours(request_.level_path)));
       seen_revision_ = baked_revision_ = level_->revision();
+      ++shape_revision_;
       return {};
     } else {
       why_not_editable_ = level.error().message;
     }
   } else {
     why_not_editable_ =
-        "To edit, open the level: " + file->provenance().level + " does not lie beside the bake.";
+        "To edit, open the level: " + file.provenance().level + " does not lie beside the bake.";
   }
-  auto mesh = file->read_mesh();
+  auto mesh = file.read_mesh();
   if (!mesh.ok()) return mesh.error();
+  level_.reset();
   mesh_ = std::move(*mesh);
-  baked_materials_ = file->materials();
-  baked_emitters_ = file->emitters();
+  baked_materials_ = file.materials();
+  baked_emitters_ = file.emitters();
   vertices_ = shade(mesh_, colours_of(baked_materials_, {}));
+  ++shape_revision_;
   return {};
 }
 
@@ -104,6 +123,7 @@ void ViewSession::frame(const WalkKeys& keys, double seconds) {
     waits_for_sound_ = false;
     edit_to_sound_s_ = std::chrono::duration<double>(Clock::now() - edited_).count();
   }
+  take_findings();
   sound_->history().update();
   sound_->copy_heard(heard_);
 }
@@ -155,16 +175,71 @@ void ViewSession::take_news() {
   }
 }
 
-// Plays the bake that was opened again when another one has taken its place, as by clamor bake
-// --watch, unless edits have led away from it.
+// Shows and plays the bake that was opened again when another one has taken its place, as by clamor
+// bake --watch, unless edits have led away from it.
 void ViewSession::follow_file() {
   constexpr auto kCheck = std::chrono::milliseconds(250);
   const auto now = Clock::now();
   if (!watcher_ || own_path_ != options_.path || now - checked_ < kCheck) return;
   checked_ = now;
   if (watcher_->check() == BakeFileWatcher::Change::kNone) return;
+  const auto file = BakeFile::open(options_.path, options_.access);
+  if (!file.ok()) return say(file.error().message);
+  watcher_->plays(*file);
+  if (level_ && !level_->is_saved()) {
+    say(options_.path + " was baked again, but is not heard: there are unsaved changes here.");
+    return;
+  }
+  if (auto taken = take_level_of(*file); !taken.ok()) return say(taken.error().message);
+  select({});
   say(options_.path + " was baked again.");
+  ++followed_;
   if (!plays_other_) sound_->play(own_path_, "A");
+}
+
+Listener ViewSession::viewpoint(const Vec3& place_m, double size_m) const {
+  std::vector<Vec3> inside_m;
+  for (const Emitter& emitter : emitters()) {
+    inside_m.push_back(emitter.position_m);
+    if (inside_m.size() == 2) break;
+  }
+  if (inside_m.empty() && !mesh_.vertices_m.empty()) {
+    Vec3f low_m = mesh_.vertices_m[0], high_m = low_m;
+    for (const Vec3f& vertex : mesh_.vertices_m) {
+      low_m = glm::min(low_m, vertex);
+      high_m = glm::max(high_m, vertex);
+    }
+    inside_m.push_back(Vec3(0.5f * (low_m + high_m)));
+  }
+  if (sound_ != nullptr) inside_m.push_back(camera_.listener().position_m);
+  return viewpoint_of(mesh_, place_m, size_m, inside_m);
+}
+
+void ViewSession::take_findings() {
+  const auto file = sound_->file();
+  if (file == findings_of_) return;
+  findings_of_ = file;
+  findings_ = findings_of(file->statistics());
+  t30_s_ = file->statistics().decay.t30_s;
+  cause_of_decay_.clear();
+  if (file->materials().size() >= materials().size())  // it is of this level
+    cause_of_decay_ =
+        clamor::cause_of_decay(file->statistics().decay, absorbing_areas(mesh_, file->materials()));
+  // Printed places are rounded to decimetres.
+  constexpr double kNear_m = 0.1;
+  if (!mark_ || mark_->kind != LevelFinding::Kind::kFact) return;
+  for (const LevelFinding& finding : findings_)
+    if (finding.place_m && length(*finding.place_m - mark_->place_m) < kNear_m) {
+      mark_ = PlaceMark{*finding.place_m, title_of(finding.kind), finding.kind};
+      return say(finding.text);
+    }
+}
+
+void ViewSession::show(const LevelFinding& finding) {
+  if (!finding.place_m) return;
+  camera_.place(viewpoint(*finding.place_m, finding.size_m));
+  mark_ = PlaceMark{*finding.place_m, title_of(finding.kind), finding.kind};
+  say(finding.text);
 }
 
 void ViewSession::check_selection() {
@@ -219,6 +294,20 @@ void ViewSession::set_plays_other(bool other) {
     sound_->play(options_.compare, "B");
   else if (!own_path_.empty())
     sound_->play(own_path_, "A");
+}
+
+Result<void> ViewSession::add_emitter(const std::string& signal) {
+  if (!level_) return Error(why_not_editable_);
+  constexpr double kAhead_m = 1.5;
+  const Listener at = camera_.listener();
+  const PickedTriangle wall = pick(mesh_, at.position_m, at.forward());
+  const double ahead_m =
+      wall.triangle == SIZE_MAX ? kAhead_m : std::min(kAhead_m, 0.6 * wall.distance_m);
+  const auto added =
+      level_->add_emitter(signal, at.position_m + ahead_m * at.forward(), -1.0 * at.forward());
+  if (!added.ok()) return added.error();
+  select({Selection::Kind::kEmitter, *added, 0});
+  return {};
 }
 
 void ViewSession::undo() {

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "bake/bake_request.h"
+#include "formats/bake_file/level_findings.h"
 #include "formats/level/mesh.h"
 #include "tools/program/bake_file_watcher.h"
 #include "tools/strategies/strategies.h"
@@ -36,6 +37,7 @@ struct ViewOptions {
   std::string compare;                 // another bake; "": none
   PlayerOptions player;
   std::optional<Listener> listener;  // at the start
+  std::optional<Vec3> at_m;          // a place to look at, and to mark, at the start
   StrategyOptions strategy;
   FileAccess access = FileAccess::kRead;
   int threads = 0;
@@ -47,6 +49,13 @@ struct Selection {
   std::size_t index = 0;       // material, emitter or listener
   std::uint32_t triangle = 0;  // of a surface
   bool operator==(const Selection&) const = default;
+};
+
+// A place that the window marks.
+struct PlaceMark {
+  Vec3 place_m{};
+  std::string title;
+  LevelFinding::Kind kind = LevelFinding::Kind::kFact;
 };
 
 class ViewSession {
@@ -63,6 +72,10 @@ class ViewSession {
   const std::string& title() const { return title_; }
   const Mesh& mesh() const { return mesh_; }
   const std::vector<ShadedVertex>& vertices() const { return vertices_; }
+  // Grows when mesh() and vertices() change, because the bake that was opened was baked again.
+  std::uint64_t shape_revision() const { return shape_revision_; }
+  // How often the bake that was opened was replaced by another one.
+  int followed() const { return followed_; }
   const std::vector<Material>& materials() const;
   const std::vector<Emitter>& emitters() const;
   const std::vector<ListenerSpec>& listeners() const;
@@ -75,6 +88,17 @@ class ViewSession {
   const Selection& selection() const { return selection_; }
   const std::vector<Vec3f>& outline() const { return outline_; }  // of the selected surface
   const std::vector<std::uint32_t>& surface() const { return surface_; }
+
+  // What the bake that plays found in its level.
+  const std::vector<LevelFinding>& findings() const { return findings_; }
+  // What makes the room of that bake boom or ring, in a sentence; "" if it does neither.
+  const std::string& cause_of_decay() const { return cause_of_decay_; }
+  // T30 of that bake, 0 in octaves where it is not known.
+  const Bands& t30_s() const { return t30_s_; }
+  // Moves the camera to where the place of a finding is seen, and marks it.
+  void show(const LevelFinding& finding);
+  const std::optional<PlaceMark>& mark() const { return mark_; }
+  void remove_mark() { mark_.reset(); }
 
   LiveSound& sound() { return *sound_; }
   const std::vector<HeardSource>& heard() const { return heard_; }
@@ -100,6 +124,10 @@ class ViewSession {
     return waits_for_sound_ || (level_ && level_->revision() != baked_revision_);
   }
 
+  // Adds an emitter in front of the listener, facing it, and selects it; `signal` as for
+  // EditedLevel::add_emitter().
+  Result<void> add_emitter(const std::string& signal);
+
   void undo();
   void redo();
   // Saves the sidecar, and bakes the saved level to the output.
@@ -115,11 +143,14 @@ class ViewSession {
 
   explicit ViewSession(ViewOptions options) : options_(std::move(options)) {}
   Result<void> open_bake();
+  Result<void> take_level_of(const BakeFile& file);
   Result<void> open_level();
   void follow_edits();
   void follow_file();
   void take_news();
+  void take_findings();
   void check_selection();
+  Listener viewpoint(const Vec3& place_m, double size_m) const;
   void bake_now(bool only_last = false);
 
   const ViewOptions options_;
@@ -135,6 +166,11 @@ class ViewSession {
   Selection selection_;
   std::vector<Vec3f> outline_;
   std::vector<std::uint32_t> surface_;
+  std::shared_ptr<const BakeFile> findings_of_;
+  std::vector<LevelFinding> findings_;
+  std::string cause_of_decay_;
+  Bands t30_s_{};
+  std::optional<PlaceMark> mark_;
   StrategyOptions strategy_;
   std::unique_ptr<ProgressiveBake> bake_;
   std::unique_ptr<LiveSound> sound_;
@@ -144,6 +180,8 @@ class ViewSession {
   std::optional<BakeFileWatcher> watcher_;  // of the bake that was opened
   Clock::time_point checked_{};
   bool plays_other_ = false, saves_output_ = false;
+  std::uint64_t shape_revision_ = 0;
+  int followed_ = 0;
   std::uint64_t seen_revision_ = 0, baked_revision_ = 0, baked_request_ = 0;
   Clock::time_point edited_{};
   bool waits_for_sound_ = false;

@@ -8,6 +8,7 @@
 #include "formats/gltf/level_import.h"
 #include "tests/box_level.h"
 #include "tests/tools/run_clamor.h"
+#include "tools/view/level_sounds.h"
 
 namespace clamor::testing {
 namespace {
@@ -139,9 +140,33 @@ TEST_F(EditedLevelTest, SaysWhichEmittersASidecarCannotChange) {
   EXPECT_EQ(level->now().emitters.size(), 1u);
 }
 
-TEST_F(EditedLevelTest, DoesNotReadSoundsOutsideTheLevelsFolder) {
+TEST_F(EditedLevelTest, AddsSoundsOfItsFolderHoweverTheyAreNamed) {
+  std::filesystem::create_directories(folder_ / "sounds");
+  std::filesystem::copy_file(std::string(kSourceDir) + "/assets/levels/sounds/violin.flac",
+                             folder_ / "sounds/50% violin.flac");
+  folder_.write("sounds/notes.txt", "no sound");
+  EXPECT_THAT(sounds_beside(path_), ::testing::ElementsAre("sounds/50% violin.flac"));
   EditedLevel level = opened();
-  EXPECT_FALSE(level.add_emitter("../secret.wav", {1, 1, 1}, {0, 0, 1}).ok());
+  for (const std::string& file :
+       {std::string("sounds/50% violin.flac"), folder_ / "sounds/50% violin.flac"})
+    ASSERT_TRUE(level.add_emitter(file, {1, 1, 1}, {0, 0, 1}).ok()) << file;
+  ASSERT_TRUE(level.autosave().ok());
+  EXPECT_EQ(level.now().emitters[1].name, "50% violin");
+  EXPECT_EQ(baked(level).emitters.size(), 3u);
+}
+
+TEST_F(EditedLevelTest, SaysInPlainWordsWhyASoundCannotBeAdded) {
+  const Folder elsewhere;
+  const std::string outside = elsewhere.write("horn.wav", "RIFF"),
+                    no_sound = folder_.write("page.wav", "text");
+  EditedLevel level = opened();
+  const auto why = [&](const std::string& file) {
+    const auto added = level.add_emitter(file, {1, 1, 1}, {0, 0, 1});
+    return added.ok() ? "" : added.error().message;
+  };
+  EXPECT_THAT(why(outside), HasSubstr("lies outside the level's folder"));
+  EXPECT_THAT(why("missing.wav"), HasSubstr("'missing.wav' is not there"));
+  EXPECT_THAT(why("page.wav"), HasSubstr("page.wav"));
   EXPECT_FALSE(level.history().can_undo());
 }
 

@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/box_level.h"
 #include "tests/box_mesh.h"
 #include "tools/view/view_script.h"
+#include "tools/view/viewpoint.h"
 #include "tools/view/voice_display.h"
 #include "tools/view/walk_camera.h"
 
@@ -49,6 +51,41 @@ TEST(SurfaceOutline, EndsWhereTheMaterialDoes) {
   room.materials[0] = room.materials[1] = 0;
   EXPECT_EQ(surface_of(room, 0).size(), 2u);
   EXPECT_EQ(outline_of(room, surface_of(room, 0)).size(), 2 * 4u);
+}
+
+// The texture has a white, a black and a transparent pixel: half of the light, of which the factor
+// lets red pass.
+TEST(BaseColours, OfATextureAreItsMeanTimesTheFactor) {
+  const Folder folder;
+  const std::string level = level_of(folder, box({4, 3, 5}), R"(, "materials": [
+      {"name": "cloth", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0},
+                                                 "baseColorFactor": [1, 0.5, 0, 1]}},
+      {"name": "broken", "pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}},
+      {"name": "plain", "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 1]}}],
+    "textures": [{"source": 0}, {"source": 1}],
+    "images": [{"uri": "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAMAAAABCAYAAAAb4BS0AAAAEklEQVR42mP4DwQMDAz/gZABADHbBfup5IJeAAAAAElFTkSuQmCC"},
+               {"uri": "data:image/png;base64,iVBO"}])",
+                                     R"(, "material": 0)");
+  const auto colours = base_colours(level);
+  ASSERT_EQ(colours.size(), 2u);
+  EXPECT_LT(length(colours.at("cloth") - Vec3f(0.5f, 0.25f, 0)), 1e-6f);
+  EXPECT_LT(length(colours.at("plain") - Vec3f(0.1f, 0.2f, 0.3f)), 1e-6f);
+}
+
+// From inside a box with a hole, the hole is seen in the middle of the picture and nothing is in
+// front of it, though there is more room outside.
+TEST(Viewpoint, LooksAtAHoleFromWhereTheSoundIs) {
+  Mesh room = box({6, 3, 4});
+  room.triangles.resize(10);  // no wall z = 4
+  room.materials.resize(10);
+  const Vec3 hole_m(3, 1.5, 4), violin_m(3, 1, 1);
+  const Listener at = viewpoint_of(room, hole_m, 3, std::span(&violin_m, 1));
+  EXPECT_LT(at.position_m.z, 3.9);
+  EXPECT_GT(at.position_m.y, 0);
+  EXPECT_LT(at.position_m.y, 3);
+  EXPECT_GT(length(hole_m - at.position_m), 1.5);
+  EXPECT_LT(length(at.forward() - normalize(hole_m - at.position_m)), 1e-9);
+  EXPECT_EQ(pick(room, at.position_m, at.forward()).triangle, SIZE_MAX);
 }
 
 TEST(WalkCameraTest, ProjectsWhereItsRaysPoint) {

@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
+#include <regex>
 #include <set>
 #include <sstream>
 
@@ -61,12 +63,14 @@ class ViewWindow : public ::testing::Test {
   }
 
   // Runs the window and returns what it printed.
-  std::string run(const std::string& file, const std::string& options, const std::string& script) {
+  std::string run(const std::string& file, const std::string& options, const std::string& script,
+                  const std::string& before = "") {
     folder_.write("script.txt", "size 1024 700\nwait sound\n" + script + "quit\n");
     const std::string out = folder_ / "out.txt";
-    const std::string command = "xvfb-run -a -s '-screen 0 1280x1024x24' " + std::string(kProgram) +
-                                " view " + file + " --device none --voices 100 --script " +
-                                (folder_ / "script.txt") + " " + options + " > " + out + " 2>&1";
+    const std::string command = before + "xvfb-run -a -s '-screen 0 1280x1024x24' " +
+                                std::string(kProgram) + " view " + file +
+                                " --device none --voices 100 --script " + (folder_ / "script.txt") +
+                                " " + options + " > " + out + " 2>&1";
     EXPECT_EQ(std::system(command.c_str()), 0) << read(out);
     return read(out);
   }
@@ -126,6 +130,75 @@ TEST_F(ViewWindow, SavesAnEditAndBakesWhatClamorBakeBakes) {
   EXPECT_TRUE(read(ours) == read(theirs));
   for (const std::string& name : folder_.names())
     EXPECT_EQ(name.find(".unsaved"), std::string::npos) << name;
+}
+
+// A box whose far wall is missing: black, where it is not marked.
+TEST_F(ViewWindow, ShowsTheHoleThatInspectNamesAndAddsTheSoundThatIsDropped) {
+  Mesh mesh = box({4, 3, 5});
+  mesh.triangles.resize(10);  // no wall z = 5
+  level_of(folder_, mesh);
+  std::filesystem::copy_file(std::string(kSourceDir) + "/assets/levels/sounds/violin.flac",
+                             folder_ / "violin.flac");
+  const std::string bake = folder_ / "box.clamor", marked = folder_ / "marked.ppm";
+  ASSERT_EQ(
+      clamor({"bake", level_, "-o", bake, "--quiet", "--photons", "500", "--sources", "500"}).code,
+      0);
+  std::smatch command;
+  const std::string said = clamor({"inspect", bake}).out;
+  ASSERT_TRUE(std::regex_search(said, command, std::regex("clamor view .* (--at [-0-9.,]+)")))
+      << said;
+  run(bake, command[1],
+      "wait frames 3\nscreenshot " + marked + "\nmove \"Findings\"\nclick\nwait frames 3\n" +
+          "move \"Opening 1\"\nclick\nwait frames 2\n" + "drop " + (folder_ / "violin.flac") +
+          "\nwait frames 3\nkey Ctrl+S\nwait frames 3\n");
+  const Picture picture = read_picture(marked);
+  const View view;
+  int red = 0, dark = 0;
+  for (int y = -30; y < 30; ++y)
+    for (int x = -30; x < 30; ++x) {
+      const auto colour =
+          picture.at((view.left + view.right) / 2 + x, (view.top + view.bottom) / 2 + y);
+      red += colour[0] > 180 && colour[1] < 130 && colour[2] < 130 ? 1 : 0;
+      dark += colour[0] < 40 ? 1 : 0;
+    }
+  EXPECT_GT(red, 150) << "a ring in the middle of the picture";
+  EXPECT_GT(dark, 1500) << "round the opening";
+  const auto sidecar =
+      parse_sidecar(read(folder_ / "box.acoustics.json"), MaterialPresets::built_in());
+  ASSERT_TRUE(sidecar.ok());
+  ASSERT_EQ(sidecar->emitters.size(), 2u);
+  EXPECT_EQ(sidecar->emitters[1].signal, "violin.flac");
+}
+
+// Level and bake are replaced once the window shows them, by those of a longer box.
+TEST_F(ViewWindow, FollowsABakeThatIsMadeAgain) {
+  const std::string bake = folder_ / "box.clamor", next = folder_ / "next.clamor",
+                    before = folder_ / "before.ppm", after = folder_ / "after.ppm";
+  const auto make = [&](const std::string& output) {
+    ASSERT_EQ(clamor({"bake", level_, "-o", output, "--quiet", "--photons", "500", "--sources",
+                      "500", "--no-journal"})
+                  .code,
+              0);
+  };
+  make(bake);
+  level_of(folder_, box({4, 3, 9}));
+  make(next);
+  std::filesystem::rename(folder_ / "box.gltf", folder_ / "next.gltf");
+  std::filesystem::rename(folder_ / "box.bin", folder_ / "next.bin");
+  box_level(folder_);
+  const std::string replace = "(cd " + folder_.path() +
+                              "; for i in $(seq 1000); do [ -s before.ppm ] && break; sleep 0.02; "
+                              "done; mv next.bin box.bin; mv next.gltf box.gltf; "
+                              "mv next.clamor box.clamor) & ";
+  run(bake, "--listener 2,1.5,1.5,180",
+      "screenshot " + before + "\nwait rebaked\nwait frames 3\nscreenshot " + after + "\n",
+      replace);
+  const Picture near = read_picture(before), far = read_picture(after);
+  const View view;
+  std::size_t changed = 0;
+  for (int y = view.top; y < view.bottom - 50; ++y)
+    for (int x = view.left; x < view.right; ++x) changed += near.at(x, y) != far.at(x, y) ? 1 : 0;
+  EXPECT_GT(changed, 50'000u) << "the far wall has moved";
 }
 
 double level_db(const std::string& path) {

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/report/level_findings.h"
 #include "tools/view/window/controls.h"
 
 namespace clamor {
@@ -136,6 +137,16 @@ void Panels::draw_side(const WindowLayout& layout) {
       draw_listen();
       ImGui::EndTabItem();
     }
+    const auto& found = session_.findings();
+    const auto wrong = std::ranges::count_if(found, is_warning);
+    const std::string title =
+        wrong == 0 ? "Findings###findings" : fmt::format("Findings ({})###findings", wrong);
+    const bool findings = ImGui::BeginTabItem(title.c_str());
+    control_places().add("Findings");
+    if (findings) {
+      draw_findings();
+      ImGui::EndTabItem();
+    }
     ImGui::EndTabBar();
   }
   ImGui::End();
@@ -202,6 +213,7 @@ void Panels::draw_marks(const WindowLayout& layout) const {
     mark(listeners[i].name, at.position_m, at.forward(),
          chosen.kind == Selection::Kind::kListener && chosen.index == i, false);
   }
+  draw_place_mark(layout);
   draw.PopClipRect();
 
   const std::string& message = session_.message();

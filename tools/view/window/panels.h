@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <string>
+#include <vector>
 
 #include "tools/view/view_session.h"
 #include "tools/view/voice_display.h"
@@ -31,6 +32,9 @@ class Panels {
   void ask_to_quit();
   bool wants_to_quit() const { return quits_; }
 
+  // Adds an emitter, or says why that cannot be.
+  void add_emitter(const std::string& signal);
+
   // Keys of the window: Ctrl+S, Ctrl+Z, Ctrl+Shift+Z.
   void save();
 
@@ -41,9 +45,14 @@ class Panels {
   void draw_marks(const WindowLayout& layout) const;
   void draw_questions();
 
+  // panels_findings.cpp
+  void draw_findings();
+  void draw_place_mark(const WindowLayout& layout) const;
+
   // panels_edit.cpp
   void draw_edit();
   void draw_lists();
+  void draw_sound_files();
   void draw_surface();
   void draw_emitter();
   void draw_listener();
@@ -63,6 +72,10 @@ class Panels {
   bool was_dragging_ = false;
   bool asked_to_recover_ = false, asks_to_quit_ = false, quits_ = false;
   std::string problem_;
+  std::array<char, 512> sound_path_{};
+  std::vector<std::string> sounds_;  // beside the level
+  std::vector<double> areas_m2_;     // by material
+  std::uint64_t area_revision_ = 0;
   std::size_t polar_band_ = 4;  // 1 kHz
   int voices_wanted_ = 0;
   std::uint64_t held_blocks_ = 0;

@@ -9,6 +9,8 @@
 
 #include "common/reflection.h"
 #include "formats/level/material_presets.h"
+#include "tools/report/room_summary.h"
+#include "tools/view/level_sounds.h"
 #include "tools/view/window/controls.h"
 #include "tools/view/window/panels.h"
 
@@ -105,19 +107,10 @@ void Panels::draw_lists() {
   if (emitters.size() > kMostLines)
     caption(fmt::format("and {} more", emitters.size() - kMostLines).c_str());
   if (session_.is_editable()) {
-    const auto add = [&](const char* label, const char* signal) {
-      if (!button(label)) return;
-      const Listener at = session_.camera().listener();
-      auto added = session_.level().add_emitter(signal, at.position_m + 1.5 * at.forward(),
-                                                -1.0 * at.forward());
-      if (added.ok())
-        session_.select({Kind::kEmitter, *added, 0});
-      else
-        problem_ = added.error().message;
-    };
-    add("Add noise", "noise");
+    if (button("Add noise")) add_emitter("noise");
     ImGui::SameLine();
-    add("Add impulse", "impulse");
+    if (button("Add impulse")) add_emitter("impulse");
+    draw_sound_files();
   }
   ImGui::Spacing();
   ImGui::TextUnformatted("Listeners");
@@ -136,14 +129,61 @@ void Panels::draw_lists() {
   ImGui::Spacing();
   ImGui::TextUnformatted("Materials");
   const auto& materials = session_.materials();
+  if (area_revision_ != session_.shape_revision() || areas_m2_.size() != materials.size()) {
+    area_revision_ = session_.shape_revision();
+    areas_m2_ = areas_m2(session_.mesh(), materials.size());
+  }
   for (std::size_t m = 0; m < materials.size(); ++m) {
-    if (!ImGui::Selectable(fmt::format("{}##m{}", materials[m].name, m).c_str())) continue;
+    const bool chosen = ImGui::Selectable(fmt::format("{}##m{}", materials[m].name, m).c_str());
+    control_places().add("material " + materials[m].name);
+    const std::string area = fmt::format("{:.0f} m2", areas_m2_[m]);
+    ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(area.c_str()).x);
+    caption(area.c_str());
+    if (!chosen) continue;
     const auto& of = session_.mesh().materials;
     const auto first = std::ranges::find(of, m);
     if (first != of.end())
       session_.select({Kind::kSurface, m, static_cast<std::uint32_t>(first - of.begin())});
     return;
   }
+}
+
+void Panels::add_emitter(const std::string& signal) {
+  if (auto added = session_.add_emitter(signal); !added.ok()) problem_ = added.error().message;
+}
+
+// Adds an emitter that plays a file: chosen from those beside the level, or typed.
+void Panels::draw_sound_files() {
+  ImGui::PushTextWrapPos();
+  caption("Or a sound file in the level's folder; one can also be dropped on the window.");
+  ImGui::PopTextWrapPos();
+  const float width = ImGui::CalcTextSize("Add sound").x + 2 * ImGui::GetStyle().FramePadding.x;
+  ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - width - ImGui::GetFrameHeight() -
+                          2 * ImGui::GetStyle().ItemSpacing.x);
+  bool adds = ImGui::InputTextWithHint("##sound", "sounds/violin.flac", sound_path_.data(),
+                                       sound_path_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
+  control_places().add("Sound file");
+  ImGui::SameLine();
+  const bool is_open =
+      ImGui::BeginCombo("##sounds", "", ImGuiComboFlags_NoPreview | ImGuiComboFlags_HeightLarge);
+  control_places().add("Sounds");
+  if (is_open) {
+    if (ImGui::IsWindowAppearing()) sounds_ = sounds_beside(session_.level().path());
+    if (sounds_.empty()) caption("There is none in the level's folder.");
+    for (const std::string& sound : sounds_) {
+      const bool chosen = ImGui::Selectable(sound.c_str());
+      control_places().add("sound " + sound);
+      if (chosen) {
+        sound_path_.fill(0);
+        sound.copy(sound_path_.data(), sound_path_.size() - 1);
+        adds = true;
+      }
+    }
+    ImGui::EndCombo();
+  }
+  ImGui::SameLine();
+  adds |= button("Add sound", 0, false, sound_path_[0] != 0);
+  if (adds) add_emitter(sound_path_.data());
 }
 
 void Panels::draw_surface() {

@@ -50,7 +50,7 @@ std::string thread_line(const std::vector<ThreadCpuUsage>& threads) {
 }
 
 std::string loudness(double lufs) {
-  return std::isfinite(lufs) && lufs > -70 ? fmt::format("{:.1f}", lufs) : "silent";
+  return std::isfinite(lufs) && lufs > -70 ? fmt::format("{:.1f} LUFS", lufs) : "silent";
 }
 
 }  // namespace
@@ -113,8 +113,19 @@ void Panels::draw_listen() {
     }
   }
   ImGui::PopStyleVar();
+  // Below the octaves, how long each decays.
+  const float left = ImGui::GetCursorPosX();
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const float t30_s = session_.t30_s()[b];
+    const std::string text = t30_s > 0 ? fmt::format("{:.{}f}", t30_s, t30_s < 9.95f ? 1 : 0) : "-";
+    if (b > 0) ImGui::SameLine();
+    ImGui::SetCursorPosX(left + static_cast<float>(b) * (column + gap) +
+                         (column - ImGui::CalcTextSize(text.c_str()).x) / 2);
+    caption(text.c_str());
+  }
   ImGui::PushTextWrapPos();
-  caption("The upper row plays bands alone, the lower one mutes them.");
+  caption(
+      "The upper row plays bands alone, the lower one mutes them; below is T30 of the bake, s.");
   ImGui::PopTextWrapPos();
   if (button("All of the sound", 0, false, !focus.is_neutral())) {
     part_soloed_ = part_muted_ = {};
@@ -174,7 +185,8 @@ void Panels::draw_meters(float width, float height, const VoiceDisplay& /*voices
     draw.AddText({std::clamp(x - size / 2, corner.x, corner.x + width - size), y}, theme::kDimText,
                  text.c_str());
   }
-  const std::string text = fmt::format("{} LUFS", loudness(status.short_term_lufs));
+  const std::string text =
+      session_.sound().is_playing() ? loudness(status.short_term_lufs) : "silent";
   draw.AddText(fonts_.heading, fonts_.heading->FontSize, {corner.x, y + line + 8 * scale_},
                theme::kText, text.c_str());
   draw.AddText({corner.x, y + line + 34 * scale_}, theme::kDimText, "over the last 3 s");
@@ -211,7 +223,7 @@ void Panels::draw_figures(const VoiceDisplay& voices) {
     if (!threads_.empty()) row("Threads", threads_);
     const LiveSound& sound = session_.sound();
     const std::string device =
-        !sound.is_playing() ? (sound.error().empty() ? "opening" : "none")
+        !sound.is_playing() ? (sound.is_opening() ? "opening" : "none")
                             : (status.output.has_device ? status.output.device : "no device");
     row("Device", device.size() > 22 ? device.substr(0, 20) + ".." : device);
     if (session_.edit_to_sound_s() > 0)

@@ -124,6 +124,9 @@ Result<bool> ScriptInput::play(const ViewEvent& event, ViewSession& session, std
     case Kind::kType:
       typed_ = event.text;
       return true;
+    case Kind::kDrop:
+      dropped_ = event.text;
+      return true;
     case Kind::kWaitFrames:
       waits_frames_ = static_cast<int>(event.x);
       return true;
@@ -140,6 +143,9 @@ Result<bool> ScriptInput::play(const ViewEvent& event, ViewSession& session, std
     case Kind::kWaitFinal:
       if (failed) return Error("the bake has failed: " + (newest ? newest->error : ""));
       return session.is_final() && !session.sound().is_opening();
+    case Kind::kWaitRebaked:
+      if (failed) return Error("the sound does not come: " + session.sound().error());
+      return session.followed() > 0 && !session.sound().is_opening();
     case Kind::kScreenshot:
       screenshot_ = event.text;
       return true;

@@ -24,6 +24,7 @@ class ScriptInput {
   bool is_done() const { return next_ >= events_.size(); }
   // Consumed by the window.
   std::string take_screenshot() { return std::exchange(screenshot_, ""); }
+  std::string take_dropped() { return std::exchange(dropped_, ""); }
   bool wants_to_quit() const { return quits_; }
   bool take_size(int& width, int& height);
 
@@ -61,7 +62,7 @@ class ScriptInput {
   std::array<bool, 512> keys_{};
   std::string tapped_;  // a key that is released in the next frame
   float scroll_ = 0;
-  std::string typed_, screenshot_;
+  std::string typed_, screenshot_, dropped_;
   bool quits_ = false, wants_place_ = false, has_size_ = false;
   int width_ = 0, height_ = 0;
   Vec3 world_m_{};

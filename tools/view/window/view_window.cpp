@@ -112,7 +112,13 @@ class Window {
         interface_(window),
         fonts_(apply_theme(scale())),
         panels_(session, fonts_),
-        script_(options_.script) {}
+        script_(options_.script) {
+    glfwSetWindowUserPointer(window_, this);
+    glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** paths) {
+      auto* const self = static_cast<Window*>(glfwGetWindowUserPointer(window));
+      for (int i = 0; i < count; ++i) self->panels_.add_emitter(paths[i]);
+    });
+  }
 
   Result<void> run(std::ostream& out);
 
@@ -142,6 +148,7 @@ class Window {
   ImVec2 pressed_at_{};
   bool press_is_click_ = false, looks_ = false;
   Selection outlined_;
+  std::uint64_t shown_revision_ = 0;
 };
 
 // The mouse over the level: a click selects, a drag with the right button looks round.
@@ -184,8 +191,10 @@ void Window::use_keys() {
   if (!io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_TAB, false))
     session_.set_plays_other(!session_.plays_other());
   if (ImGui::IsKeyPressed(GLFW_KEY_ESCAPE, false) &&
-      !ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup))
+      !ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup)) {
     session_.select({});
+    session_.remove_mark();
+  }
 }
 
 Clock::duration Window::frame_time() const {
@@ -211,6 +220,8 @@ Result<void> Window::frame(std::ostream& out) {
     };
     if (auto played = script_.frame(session_, out, place); !played.ok()) return played;
   }
+  if (const std::string dropped = script_.take_dropped(); !dropped.empty())
+    panels_.add_emitter(dropped);
   ImGui::NewFrame();
   control_places().begin_frame();
   steer(layout);
@@ -235,6 +246,10 @@ Result<void> Window::frame(std::ostream& out) {
   glViewport(0, 0, width, height);
   glClearColor(0.106f, 0.114f, 0.129f, 1);
   glClear(GL_COLOR_BUFFER_BIT);
+  if (shown_revision_ != session_.shape_revision()) {
+    shown_revision_ = session_.shape_revision();
+    renderer_->set_level(session_.vertices());
+  }
   if (!(outlined_ == session_.selection())) {
     outlined_ = session_.selection();
     renderer_->set_outline(session_.outline());
@@ -255,6 +270,7 @@ Result<void> Window::run(std::ostream& out) {
   if (!renderer.ok()) return renderer.error();
   renderer_ = std::move(*renderer);
   renderer_->set_level(session_.vertices());
+  shown_revision_ = session_.shape_revision();
   is_software_ = draws_in_software();
   const Interrupt interrupt;
   while (!panels_.wants_to_quit() && !script_.wants_to_quit() && !Interrupt::requested()) {
