@@ -177,6 +177,7 @@ Result<EditedLevel> EditedLevel::open(const std::string& path, const ImportOptio
     sidecar = std::move(*read);
   }
   EditedLevel edited(path, options, state_of(*imported, std::move(sidecar)));
+  edited.input_hash_ = imported->input_hash;
   edited.level_ = std::make_shared<const Level>(std::move(imported->level));
   edited.saved_text_ = edited.sidecar_text();
   if (edited.unsaved_ == edited.saved_text_) edited.unsaved_.reset();

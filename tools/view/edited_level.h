@@ -44,6 +44,8 @@ class EditedLevel {
   const std::string& sidecar_path() const { return sidecar_path_; }
   const std::string& autosave_path() const { return autosave_path_; }
   const Mesh& mesh() const;
+  // Hash of the level and its files as they were opened, as Provenance::input_hash.
+  std::uint64_t input_hash() const { return input_hash_; }
   const LevelState& now() const { return history_.now(); }
   const EditHistory<LevelState>& history() const { return history_; }
   std::uint64_t revision() const { return revision_; }  // grows with every change of now()
@@ -96,7 +98,7 @@ class EditedLevel {
   EditHistory<LevelState> history_;
   std::string saved_text_;
   std::optional<std::string> unsaved_;  // text of an autosave file that was found
-  std::uint64_t revision_ = 1;
+  std::uint64_t revision_ = 1, input_hash_ = 0;
 };
 
 // A sidecar as people would write it: one material, emitter or listener a line.

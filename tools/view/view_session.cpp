@@ -63,6 +63,7 @@ Result<void> ViewSession::open_bake() {
 Result<void> ViewSession::take_level_of(const BakeFile& file) {
   if (options_.made_by) {
     request_ = *options_.made_by;
+    if (request_.seed) request_.import.seed = *whole_number(*request_.seed);  // as LevelBake does
     if (auto level = EditedLevel::open(request_.level_path, request_.import); level.ok()) {
       level_ = std::move(*level);
       why_not_editable_.clear();
@@ -71,6 +72,9 @@ Result<void> ViewSession::take_level_of(const BakeFile& file) {
           shade(mesh_, colours_of(level_->now().materials, base_colours(request_.level_path)));
       seen_revision_ = baked_revision_ = level_->revision();
       ++shape_revision_;
+      if (level_->input_hash() != file.provenance().input_hash)
+        say(request_.level_path + " or its sidecar has changed since " + options_.path +
+            " was baked: the bake is heard, the level as it is now is shown and edited.");
       return {};
     } else {
       why_not_editable_ = level.error().message;
@@ -192,7 +196,8 @@ void ViewSession::follow_file() {
   }
   if (auto taken = take_level_of(*file); !taken.ok()) return say(taken.error().message);
   select({});
-  say(options_.path + " was baked again.");
+  if (!level_ || level_->input_hash() == file->provenance().input_hash)
+    say(options_.path + " was baked again.");
   ++followed_;
   if (!plays_other_) sound_->play(own_path_, "A");
 }

@@ -205,9 +205,16 @@ void Panels::draw_surface() {
         "##preset", preset.empty() ? "own values" : preset.c_str(), ImGuiComboFlags_HeightLarge);
     control_places().add("Preset");
     if (is_open) {
+      caption("absorbs at 125 Hz and 1 kHz");
       for (const std::string& name : MaterialPresets::built_in().names()) {
         const bool chosen = ImGui::Selectable(name.c_str(), name == preset);
         control_places().add("preset " + name);
+        if (const auto values = MaterialPresets::built_in().get(name); values.ok()) {
+          const std::string absorbs =
+              fmt::format("{:.2f}  {:.2f}", values->absorption[1], values->absorption[4]);
+          ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(absorbs.c_str()).x);
+          caption(absorbs.c_str());
+        }
         if (chosen)
           if (auto set = session_.level().set_preset(index, name); !set.ok())
             problem_ = set.error().message;

@@ -117,7 +117,8 @@ void Panels::draw_listen() {
   const float left = ImGui::GetCursorPosX();
   for (std::size_t b = 0; b < kBandCount; ++b) {
     const float t30_s = session_.t30_s()[b];
-    const std::string text = t30_s > 0 ? fmt::format("{:.{}f}", t30_s, t30_s < 9.95f ? 1 : 0) : "-";
+    const std::string text =
+        t30_s > 0 ? fmt::format("{:.{}f}", t30_s, t30_s < 9.995f ? 2 : 1) : "-";
     if (b > 0) ImGui::SameLine();
     ImGui::SetCursorPosX(left + static_cast<float>(b) * (column + gap) +
                          (column - ImGui::CalcTextSize(text.c_str()).x) / 2);

@@ -61,6 +61,9 @@ class Interface {
     ImGui::GetIO().IniFilename = nullptr;  // nothing is written beside the level
     ImGui::GetIO().ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
     ImGui_ImplGlfw_InitForOpenGL(window, true);
+    // Tab switches between two bakes. It must not begin to edit the number of a slider as well, in
+    // which further keys would go.
+    ImGui::GetIO().KeyMap[ImGuiKey_Tab] = -1;
     ImGui_ImplOpenGL3_Init("#version 330 core");
   }
   ~Interface() {
