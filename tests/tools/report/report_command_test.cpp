@@ -73,15 +73,16 @@ TEST_F(ReportCommand, SaysTheFiguresOfInspect) {
   EXPECT_THAT(html, HasSubstr(row[1].str()));
 }
 
-// A box without a wall, and boards with slits of 1.2 mm and 1 cm between them: the geometry in the
-// file, in millimetres, would not show the first as it is.
+// A box without a floor, on which the report would map parameters, and upright boards with slits of
+// 1.2 mm and 1 cm between them: the geometry in the file, in millimetres, would not show the first
+// as it is.
 TEST(LevelFigures, AreTheSameOfBakeInspectAndReport) {
   const Folder folder;
   Mesh mesh = box({6, 3, 4});
-  mesh.triangles.resize(10);
-  mesh.materials.resize(10);
-  for (const float z : {1.0f, 2.0012f, 3.0112f})
-    add_quad(mesh, {Vec3f(2, 1, z), Vec3f(4, 1, z), Vec3f(4, 1, z + 1), Vec3f(2, 1, z + 1)});
+  mesh.triangles.erase(mesh.triangles.begin() + 4, mesh.triangles.begin() + 6);
+  mesh.materials.resize(mesh.triangles.size());
+  for (const float z : {0.5f, 1.5012f, 2.5112f})
+    add_quad(mesh, {Vec3f(3, 1, z), Vec3f(3, 2, z), Vec3f(3, 2, z + 1), Vec3f(3, 1, z + 1)});
   const std::string level = level_of(folder, mesh), bake = folder / "box.clamor";
   const Outcome baked = clamor({"bake", level, "-o", bake, "--photons", "200", "--sources", "200",
                                 "--no-journal", "--emitter", "name=a,signal=noise,at=2,1.5,1"});
@@ -93,13 +94,13 @@ TEST(LevelFigures, AreTheSameOfBakeInspectAndReport) {
       << baked.err;
   const std::string all = line[1], widest = line[2], second = line[3];
   ASSERT_TRUE(
-      std::regex_search(baked.err, line, std::regex("level    (\\d+ % of the sound leaves.*)\n")))
+      std::regex_search(baked.err, line, std::regex("warning  (\\d+ % of the sound leaves.*)\n")))
       << baked.err;
   const std::string leaves = line[1];
 
   const Outcome inspected = clamor({"inspect", bake});
   EXPECT_THAT(inspected.out, HasSubstr("level: " + all));
-  EXPECT_THAT(inspected.out, HasSubstr("level: " + leaves));
+  EXPECT_THAT(inspected.out, HasSubstr("warning: " + leaves));
   const auto json = nlohmann::json::parse(clamor({"inspect", bake, "--json"}).out);
   EXPECT_EQ(json["findings"]["thin_gaps"], 2);
   EXPECT_EQ(json["findings"]["closedness"], leaves);

@@ -150,11 +150,11 @@ TEST_F(ViewWindow, ShowsTheHoleThatInspectNamesAndAddsTheSoundThatIsDropped) {
   // After a click in a panel, Tab still switches between the bakes, each time.
   const std::string printed =
       run(bake, command.str(1) + " --compare " + bake,
-          "wait frames 3\nscreenshot " + marked + "\nmove \"Listen\"\nclick\nwait frames 3\n" +
-              "key Tab\nwait frames 2\nkey Tab\nwait frames 2\nprint edit\n" +
-              "key Tab\nwait frames 2\nprint edit\nmove \"Findings\"\nclick\nwait frames 3\n" +
-              "move \"Opening 1\"\nclick\nwait frames 2\n" + "drop " + (folder_ / "violin.flac") +
-              "\nwait frames 3\nkey Ctrl+S\nwait frames 3\n");
+          "wait frames 1\nscreenshot " + marked + "\nmove \"Listen\"\nclick\nwait frames 1\n" +
+              "key Tab\nwait frames 1\nkey Tab\nwait frames 1\nprint edit\n" +
+              "key Tab\nwait frames 1\nprint edit\nmove \"Findings\"\nclick\nwait frames 1\n" +
+              "move \"Opening 1\"\nclick\nwait frames 1\n" + "drop " + (folder_ / "violin.flac") +
+              "\nwait frames 1\nkey Ctrl+S\nwait frames 1\n");
   EXPECT_LT(printed.find("playing A"), printed.find("playing B")) << printed;
   EXPECT_THAT(printed, HasSubstr("playing B"));
   const Picture picture = read_picture(marked);
@@ -197,8 +197,7 @@ TEST_F(ViewWindow, FollowsABakeThatIsMadeAgain) {
                               "done; mv next.bin box.bin; mv next.gltf box.gltf; "
                               "mv next.clamor box.clamor) & ";
   run(bake, "--listener 2,1.5,1.5,180",
-      "screenshot " + before + "\nwait rebaked\nwait frames 3\nscreenshot " + after + "\n",
-      replace);
+      "screenshot " + before + "\nwait rebaked\nscreenshot " + after + "\n", replace);
   const Picture near = read_picture(before), far = read_picture(after);
   const View view;
   std::size_t changed = 0;

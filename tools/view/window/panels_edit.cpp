@@ -134,6 +134,7 @@ void Panels::draw_lists() {
     areas_m2_ = areas_m2(session_.mesh(), materials.size());
   }
   for (std::size_t m = 0; m < materials.size(); ++m) {
+    if (!(areas_m2_[m] > 0)) continue;  // nothing of it can be seen
     const bool chosen = ImGui::Selectable(fmt::format("{}##m{}", materials[m].name, m).c_str());
     control_places().add("material " + materials[m].name);
     const std::string area = fmt::format("{:.0f} m2", areas_m2_[m]);
