@@ -13,6 +13,7 @@
 #include "tools/commands/commands.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/text_format.h"
+#include "tools/report/level_findings.h"
 #include "tools/view/progressive_bake.h"
 
 namespace clamor {
@@ -62,12 +63,17 @@ class ChangeStop {
 
 class WarningPrinter final : public BakeObserver {
  public:
-  WarningPrinter(bool prints, std::ostream& err) : prints_(prints), err_(err) {}
+  WarningPrinter(const std::string& level_path, bool prints, std::ostream& err)
+      : level_path_(level_path), prints_(prints), err_(err) {}
   void on_warning(const std::string& text) override {
-    if (prints_) fmt::print(err_, "  warning  {}\n", printable(text));
+    if (!prints_) return;
+    fmt::print(err_, "  warning  {}\n", printable(text));
+    if (const auto place_m = place_in(text))
+      fmt::print(err_, "           {}\n", printable(view_command(level_path_, *place_m)));
   }
 
  private:
+  const std::string& level_path_;
   const bool prints_;
   std::ostream& err_;
 };
@@ -83,7 +89,7 @@ Result<void> bake_stages(const BakeRequest& request, const BakeRunOptions& run, 
     options.reports_progress = false;
     const bool is_last = &stage == &stages.back();
     if (!is_last) options.journal = "";
-    WarningPrinter printer(is_last, err);
+    WarningPrinter printer(request.level_path, is_last, err);
     LevelBake bake(stage.request, options, printer);
     if (auto read = bake.read(); !read.ok()) return read;
     change.add(bake.input_paths());

@@ -195,7 +195,11 @@ void ViewSession::follow_file() {
     return;
   }
   if (auto taken = take_level_of(*file); !taken.ok()) return say(taken.error().message);
-  select({});
+  const bool is_gone = selection_.kind == Selection::Kind::kSurface &&
+                       (selection_.triangle >= mesh_.triangles.size() ||
+                        mesh_.materials[selection_.triangle] != selection_.index);
+  select(is_gone ? Selection() : selection_);
+  check_selection();
   if (!level_ || level_->input_hash() == file->provenance().input_hash)
     say(options_.path + " was baked again.");
   ++followed_;

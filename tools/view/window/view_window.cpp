@@ -252,6 +252,7 @@ Result<void> Window::frame(std::ostream& out) {
   if (shown_revision_ != session_.shape_revision()) {
     shown_revision_ = session_.shape_revision();
     renderer_->set_level(session_.vertices());
+    renderer_->set_outline(session_.outline());
   }
   if (!(outlined_ == session_.selection())) {
     outlined_ = session_.selection();
