@@ -20,7 +20,7 @@ LiveSound::~LiveSound() {
   thread_ = {};  // it may use the player
 }
 
-void LiveSound::wish(Wish next) {
+void LiveSound::submit(Request next) {
   const std::lock_guard lock(mutex_);
   next_ = std::move(next);
   is_opening_ = true;
@@ -29,13 +29,13 @@ void LiveSound::wish(Wish next) {
 
 void LiveSound::play(const std::string& path, const std::string& name) {
   path_ = path;
-  wish({path, name, options_.auralizer});
+  submit({path, name, options_.auralizer});
 }
 
 void LiveSound::set_options(const AuralizerOptions& options) {
   options_.auralizer = options;
   options_.auralizer.keeps_sample = true;
-  if (!path_.empty()) wish({path_, name_, options_.auralizer});
+  if (!path_.empty()) submit({path_, name_, options_.auralizer});
 }
 
 void LiveSound::move(const Listener& listener) {
@@ -51,7 +51,7 @@ void LiveSound::set_focus(const SoundFocus& focus) {
 void LiveSound::run(const std::stop_token& ended) {
   name_thread("opening");
   while (!ended.stop_requested()) {
-    std::optional<Wish> next;
+    std::optional<Request> next;
     const Player* playing = nullptr;
     {
       std::unique_lock lock(mutex_);
@@ -69,17 +69,17 @@ void LiveSound::run(const std::stop_token& ended) {
   }
 }
 
-LiveSound::Opened LiveSound::open(Wish wish, const Player* playing) const {
+LiveSound::Opened LiveSound::open(Request request, const Player* playing) const {
   Opened opened;
-  opened.wish = std::move(wish);
-  auto file = BakeFile::open(opened.wish.path, access_);
+  opened.request = std::move(request);
+  auto file = BakeFile::open(opened.request.path, access_);
   if (!file.ok()) {
     opened.error = file.error().message;
     return opened;
   }
   opened.file = std::make_shared<const BakeFile>(std::move(*file));
   if (playing != nullptr) {
-    auto prepared = playing->prepare(opened.file, opened.wish.options);
+    auto prepared = playing->prepare(opened.file, opened.request.options);
     if (prepared.ok())
       opened.prepared = std::move(*prepared);
     else
@@ -87,7 +87,7 @@ LiveSound::Opened LiveSound::open(Wish wish, const Player* playing) const {
     return opened;
   }
   PlayerOptions options = options_;
-  options.auralizer = opened.wish.options;
+  options.auralizer = opened.request.options;
   auto player = Player::create(opened.file, options);
   if (player.ok())
     opened.player = std::move(*player);
@@ -125,7 +125,7 @@ bool LiveSound::update() {
   }
   if (!error_.empty()) return false;
   file_ = std::move(opened->file);
-  name_ = opened->wish.name;
+  name_ = opened->request.name;
   return true;
 }
 

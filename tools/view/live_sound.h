@@ -37,7 +37,7 @@ class LiveSound {
   LiveSound(PlayerOptions options, FileAccess access);
   ~LiveSound();
 
-  // Plays this bake as soon as it is open. Only the newest wish counts. `name` is for people.
+  // Plays this bake as soon as it is open. Only the newest request counts. `name` is for people.
   void play(const std::string& path, const std::string& name);
   // Plays with other options, as with another number of voices. Output channels cannot change.
   void set_options(const AuralizerOptions& options);
@@ -53,7 +53,7 @@ class LiveSound {
   bool is_playing() const { return player_ != nullptr; }
   bool is_opening() const { return is_opening_; }
   const std::string& name() const { return name_; }    // of what plays
-  const std::string& error() const { return error_; }  // of the last wish, or ""
+  const std::string& error() const { return error_; }  // of the last request, or ""
   std::shared_ptr<const BakeFile> file() const { return file_; }
   PlayerStatistics statistics() const;
   std::vector<ThreadCpuUsage> thread_shares() const;  // reads files
@@ -64,22 +64,22 @@ class LiveSound {
   Result<void> stop();
 
  private:
-  struct Wish {
+  struct Request {
     std::string path, name;
     AuralizerOptions options;
   };
-  // The player for the first wish, a prepared bake for others.
+  // The player for the first request, a prepared bake for others.
   struct Opened {
-    Wish wish;
+    Request request;
     std::shared_ptr<const BakeFile> file;
     std::unique_ptr<Player> player;
     std::unique_ptr<Player::Prepared> prepared;
     std::string error;
   };
 
-  void wish(Wish next);
+  void submit(Request next);
   void run(const std::stop_token& ended);
-  Opened open(Wish wish, const Player* playing) const;
+  Opened open(Request request, const Player* playing) const;
 
   PlayerOptions options_;
   const FileAccess access_;
@@ -93,7 +93,7 @@ class LiveSound {
 
   std::mutex mutex_;  // guards what follows
   std::condition_variable_any asked_;
-  std::optional<Wish> next_;
+  std::optional<Request> next_;
   std::optional<Opened> opened_;
   bool is_handing_over_ = false;  // update() is taking over what was opened
   const Player* playing_ = nullptr;
