@@ -24,6 +24,7 @@
 #include "bake/octree/octree_streaming.h"
 #include "bake/octree/patch_radius.h"
 #include "bake/octree/patch_radius_on_disk.h"
+#include "bake/path_cache.h"
 #include "bake/portals/portal_sets.h"
 #include "bake/probe_bake.h"
 #include "bake/probe_tracing.h"
@@ -101,26 +102,36 @@ TraceSettings trace_settings(const BakeSettings& settings) {
 
 // Everything needed to trace a level.
 struct TraceSetup {
-  TraceSetup(const Level& level, const BakeSettings& settings)
-      : scene(level.mesh),
+  // `reweighed`: photons that are not traced again, or null.
+  TraceSetup(const Level& level, const BakeSettings& settings,
+             const ReweighedPhotons* reweighed = nullptr)
+      : scene(level.mesh, reweighed != nullptr ? Scene::Build::kQuick : Scene::Build::kThorough),
         early_order(settings.early_order < 0 ? image_order_for(level.emitters.size())
                                              : std::min(settings.early_order, kMaxImageOrder)),
         trace(trace_settings(settings)),
-        plan(make_bake_plan(scene, level, settings, trace)),
-        tracer(scene, level, complete(level)) {}
+        plan(reweighed != nullptr ? reweighed->plan
+                                  : make_bake_plan(scene, level, settings, trace)),
+        tracer(scene, level, complete(level, reweighed)) {
+    if (reweighed != nullptr && settings.sources > 0) plan.sources = settings.sources;
+  }
 
-  const TraceSettings& complete(const Level& level) {
+  const TraceSettings& complete(const Level& level, const ReweighedPhotons* reweighed) {
     trace.deposit_threshold = plan.deposit_threshold;
     trace.decay = plan.decay;
-    if (auto images = find_images(scene, level, early_order); !images.empty())
+    if (reweighed != nullptr)
+      trace.images = reweighed->images;
+    else if (auto images = find_images(scene, level, early_order); !images.empty())
       trace.images = std::make_shared<const ImageIndex>(images);
     if (has_closed_state(level)) trace.first_portals = PortalSet::of_state(PortalSet::kStateOpen);
     return trace;
   }
 
-  // Uses about 400 000 deposits at most, which costs a few percent of the tracing time.
-  DecayEstimate decay_estimate(const Level& level) const {
-    return {scene, level, trace, plan.photons, static_cast<std::uint64_t>(plan.deposits / 400'000)};
+  // Uses about 400 000 deposits at most, which costs a few percent of the tracing time, and fewer
+  // where nothing is traced.
+  DecayEstimate decay_estimate(const Level& level, bool is_reweighed) const {
+    const double deposits = is_reweighed ? 30'000 : 400'000;
+    return {scene, level, trace, plan.photons,
+            static_cast<std::uint64_t>(plan.deposits / deposits)};
   }
 
   std::vector<ImageSource> images() const {
@@ -332,9 +343,22 @@ void compact(TraceJournal& journal, const BakeOptions& options, BakeReport& repo
                              " of its records were damaged and have been traced again";
 }
 
+// The photons of earlier bakes with the absorption of this level, if they are wanted and fit.
+std::optional<ReweighedPhotons> reweigh(const Level& level, const BakeOptions& options,
+                                        BakeReport& report) {
+  if (options.reweighs == nullptr) return std::nullopt;
+  auto photons = options.probes_m.empty() ? options.reweighs->reweigh(level, options.settings)
+                                          : Error("probes are traced anew");
+  report.is_reweighed = photons.ok();
+  if (photons.ok()) return std::move(*photons);
+  report.why_traced = photons.error().message;
+  return std::nullopt;
+}
+
 Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& options,
                                         BakeReport& report) {
-  const TraceSetup setup(level, options.settings);
+  const auto reweighed = reweigh(level, options, report);
+  const TraceSetup setup(level, options.settings, reweighed ? &*reweighed : nullptr);
   if (options.is_stopped()) return BakeContents{};
   BakePlan all_states = setup.plan;
   if (has_closed_state(level)) all_states.sources *= 2;
@@ -346,10 +370,16 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   if (!options.journal.empty()) report.journal_runs = journals->front().runs();
   JournalSet journal_set(*journals, !options.journal.empty(), level, setup.tracer,
                          scene_hash(level, setup.trace));
-  DecayEstimate decay = setup.decay_estimate(level);
+  DecayEstimate decay = setup.decay_estimate(level, reweighed.has_value());
   const bool on_disk = *storage == SortStorage::kFiles;
   BatchTracing tracing(setup.tracer, level, setup.plan, options, journal_set, {}, &decay);
   if (on_disk) tracing.thin_on_disk(options.spill);
+  if (reweighed) {
+    tracing.take_from(*reweighed);
+  } else if (options.keeps_paths != nullptr && options.probes_m.empty()) {
+    options.keeps_paths->begin(level, options.settings, setup.plan, setup.trace);
+    tracing.keep_paths(*options.keeps_paths);
+  }
   auto traced = tracing.run();
   if (!traced.ok()) return traced.error();
   report.photons = tracing.progress().photons_done;
@@ -430,7 +460,7 @@ Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& op
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
   JournalSet journal_set(*journals, true, level, setup.tracer, scene_hash(level, setup.trace));
-  DecayEstimate decay = setup.decay_estimate(level);
+  DecayEstimate decay = setup.decay_estimate(level, false);
   BatchTracing tracing(setup.tracer, level, setup.plan, options, journal_set, shard, &decay);
   if (const auto traced = tracing.run(); !traced.ok()) return traced.error();
   BakeReport report;

@@ -25,6 +25,8 @@ struct BakeReport {
   std::size_t instanced_groups = 0, instance_prototypes = 0;
   std::uint64_t probe_photons = 0;  // on top of `photons`
   bool exceeds_memory = false;      // it failed because it would need more than memory_bytes
+  bool is_reweighed = false;        // photons of a path cache were used
+  std::string why_traced;           // why not, if they were wanted
   std::string journal_warning;  // why the journal could not be used or was partly damaged, or ""
 };
 

@@ -13,6 +13,8 @@
 
 namespace clamor {
 
+class PathCache;  // bake/path_cache.h
+
 inline constexpr std::uint32_t kProbeSources = 1600, kMaxProbeSources = 1'000'000;
 
 struct BakeProgress {
@@ -37,6 +39,10 @@ struct BakeOptions {
   std::vector<Vec3> probes_m{};
   std::uint32_t probe_sources = kProbeSources;
   SceneGroups groups{};  // groups of the level's emitters; congruent ones become instances
+  // Re-weighs the photons of this cache instead of tracing, where it can; null: traces.
+  const PathCache* reweighs = nullptr;
+  // Keeps all photons that are traced, and their paths, here instead of in the journal; null: none.
+  PathCache* keeps_paths = nullptr;
   // Journals that together contain all photons; nothing is traced.
   std::vector<std::string> shards{};
   // Called from any thread, one call at a time.

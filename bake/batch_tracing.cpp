@@ -7,6 +7,7 @@
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
+#include "bake/path_cache.h"
 #include "formats/level/level.h"
 
 namespace clamor {
@@ -130,6 +131,17 @@ void BatchTracing::look_up(Batch& batch) {
   batch.missing.clear();
   batch.found.clear();
   batch.traced.clear();
+  if (reweighed_ != nullptr) {
+    const TracedRuns& reweighed = reweighed_->batches[batch.index];
+    for (const TracedRun& run : reweighed.runs())
+      batch.found.append(run.run, run.tally, reweighed.deposits_of(run));
+    return;
+  }
+  if (path_cache_ != nullptr) {
+    batch.traced.record_paths();
+    batch.missing = batches_[batch.index];
+    return;
+  }
   journals_.find(batches_[batch.index], batch.found, batch.missing);
   if (!options_.shards.empty() && !batch.missing.empty() && !failed_)
     fail("photons of emitter " + in_quotes(level_.emitters[batch.missing[0].emitter].name) +
@@ -147,7 +159,9 @@ BatchTracing::DecayEnergies BatchTracing::measure_decay(const TracedRuns& runs) 
 
 void BatchTracing::accumulate(Batch& batch) {
   if (stopped() || failed_) return;
-  if (const auto kept = journals_.append(batch.traced); !kept.ok())
+  if (path_cache_ != nullptr)
+    path_cache_->add(batch.traced);
+  else if (const auto kept = journals_.append(batch.traced); !kept.ok())
     return fail(kept.error().message);
 
   // Merges found and traced runs in the order of emitters and photons.
@@ -165,7 +179,8 @@ void BatchTracing::accumulate(Batch& batch) {
       ++t;
     }
   }
-  if (decay_ != nullptr && progress_.photons_done >= next_error_) {
+  // The error so far takes longer to find than what is re-weighed takes.
+  if (decay_ != nullptr && reweighed_ == nullptr && progress_.photons_done >= next_error_) {
     progress_.error_db = decay_->error_db().value_or(0);
     next_error_ = progress_.photons_done + progress_.photons_done / 8;
     if (progress_.error_db > 0) journals_.set_error_db(progress_.error_db);

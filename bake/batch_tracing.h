@@ -28,7 +28,9 @@
 
 namespace clamor {
 
+class PathCache;
 struct Level;
+struct ReweighedPhotons;  // bake/path_cache.h
 
 class BatchTracing {
  public:
@@ -56,6 +58,11 @@ class BatchTracing {
 
   // Keeps the sources on disk. Call before run().
   void thin_on_disk(const std::string& beside);
+
+  // Takes all runs from there, or keeps the paths of all runs there; neither uses the journals.
+  // Call before run(). The argument must outlive the object.
+  void take_from(const ReweighedPhotons& photons) { reweighed_ = &photons; }
+  void keep_paths(PathCache& cache) { path_cache_ = &cache; }
 
   // Runs in the calling TBB arena. Fails if the journal cannot be written or if shards lack
   // photons. Returns a partial result when options.stop is set.
@@ -85,7 +92,9 @@ class BatchTracing {
   std::vector<std::vector<PhotonRun>> batches_;  // of this shard
   std::optional<SourceThinning> thinning_;       // not for a shard or with a sink
   std::unique_ptr<ThinningOnDisk> on_disk_;      // instead of thinning_
-  std::vector<Source> sources_;                  // of the current run
+  const ReweighedPhotons* reweighed_ = nullptr;
+  PathCache* path_cache_ = nullptr;
+  std::vector<Source> sources_;  // of the current run
   PortalPairs portals_;
   TraceTally tally_;
   BakeProgress progress_;

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "bake/bake_cache.h"
 #include "bake/journal/shard_set.h"
 #include "bake/report/level_report.h"
 #include "bake/trace/scene.h"
@@ -104,8 +105,9 @@ Result<void> LevelBake::check_strict() {
 Result<void> LevelBake::prepare() {
   observer_.on_import(imported_->level.name, imported_->report);
   warn_and_keep(imported_->report.warnings);
-  const LevelReport prepared =
-      prepare_level(imported_->level, {request_.simplify_m, options_.stop});
+  const LevelReport prepared = prepare_level(
+      imported_->level, {request_.simplify_m, options_.stop,
+                         options_.cache != nullptr ? &options_.cache->geometry : nullptr});
   if (stopped()) return Error("stopped before the level was prepared");
   observer_.on_prepared(prepared);
   warn_and_keep(report_warnings(prepared));
@@ -154,6 +156,9 @@ BakeOptions LevelBake::bake_options() const {
     note.is_complete = true;
     options.complete_note = note.text();
   }
+  if (options_.cache != nullptr && options_.reweighs) options.reweighs = &options_.cache->paths;
+  if (options_.cache != nullptr && options_.keeps_paths)
+    options.keeps_paths = &options_.cache->paths;
   options.stop = options_.stop;
   if (options_.reports_progress)
     options.on_progress = [this](const BakeProgress& done) { observer_.on_progress(done); };
@@ -204,9 +209,11 @@ std::vector<std::string> LevelBake::words() const {
 
 Result<void> LevelBake::write_contents() {
   observer_.on_writing();
+  SignalCache* const signals = options_.cache != nullptr ? &options_.cache->signals : nullptr;
   if (!options_.output.empty())
-    return write_bake(options_.output, contents_, options_.threads, options_.stop);
-  auto bytes = bake_bytes(imported_->level.name, contents_, options_.threads, options_.stop);
+    return write_bake(options_.output, contents_, options_.threads, options_.stop, signals);
+  auto bytes =
+      bake_bytes(imported_->level.name, contents_, options_.threads, options_.stop, signals);
   if (!bytes.ok()) return bytes.error();
   bytes_ = std::move(*bytes);
   return {};

@@ -25,6 +25,7 @@
 
 namespace clamor {
 
+struct BakeCache;  // bake/bake_cache.h
 struct ImportedLevel;
 
 // Options of the run. Except for the goal, none of them changes the output.
@@ -41,7 +42,10 @@ struct LevelBakeOptions {
   std::optional<BakeGoal> goal;             // sets the number of photons and sources
   std::optional<Shard> shard;               // then `output` is that shard
   std::vector<std::string> shards;          // shards to merge
-  std::string tool;                         // for the provenance; "": this program
+  BakeCache* cache = nullptr;               // of earlier bakes, which spares work; null: none
+  bool reweighs = false;     // takes photons from the cache if only absorption has changed
+  bool keeps_paths = false;  // in the cache, and uses no journal
+  std::string tool;          // for the provenance; "": this program
   const std::atomic<bool>* stop = nullptr;
 };
 

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "formats/bake_file/bake_layout.h"
+#include "formats/bake_file/bake_metadata.h"
 #include "formats/level/level.h"
 
 namespace clamor {
@@ -33,6 +34,17 @@ class Hasher {
   std::uint64_t hash_ = 0;
 };
 
+void add_surfaces(const Mesh& mesh, Hasher& hasher) {
+  hasher.add(std::as_bytes(std::span(mesh.vertices_m)));
+  hasher.add(std::as_bytes(std::span(mesh.triangles)));
+  hasher.add(std::as_bytes(std::span(mesh.materials)));
+}
+
+void add_portals(std::span<const Portal> portals, Hasher& hasher) {
+  for (const Portal& portal : portals)
+    hasher.add(portal.centre_m).add(portal.half_u_m).add(portal.half_v_m);
+}
+
 }  // namespace
 
 std::string trace_version() { return std::to_string(kTraceVersion); }
@@ -53,16 +65,35 @@ std::uint64_t scene_hash(const Level& level, const TraceSettings& settings) {
       .add(settings.decay.knee_m)
       .add(settings.decay.late_m)
       .add(settings.first_portals.numbers);
-  hasher.add(std::as_bytes(std::span(level.mesh.vertices_m)));
-  hasher.add(std::as_bytes(std::span(level.mesh.triangles)));
-  hasher.add(std::as_bytes(std::span(level.mesh.materials)));
+  add_surfaces(level.mesh, hasher);
   for (const Material& material : level.materials)
     hasher.add(material.absorption)
         .add(material.scattering)
         .add(material.phong)
         .add(material.transmission);
-  for (const Portal& portal : level.portals)
-    hasher.add(portal.centre_m).add(portal.half_u_m).add(portal.half_v_m);
+  add_portals(level.portals, hasher);
+  return hasher.hash();
+}
+
+std::uint64_t paths_hash(const Level& level, const BakeSettings& settings) {
+  Hasher hasher;
+  hasher.add(settings.seed)
+      .add(settings.roulette_exponent)
+      .add(settings.longest_path_s)
+      .add(settings.early_order)
+      .add(settings.air.temperature_c)
+      .add(settings.air.humidity_percent)
+      .add(settings.air.pressure_kpa);
+  add_surfaces(level.mesh, hasher);
+  for (const Material& material : level.materials)
+    hasher.add(material.scattering).add(material.phong).add(material.transmission);
+  add_portals(level.portals, hasher);
+  for (const Emitter& emitter : level.emitters)
+    hasher.add(std::as_bytes(std::span(emitter.name)))
+        .add(emitter.position_m)
+        .add(emitter.axis)
+        .add(emitter.gain)
+        .add(emitter.directivity);
   return hasher.hash();
 }
 

@@ -12,6 +12,7 @@
 
 namespace clamor {
 
+struct BakeSettings;
 struct Emitter;
 struct Level;
 
@@ -20,6 +21,10 @@ std::string trace_version();
 
 // Hash of mesh, materials and settings.
 std::uint64_t scene_hash(const Level& level, const TraceSettings& settings);
+
+// Hash of everything that decides the directions of a bake's photons: all of the level that is
+// traced, except for the absorption of its materials.
+std::uint64_t paths_hash(const Level& level, const BakeSettings& settings);
 
 // Key of a run. `scene` is scene_hash(), `emitter_key` is PhotonTracer::emitter_key().
 std::uint64_t run_key(std::uint64_t scene, const Emitter& emitter, std::uint64_t emitter_key,

@@ -222,17 +222,23 @@ std::optional<double> LevelReport::geometric_free_path_m() const {
   return 4 * volume_m3 / area_m2;
 }
 
-LevelReport prepare_level(Level& level, const LevelOptions& options) {
-  const auto stopped = [&] {
-    return options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
-  };
-  LevelReport report;
+namespace {
+
+bool is_stopped(const LevelOptions& options) {
+  return options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
+}
+
+// Prepares the mesh and reports what depends on it alone, and the emitters that simplification may
+// have moved. Incomplete if it is stopped.
+GeometryCache::Entry prepare_geometry(const Level& level, const LevelOptions& options) {
+  GeometryCache::Entry made;
+  LevelReport& report = made.report;
   for (const Material& material : level.materials) report.materials.push_back({material.name});
   report.triangles_read = level.mesh.triangles.size();
   add_areas(level.mesh, report.materials, report.area_read_m2, &MaterialArea::read_m2);
 
   PreparedMesh prepared = prepare_mesh(level.mesh);
-  if (stopped()) return report;
+  if (is_stopped(options)) return made;
   report.weld_m = prepared.weld_m;
   report.welded_vertices = prepared.welded_vertices;
   report.degenerate = prepared.degenerate;
@@ -246,33 +252,63 @@ LevelReport prepare_level(Level& level, const LevelOptions& options) {
     simplify(prepared, level, options.simplify_m, report);
   report.volume_m3 = enclosed_volume_m3(prepared);
 
-  level.mesh = std::move(prepared.mesh);
-  report.triangles = level.mesh.triangles.size();
-  report.extent_m = extent_of(level.mesh);
-  add_areas(level.mesh, report.materials, report.area_m2, &MaterialArea::area_m2);
+  made.mesh = std::move(prepared.mesh);
+  report.triangles = made.mesh.triangles.size();
+  report.extent_m = extent_of(made.mesh);
+  add_areas(made.mesh, report.materials, report.area_m2, &MaterialArea::area_m2);
   report.boundary_edges = std::move(prepared.boundary_edges);
   report.feature_edges = std::move(prepared.feature_edges);
 
-  if (stopped()) return report;
-  const TriangleTree tree(level.mesh);
+  if (is_stopped(options)) return made;
+  const TriangleTree tree(made.mesh);
   const auto surroundings =
-      classify_edges(level.mesh, tree, report.boundary_edges, 4 * report.weld_m,
+      classify_edges(made.mesh, tree, report.boundary_edges, 4 * report.weld_m,
                      std::min(kThinGap_m, 0.01 * report.extent_m), options.stop);
-  if (stopped()) return report;
+  if (is_stopped(options)) return made;
   report.gaps = thin_gaps(report.boundary_edges, surroundings);
-  std::vector<MeshEdge> free_edges;
   for (std::size_t i = 0; i < surroundings.size(); ++i) {
     const bool rests = surroundings[i].kind == EdgeSurroundings::Kind::kRests;
     (rests ? report.resting_edges_m : report.free_edges_m) += report.boundary_edges[i].length_m;
-    if (!rests) free_edges.push_back(report.boundary_edges[i]);
+    if (!rests) made.free_edges.push_back(report.boundary_edges[i]);
   }
+  return made;
+}
+
+std::vector<std::string> names_of(std::span<const Material> materials) {
+  std::vector<std::string> names;
+  for (const Material& material : materials) names.push_back(material.name);
+  return names;
+}
+
+// The prepared geometry, from the cache if it is there.
+GeometryCache::Entry geometry_of(const Level& level, const LevelOptions& options) {
+  GeometryCache* const cache = options.simplify_m > 0 ? nullptr : options.cache;
+  if (cache == nullptr) return prepare_geometry(level, options);
+  const auto names = names_of(level.materials);
+  if (cache->last && cache->last->materials == names && cache->last->read == level.mesh)
+    return *cache->last;
+  GeometryCache::Entry made = prepare_geometry(level, options);
+  if (is_stopped(options)) return made;
+  made.read = level.mesh;
+  made.materials = names;
+  cache->last = made;
+  return made;
+}
+
+}  // namespace
+
+LevelReport prepare_level(Level& level, const LevelOptions& options) {
+  GeometryCache::Entry geometry = geometry_of(level, options);
+  level.mesh = std::move(geometry.mesh);
+  LevelReport report = std::move(geometry.report);
+  if (is_stopped(options)) return report;
   const Scene scene(level.mesh, Scene::Build::kQuick);
-  if (stopped()) return report;
+  if (is_stopped(options)) return report;
   const auto unheard = Audibility(scene, level.mesh, level.materials).inaudible(level.emitters);
   report.unheard_emitters = in_words(unheard, level.emitters);
-  if (stopped()) return report;
+  if (is_stopped(options)) return report;
   report.openings =
-      find_openings(scene, level, places_that_work_m(level.emitters, unheard), free_edges);
+      find_openings(scene, level, places_that_work_m(level.emitters, unheard), geometry.free_edges);
   return report;
 }
 

@@ -17,12 +17,14 @@
 
 namespace clamor {
 
+struct GeometryCache;
 struct Level;
 
 struct LevelOptions {
   double simplify_m = 0;  // simplification tolerance; 0: no simplification
   // Set it to end the preparation early. Level and report are then useless.
   const std::atomic<bool>* stop = nullptr;
+  GeometryCache* cache = nullptr;  // of an earlier preparation; null: none
 };
 
 struct MaterialArea {
@@ -74,12 +76,26 @@ struct LevelReport {
   std::optional<double> geometric_free_path_m() const;
 };
 
+// The part of a preparation that depends on the surfaces alone, for programs that prepare the same
+// ones again with other emitters and materials.
+struct GeometryCache {
+  struct Entry {
+    Mesh read;                           // before the preparation
+    std::vector<std::string> materials;  // their names
+    Mesh mesh;
+    LevelReport report;  // so far
+    std::vector<MeshEdge> free_edges;
+  };
+  std::optional<Entry> last;
+};
+
 // Boundary edges closer than this, but not touching, form an unintended gap. Two thirds of the
 // shortest wavelength.
 inline constexpr double kThinGap_m = 0.02;
 
 // Prepares level.mesh in place. The new mesh depends on the old mesh and the options alone;
-// emitters and materials are not changed.
+// emitters and materials are not changed. With a cache, surfaces that it has are not prepared
+// again, unless they are simplified.
 LevelReport prepare_level(Level& level, const LevelOptions& options = {});
 
 // Openings and thin gaps in words, for the bake file. The only source of what any command says of

@@ -46,6 +46,8 @@ double emitted_power(const Emitter& emitter) {
 void TracedRuns::clear() {
   runs_.clear();
   count_ = 0;
+  paths_.nodes.clear();
+  paths_.tallies.clear();
 }
 
 void TracedRuns::append(const PhotonRun& run, const TraceTally& tally,
@@ -61,6 +63,7 @@ void TracedRuns::make_room(std::size_t deposits) {
   if (deposits_.size() >= deposits) return;
   deposits_.resize(std::max(deposits, 2 * deposits_.size()));
   run_of_.resize(deposits_.size());
+  if (records_paths_) paths_.deposits.resize(deposits_.size());
 }
 
 // Deposits of runs traced together are ordered by bounce; this groups them by run.
@@ -77,8 +80,13 @@ void TracedRuns::sort_by_run(std::size_t first_deposit, std::size_t first_run) {
   const auto begin = static_cast<std::ptrdiff_t>(first_deposit);
   const auto end = static_cast<std::ptrdiff_t>(count_);
   const std::vector<Deposit> deposits(deposits_.begin() + begin, deposits_.begin() + end);
-  for (std::size_t i = 0; i < deposits.size(); ++i)
-    deposits_[first_deposit + next[run_of_[first_deposit + i]]++] = deposits[i];
+  std::vector<std::uint32_t> nodes;
+  if (records_paths_) nodes.assign(paths_.deposits.begin() + begin, paths_.deposits.begin() + end);
+  for (std::size_t i = 0; i < deposits.size(); ++i) {
+    const std::size_t to = first_deposit + next[run_of_[first_deposit + i]]++;
+    deposits_[to] = deposits[i];
+    if (records_paths_) paths_.deposits[to] = nodes[i];
+  }
 }
 
 PhotonTracer::PhotonTracer(const Scene& scene, const Level& level, const TraceSettings& settings)
@@ -183,6 +191,17 @@ struct Workspace {
   std::unique_ptr<ShadeScratch, DeleteScratch> scratch = make_shade_scratch();
 };
 
+// Adds a node for each photon that hits a surface.
+void record_hits(std::span<KernelPhoton> photons, std::span<const std::uint16_t> alive,
+                 std::span<const SurfaceHit> hits, std::vector<PathNode>& nodes) {
+  for (std::size_t i = 0; i < alive.size(); ++i) {
+    if (hits[i].material == SurfaceHit::kNone) continue;
+    KernelPhoton& photon = photons[alive[i]];
+    nodes.push_back({photon.node, hits[i].material});
+    photon.node = static_cast<std::uint32_t>(nodes.size() - 1);
+  }
+}
+
 }  // namespace
 
 void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& result) const {
@@ -218,7 +237,7 @@ void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& resu
     work.run_ends.push_back(static_cast<std::uint32_t>(work.photons.size()));
   }
 
-  const std::size_t first_deposit = result.count_;
+  const std::size_t first_deposit = result.count_, first_tally = result.paths_.tallies.size();
   std::size_t alive = work.alive.size();
   work.hits.resize(work.photons.size());
   work.alive.resize(work.photons.size());
@@ -230,6 +249,11 @@ void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& resu
       portals_.add(work.photons, {work.alive.data(), alive}, {work.rays.data(), alive}, work.hits);
     result.make_room(result.count_ + 2 * alive);
     DepositSink sink{result.deposits_.data(), result.run_of_.data(), result.count_};
+    if (result.records_paths_) {
+      sink.nodes = result.paths_.deposits.data();
+      sink.tallies = &result.paths_.tallies;
+      record_hits(work.photons, {work.alive.data(), alive}, work.hits, result.paths_.nodes);
+    }
     alive = shade(kernel_settings_, materials_, bounce, work.photons, {work.alive.data(), alive},
                   {work.rays.data(), alive}, work.hits, work.runs, *work.scratch, sink);
     result.count_ = sink.count;
@@ -238,6 +262,8 @@ void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& resu
   }
 
   const std::size_t first_run = result.runs_.size();
+  for (std::size_t t = first_tally; t < result.paths_.tallies.size(); ++t)
+    result.paths_.tallies[t].run += static_cast<std::uint16_t>(first_run);
   for (std::size_t r = 0; r < runs.size(); ++r)
     result.runs_.push_back({runs[r], 0, 0, work.runs[r].tally});
   result.sort_by_run(first_deposit, first_run);

@@ -27,6 +27,7 @@
 #include <vector>
 
 #include "bake/trace/deposit.h"
+#include "bake/trace/path_record.h"
 #include "bake/trace/portal_crossings.h"
 #include "bake/trace/scene.h"
 #include "bake/trace/trace_kernel.h"
@@ -93,7 +94,12 @@ class TracedRuns {
 
   void clear();
 
-  // Appends a run traced earlier.
+  // Records the paths of what is traced from now on.
+  void record_paths() { records_paths_ = true; }
+  // Of all runs, if paths are recorded.
+  const PathRecord& paths() const { return paths_; }
+
+  // Appends a run traced earlier, whose paths are not recorded.
   void append(const PhotonRun& run, const TraceTally& tally, std::span<const Deposit> deposits);
 
  private:
@@ -104,6 +110,8 @@ class TracedRuns {
   std::vector<TracedRun> runs_;
   std::vector<Deposit> deposits_;  // both have at least count_ elements
   std::vector<std::uint16_t> run_of_;
+  bool records_paths_ = false;
+  PathRecord paths_;
   std::size_t count_ = 0;
 };
 

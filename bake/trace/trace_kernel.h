@@ -20,6 +20,7 @@
 #include "bake/trace/deposit.h"
 #include "bake/trace/image_index.h"
 #include "bake/trace/kernel_material.h"
+#include "bake/trace/path_record.h"
 #include "bake/trace/scene.h"
 #include "common/bands.h"
 #include "common/vec.h"
@@ -33,13 +34,14 @@ struct alignas(64) KernelPhoton {
   Bands power{};   // power of each band's own paths; multiply by weight for this path
   Bands weight{};  // weights of the balance heuristic; their sum is 8
   double travelled_m = 0;
-  std::uint64_t number = 0, key = 0;    // photon index and key of its random numbers
-  std::array<float, 2> first_bounce{};  // third and fourth coordinate of the Sobol point
-  std::uint16_t run = 0, index = 0;     // run within the call; index within the run
-  bool is_copy = false;                 // of another photon of the run (weight_window.h)
-  bool is_specular = true;              // only mirrors have reflected it
-  float deposit_times = 1;              // factor of the power of its next deposit; 0: it has none
-  PortalSet portals{};                  // that the path has passed
+  std::uint64_t number = 0, key = 0;     // photon index and key of its random numbers
+  std::array<float, 2> first_bounce{};   // third and fourth coordinate of the Sobol point
+  std::uint16_t run = 0, index = 0;      // run within the call; index within the run
+  bool is_copy = false;                  // of another photon of the run (weight_window.h)
+  bool is_specular = true;               // only mirrors have reflected it
+  float deposit_times = 1;               // factor of the power of its next deposit; 0: it has none
+  PortalSet portals{};                   // that the path has passed
+  std::uint32_t node = PathNode::kNone;  // the last hit, if paths are recorded
 };
 
 struct KernelSettings {
@@ -70,6 +72,9 @@ struct DepositSink {
   Deposit* deposits = nullptr;
   std::uint16_t* runs = nullptr;  // run of each deposit
   std::size_t count = 0;
+  // If paths are recorded: the node of each deposit, and powers without a deposit.
+  std::uint32_t* nodes = nullptr;
+  std::vector<PathTally>* tallies = nullptr;
 };
 
 // Per run of the call.

@@ -19,6 +19,16 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
+// Records a power that leaves no deposit.
+void record_power(const ShadeArguments& with, const KernelPhoton& photon, PathTally::Kind kind,
+                  BandVector power) {
+  PathTally& tally = with.sink.tallies->emplace_back();
+  tally.kind = kind;
+  tally.run = photon.run;
+  tally.node = photon.node;
+  store(power, tally.power);
+}
+
 // Applies air and surface to each photon's bands and tallies photons that leave the level or exceed
 // the longest path. Returns the number of hits.
 [[gnu::noinline]] std::size_t attenuate(const ShadeArguments& with) {
@@ -35,9 +45,11 @@ namespace {
     const SurfaceHit& hit = hits[i];
     TraceTally& tally = runs[photon.run].tally;
     std::array<double, kBandCount>* lost = nullptr;
+    auto kind = PathTally::Kind::kUnfinished;
     if (hit.material == SurfaceHit::kNone) {
       tally.escaped += photon.is_copy ? 0 : 1;
       lost = &tally.power_escaped;
+      kind = PathTally::Kind::kEscaped;
     } else {
       photon.travelled_m += static_cast<double>(hit.distance_m);
       if (photon.travelled_m > with.settings.max_path_m || with.bounce > with.settings.max_bounces)
@@ -46,6 +58,8 @@ namespace {
     if (lost != nullptr) {
       for (std::size_t b = 0; b < kBandCount; ++b)
         (*lost)[b] += static_cast<double>(photon.power[b]) * static_cast<double>(photon.weight[b]);
+      if (with.sink.tallies != nullptr)
+        record_power(with, photon, kind, load(photon.power) * load(photon.weight));
       continue;
     }
     ++tally.bounces;
@@ -126,6 +140,7 @@ CLAMOR_INLINE void write_deposit(const ShadeArguments& with, const KernelPhoton&
   deposit.emitter = run.emitter;
   deposit.portals = photon.portals;
   with.sink.runs[with.sink.count] = photon.run;
+  if (with.sink.nodes != nullptr) with.sink.nodes[with.sink.count] = photon.node;
   ++with.sink.count;
 }
 
@@ -167,6 +182,8 @@ CLAMOR_INLINE float thinning_factor(const KernelRun& run, const KernelPhoton& ph
       store(reflected - scattered, of_image);
       for (std::size_t b = 0; b < kBandCount; ++b)
         runs[photon.run].tally.power_of_images[b] += static_cast<double>(of_image[b]);
+      if (with.sink.tallies != nullptr)
+        record_power(with, photon, PathTally::Kind::kOfImage, load(of_image));
       reflected = scattered;
       reflected_sum = sum_of(scattered);
       deposited_as = material.scattered_share;

@@ -17,8 +17,7 @@
 #include "formats/bake_file/geometry_section.h"
 #include "formats/bake_file/octree_writer.h"
 #include "formats/bake_file/section_writer.h"
-#include "formats/bake_file/signal_envelope.h"
-#include "formats/bake_file/signal_section.h"
+#include "formats/bake_file/signal_cache.h"
 #include "formats/bake_file/source_quantization.h"
 #include "formats/files/atomic_file.h"
 
@@ -45,23 +44,35 @@ Result<void> write_trees(const BakeContents& contents, OctreeWriter& writer) {
   return {};
 }
 
-Result<void> write_signals(const std::vector<Signal>& signals, SectionWriter& appender,
-                           BakeSections& sections) {
-  for (const Signal& signal : signals) {
-    SignalSections& kept = sections.signals.emplace_back();
-    kept.scale = signal_scale(signal);
-    const auto blocks = pack_signal_blocks(signal, kept.scale);
-    if (!blocks.ok()) return blocks.error().in("signal " + in_quotes(signal.name));
-    for (const auto& block : *blocks) {
-      const auto section = appender.append(block);
-      if (!section.ok()) return section.error();
-      kept.blocks.push_back(*section);
-    }
-    const SignalEnvelope envelope(signal);
-    kept.mean_square = envelope.mean_square();
-    const auto section = appender.append(pack_envelope(envelope));
+Result<void> write_signal(const EncodedSignal& signal, SectionWriter& appender,
+                          BakeSections& sections) {
+  SignalSections& kept = sections.signals.emplace_back();
+  kept.scale = signal.scale;
+  for (const auto& block : signal.blocks) {
+    const auto section = appender.append(block);
     if (!section.ok()) return section.error();
-    kept.envelope = *section;
+    kept.blocks.push_back(*section);
+  }
+  kept.mean_square = signal.mean_square;
+  const auto section = appender.append(signal.envelope);
+  if (!section.ok()) return section.error();
+  kept.envelope = *section;
+  return {};
+}
+
+Result<void> write_signals(const std::vector<Signal>& signals, SignalCache* cache,
+                           SectionWriter& appender, BakeSections& sections) {
+  if (cache != nullptr) {
+    const auto encoded = cache->encode(signals);
+    if (!encoded.ok()) return encoded.error();
+    for (const auto& signal : *encoded)
+      if (const auto done = write_signal(*signal, appender, sections); !done.ok()) return done;
+    return {};
+  }
+  for (const Signal& signal : signals) {  // one in memory at a time
+    const auto encoded = encode_signal(signal);
+    if (!encoded.ok()) return encoded.error();
+    if (const auto done = write_signal(*encoded, appender, sections); !done.ok()) return done;
   }
   return {};
 }
@@ -84,7 +95,7 @@ Error unreadable(const Error& error) {
   return Error("is not written because it would be invalid: " + error.message);
 }
 
-Result<void> write_all(ByteSink& file, const BakeContents& contents) {
+Result<void> write_all(ByteSink& file, const BakeContents& contents, SignalCache* signals) {
   SectionWriter appender(file);
   BakeSections sections;
   if (const auto room = appender.append(std::vector<std::byte>(sizeof(Preamble))); !room.ok())
@@ -97,7 +108,7 @@ Result<void> write_all(ByteSink& file, const BakeContents& contents) {
     if (const auto done = probe_pages.write(probe.tree); !done.ok()) return done;
   for (const SourceOctree& zone : contents.probes.zones)
     if (const auto done = probe_pages.write(zone); !done.ok()) return done;
-  if (const auto done = write_signals(contents.signals, appender, sections); !done.ok())
+  if (const auto done = write_signals(contents.signals, signals, appender, sections); !done.ok())
     return done;
   if (const auto done = write_geometry(contents.mesh, appender, sections); !done.ok()) return done;
   if (const auto done = appender.align(); !done.ok()) return done;
@@ -123,33 +134,34 @@ Result<void> write_all(ByteSink& file, const BakeContents& contents) {
 }
 
 Result<void> write_checked(ByteSink& file, const BakeContents& contents, int threads,
-                           const std::atomic<bool>* stop) {
+                           const std::atomic<bool>* stop, SignalCache* signals) {
   StoppableSink sink(file, stop);
   Result<void> done;
   const int cores = tbb::info::default_concurrency();  // TBB has no more threads than these
   tbb::task_arena arena(threads > 0 ? std::min(threads, cores) : cores);
-  arena.execute([&] { done = write_all(sink, contents); });
+  arena.execute([&] { done = write_all(sink, contents, signals); });
   return done;
 }
 
 }  // namespace
 
 Result<void> write_bake(const std::string& path, const BakeContents& contents, int threads,
-                        const std::atomic<bool>* stop) {
+                        const std::atomic<bool>* stop, SignalCache* signals) {
   if (const auto sound = check_bake(contents); !sound.ok())
     return unreadable(sound.error()).in(path);
   auto file = AtomicFile::create(path);
   if (!file.ok()) return file.error();
-  const auto done = write_checked(*file, contents, threads, stop);
+  const auto done = write_checked(*file, contents, threads, stop, signals);
   return done.ok() ? file->commit() : done;
 }
 
 Result<std::vector<std::byte>> bake_bytes(const std::string& name, const BakeContents& contents,
-                                          int threads, const std::atomic<bool>* stop) {
+                                          int threads, const std::atomic<bool>* stop,
+                                          SignalCache* signals) {
   if (const auto sound = check_bake(contents); !sound.ok())
     return unreadable(sound.error()).in(name);
   MemorySink memory(name);
-  if (const auto done = write_checked(memory, contents, threads, stop); !done.ok())
+  if (const auto done = write_checked(memory, contents, threads, stop, signals); !done.ok())
     return done.error();
   return memory.take();
 }

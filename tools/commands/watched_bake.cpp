@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "bake/bake_cache.h"
 #include "formats/bake_file/bake_contents.h"
 #include "tools/commands/commands.h"
 #include "tools/program/interrupt.h"
@@ -79,12 +80,13 @@ class WarningPrinter final : public BakeObserver {
 };
 
 // Bakes all stages, as far as nothing stops it.
-Result<void> bake_stages(const BakeRequest& request, const BakeRunOptions& run, ChangeStop& change,
-                         std::ostream& err) {
+Result<void> bake_stages(const BakeRequest& request, const BakeRunOptions& run, BakeCache& cache,
+                         ChangeStop& change, std::ostream& err) {
   const auto began = Clock::now();
   const std::vector<BakeStage> stages = stages_of(request);
   for (const BakeStage& stage : stages) {
     LevelBakeOptions options = run.bake;
+    options.cache = &cache;
     options.stop = &change.stop();
     options.reports_progress = false;
     const bool is_last = &stage == &stages.back();
@@ -137,9 +139,10 @@ int run_watched_bake(const BakeRequest& request, const BakeRunOptions& run, std:
       std::filesystem::path(request.level_path).replace_extension(".acoustics.json").string();
   const std::vector<std::string> first{request.level_path, request.import.sidecar.value_or(beside)};
   ChangeStop change(first);
+  BakeCache cache;
   while (!Interrupt::requested()) {
     if (!run.quiet) fmt::print(err, "{}\n", printable(request.level_path));
-    const auto baked = bake_stages(request, run, change, err);
+    const auto baked = bake_stages(request, run, cache, change, err);
     if (!baked.ok() && !change.stop())
       fmt::print(err, "  waiting  {}\n", printable(baked.error().message));
     else if (baked.ok() && !run.quiet)

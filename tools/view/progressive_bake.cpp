@@ -23,7 +23,7 @@ constexpr std::uint64_t kBetterPhotons = 12'000, kBetterSources = 80'000;
 
 BakeStage smaller(const BakeRequest& request, const char* name, std::uint64_t photons,
                   std::uint64_t sources) {
-  BakeStage stage{name, request};
+  BakeStage stage{name, request, false};
   stage.request.photons = std::to_string(photons);
   if (!request.sources || *whole_number(*request.sources) > sources)
     stage.request.sources = std::to_string(sources);
@@ -41,6 +41,7 @@ std::vector<BakeStage> stages_of(const BakeRequest& request) {
     stages.push_back(smaller(request, "quick", kQuickPhotons, kQuickSources));
   if (is_smaller(kBetterPhotons))
     stages.push_back(smaller(request, "better", kBetterPhotons, kBetterSources));
+  if (!stages.empty()) stages.back().keeps_paths = true;
   stages.push_back({"final", request});
   return stages;
 }
@@ -85,7 +86,7 @@ std::uint64_t ProgressiveBake::request(BakeRequest wanted, std::string output, b
   stop_ = true;
   requested_ = Clock::now();
   next_ = {++requests_, std::move(wanted), std::move(output), only_last, requested_};
-  std::erase_if(news_, [](const News& news) { return !news.is_final; });
+  std::erase_if(events_, [](const Event& event) { return !event.is_final; });
   status_ = {true, "", 0, 0};
   asked_.notify_all();
   return requests_;
@@ -98,11 +99,11 @@ void ProgressiveBake::cancel() {
   status_ = {};
 }
 
-std::optional<ProgressiveBake::News> ProgressiveBake::poll() {
+std::optional<ProgressiveBake::Event> ProgressiveBake::poll() {
   const std::lock_guard lock(mutex_);
-  if (news_.empty()) return std::nullopt;
-  News first = std::move(news_.front());
-  news_.erase(news_.begin());
+  if (events_.empty()) return std::nullopt;
+  Event first = std::move(events_.front());
+  events_.erase(events_.begin());
   return first;
 }
 
@@ -117,21 +118,21 @@ ProgressiveBake::Status ProgressiveBake::status() const {
 void ProgressiveBake::run(const std::stop_token& ended) {
   name_thread("bake");
   while (!ended.stop_requested()) {
-    std::optional<Order> order;
+    std::optional<Job> job;
     {
       std::unique_lock lock(mutex_);
       asked_.wait(lock, ended, [this] { return next_.has_value(); });
       if (ended.stop_requested()) return;
-      order = std::exchange(next_, std::nullopt);
+      job = std::exchange(next_, std::nullopt);
       stop_ = false;
     }
-    serve(*order);
+    serve(*job);
   }
 }
 
-void ProgressiveBake::serve(const Order& order) {
-  std::vector<BakeStage> stages = stages_of(order.request);
-  if (order.only_last) stages.erase(stages.begin(), stages.end() - 1);
+void ProgressiveBake::serve(const Job& job) {
+  std::vector<BakeStage> stages = stages_of(job.request);
+  if (job.only_last) stages.erase(stages.begin(), stages.end() - 1);
   for (std::size_t i = 0; i < stages.size(); ++i) {
     const bool is_last = i + 1 == stages.size();
     {
@@ -139,47 +140,54 @@ void ProgressiveBake::serve(const Order& order) {
       if (next_ || stop_) return;
       status_ = {true, stages[i].name, 0, 0};
     }
-    News news = bake(order, stages[i], i == 0, is_last);
+    Event event = bake(job, stages[i], i == 0, is_last);
     const std::lock_guard lock(mutex_);
     if (next_ || stop_) return;
-    const bool failed = !news.error.empty();
-    news_.push_back(std::move(news));
+    const bool failed = !event.error.empty(), is_reweighed = event.is_reweighed;
+    events_.push_back(std::move(event));
     if (is_last || failed) status_ = {};
     if (failed) return;
+    // Re-weighed photons are as many as those of the stages before the last.
+    if (is_reweighed) i = stages.size() - 2;
   }
 }
 
-ProgressiveBake::News ProgressiveBake::bake(const Order& order, const BakeStage& stage,
-                                            bool is_first, bool is_last) {
-  News news;
-  news.request = order.number;
-  news.stage = stage.name;
-  news.is_final = is_last;
+ProgressiveBake::Event ProgressiveBake::bake(const Job& job, const BakeStage& stage, bool is_first,
+                                             bool is_last) {
+  Event event;
+  event.request = job.number;
+  event.stage = stage.name;
+  event.is_final = is_last;
   LevelBakeOptions options;
-  options.output = is_last && !order.output.empty()
-                       ? order.output
-                       : fmt::format("{}/{}.clamor", folder_, ++files_);
+  options.output =
+      is_last && !job.output.empty() ? job.output : fmt::format("{}/{}.clamor", folder_, ++files_);
   options.threads = threads_;
   // Sound and picture need a core, too, while somebody waits for the first stage alone.
   if (threads_ == 0 && !is_first)
     options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
   options.journal = fmt::format("{}/{}.journal", folder_, stage.name);
+  options.cache = &cache_;
+  options.reweighs = is_first && !is_last;
+  options.keeps_paths = stage.keeps_paths;
   options.stop = &stop_;
   Observer observer(*this);
   LevelBake level_bake(stage.request, options, observer);
   auto done = level_bake.read();
   if (done.ok()) done = level_bake.prepare();
   if (done.ok()) done = level_bake.write();
-  news.seconds = std::chrono::duration<double>(Clock::now() - order.at).count();
+  event.seconds = std::chrono::duration<double>(Clock::now() - job.at).count();
   if (!done.ok()) {
-    news.error = done.error().message;
-    return news;
+    event.error = done.error().message;
+    return event;
   }
-  news.path = options.output;
-  news.sources = level_bake.contents().source_count() + level_bake.report().instanced_sources;
-  news.decay_error_db = static_cast<double>(level_bake.contents().statistics.decay.error_db);
-  news.warnings = std::move(observer.warnings);
-  return news;
+  event.path = options.output;
+  event.is_reweighed = level_bake.report().is_reweighed;
+  event.why_traced = level_bake.report().why_traced;
+  if (event.is_reweighed) event.stage = "re-weighed";
+  event.sources = level_bake.contents().source_count() + level_bake.report().instanced_sources;
+  event.decay_error_db = static_cast<double>(level_bake.contents().statistics.decay.error_db);
+  event.warnings = std::move(observer.warnings);
+  return event;
 }
 
 }  // namespace clamor

@@ -3,9 +3,11 @@
 //
 //   request() -> quick -> better -> final;  another request() stops the stage in progress
 //
-// The stages keep their traced paths in journals, so that a bake of a level in which one emitter
-// changed traces only that one. Files lie in a folder of the object's own, but for the last stage
-// of a request that names an output.
+// If only absorption has changed since a better stage was traced, its photons are re-weighed
+// instead (bake/path_cache.h): the stages are then re-weighed -> final. The other stages keep
+// their traced photons in journals, so that a bake of a level in which one emitter changed traces
+// only that one. Files lie in a folder of the object's own, but for the last stage of a request
+// that names an output.
 //
 // Threads: all functions on one thread; bakes run on another.
 #pragma once
@@ -20,6 +22,7 @@
 #include <thread>
 #include <vector>
 
+#include "bake/bake_cache.h"
 #include "bake/bake_request.h"
 
 namespace clamor {
@@ -27,6 +30,7 @@ namespace clamor {
 struct BakeStage {
   std::string name;  // "quick", "better" or "final"
   BakeRequest request;
+  bool keeps_paths = false;  // for re-weighing
 };
 
 // The stages of a request. Without a number of photons the first two have fewer photons and
@@ -36,13 +40,15 @@ std::vector<BakeStage> stages_of(const BakeRequest& request);
 class ProgressiveBake {
  public:
   // A stage that has ended.
-  struct News {
+  struct Event {
     std::uint64_t request = 0;  // as request() returned it
     std::string stage;
     std::string path;   // of the bake file; "" after an error
     std::string error;  // in a sentence
     bool is_final = false;
-    double seconds = 0;  // since the request
+    bool is_reweighed = false;  // no photon was traced
+    std::string why_traced;     // why not, in the first stage of a request
+    double seconds = 0;         // since the request
     std::uint64_t sources = 0;
     double decay_error_db = 0;
     std::vector<std::string> warnings;
@@ -65,13 +71,13 @@ class ProgressiveBake {
   std::uint64_t request(BakeRequest wanted, std::string output = "", bool only_last = false);
   void cancel();
 
-  // The oldest news that was not told yet.
-  std::optional<News> poll();
+  // The oldest event that was not told yet.
+  std::optional<Event> poll();
   Status status() const;
 
  private:
   using Clock = std::chrono::steady_clock;
-  struct Order {
+  struct Job {
     std::uint64_t number = 0;
     BakeRequest request;
     std::string output;
@@ -81,16 +87,17 @@ class ProgressiveBake {
 
   class Observer;
   void run(const std::stop_token& ended);
-  void serve(const Order& order);
-  News bake(const Order& order, const BakeStage& stage, bool is_first, bool is_last);
+  void serve(const Job& job);
+  Event bake(const Job& job, const BakeStage& stage, bool is_first, bool is_last);
 
   const int threads_;
   std::string folder_;
+  BakeCache cache_;                // used by the thread alone
   std::atomic<bool> stop_{false};  // the stage in progress
   mutable std::mutex mutex_;       // guards what follows
   std::condition_variable_any asked_;
-  std::optional<Order> next_;
-  std::vector<News> news_;
+  std::optional<Job> next_;
+  std::vector<Event> events_;
   Status status_;
   Clock::time_point requested_{};
   std::uint64_t requests_ = 0, files_ = 0;

@@ -121,7 +121,7 @@ void ViewSession::frame(const WalkKeys& keys, double seconds) {
   camera_.advance(keys, seconds);
   sound_->move(camera_.listener());
   follow_edits();
-  take_news();
+  take_events();
   follow_file();
   if (sound_->update() && waits_for_sound_ && !plays_other_) {
     waits_for_sound_ = false;
@@ -140,7 +140,9 @@ void ViewSession::bake_now(bool only_last) {
   baked_request_ =
       bake_->request(wanted, is_saved && saves_output_ ? options_.output : "", only_last);
   if (newest_ && only_last) newest_->is_final = false;
-  if (!only_last) newest_.reset();
+  if (only_last) return;
+  newest_.reset();
+  first_.reset();
 }
 
 void ViewSession::follow_edits() {
@@ -164,18 +166,19 @@ void ViewSession::follow_edits() {
   bake_now();
 }
 
-void ViewSession::take_news() {
+void ViewSession::take_events() {
   if (!bake_) return;
-  while (auto news = bake_->poll()) {
-    if (news->request != baked_request_) continue;
-    if (news->error.empty()) {
-      own_path_ = news->path;
+  while (auto event = bake_->poll()) {
+    if (event->request != baked_request_) continue;
+    if (event->error.empty()) {
+      own_path_ = event->path;
       if (!plays_other_) sound_->play(own_path_, "A");
-      if (news->is_final && news->path == options_.output) say("Wrote " + news->path);
+      if (event->is_final && event->path == options_.output) say("Wrote " + event->path);
     } else {
-      say(news->error);
+      say(event->error);
     }
-    newest_ = std::move(news);
+    newest_ = std::move(event);
+    if (!first_) first_ = newest_;
   }
 }
 

@@ -114,11 +114,13 @@ class ViewSession {
   ProgressiveBake::Status baking() const {
     return bake_ ? bake_->status() : ProgressiveBake::Status();
   }
-  const std::optional<ProgressiveBake::News>& newest_bake() const { return newest_; }
+  const std::optional<ProgressiveBake::Event>& newest_bake() const { return newest_; }
   bool is_final() const { return newest_ && newest_->is_final && newest_->error.empty(); }
   // From the last edit to the moment when the first bake of it is handed to the audio thread; 0
   // before the first.
   double edit_to_sound_s() const { return edit_to_sound_s_; }
+  // The first bake of the last edit, once it is there.
+  const std::optional<ProgressiveBake::Event>& first_bake() const { return first_; }
   // Whether the last edit is not heard yet.
   bool waits_for_sound() const {
     return waits_for_sound_ || (level_ && level_->revision() != baked_revision_);
@@ -147,7 +149,7 @@ class ViewSession {
   Result<void> open_level();
   void follow_edits();
   void follow_file();
-  void take_news();
+  void take_events();
   void take_findings();
   void check_selection();
   Listener viewpoint(const Vec3& place_m, double size_m) const;
@@ -175,7 +177,7 @@ class ViewSession {
   std::unique_ptr<ProgressiveBake> bake_;
   std::unique_ptr<LiveSound> sound_;
   std::vector<HeardSource> heard_;
-  std::optional<ProgressiveBake::News> newest_;
+  std::optional<ProgressiveBake::Event> newest_, first_;
   std::string own_path_;                    // the newest bake of A
   std::optional<BakeFileWatcher> watcher_;  // of the bake that was opened
   Clock::time_point checked_{};

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "common/sample_rate.h"
-#include "formats/level/level.h"
 #include "runtime/mixing/panner.h"
 
 namespace clamor {

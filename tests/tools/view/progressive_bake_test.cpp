@@ -24,9 +24,9 @@ class ProgressiveBakeTest : public ::testing::Test {
     request_.sources = "3000";
   }
 
-  static ProgressiveBake::News next(ProgressiveBake& bake) {
+  static ProgressiveBake::Event next(ProgressiveBake& bake) {
     for (;;) {  // CTest ends a test that waits for ever
-      if (auto news = bake.poll()) return *news;
+      if (auto event = bake.poll()) return *event;
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
   }
@@ -57,6 +57,52 @@ TEST_F(ProgressiveBakeTest, EndsWithTheBytesOfClamorBake) {
   EXPECT_TRUE(read(ours) == read(theirs));
 }
 
+// An edit of the walls, as the window asks for it.
+BakeRequest with_walls(BakeRequest request, const Folder& folder, const std::string& values) {
+  request.import.material.reset();
+  request.import.sidecar = folder.write("edit.json", R"({"materials": {"*": {)" + values + "}}}");
+  return request;
+}
+
+TEST_F(ProgressiveBakeTest, ReweighsPhotonsWhenOnlyAbsorptionChanges) {
+  const std::string ours = folder_ / "ours.clamor", theirs = folder_ / "theirs.clamor";
+  request_.photons = "2200";
+  ProgressiveBake bake(1);
+  ASSERT_TRUE(bake.start().ok());
+  const auto after_edit = [&](const std::string& walls) {
+    bake.request(with_walls(request_, folder_, walls), ours);
+    const auto first = next(bake);
+    EXPECT_EQ(first.error, "");
+    EXPECT_FALSE(first.is_final);
+    const auto last = next(bake);
+    EXPECT_EQ(last.error, "");
+    EXPECT_TRUE(last.is_final);
+    EXPECT_FALSE(last.is_reweighed);
+    return first;
+  };
+  EXPECT_EQ(after_edit(R"("absorption": 0.2, "scattering": 0.5)").why_traced,
+            "no complete bake has kept its paths");
+  for (const char* const absorption : {"0.3", "[0.3, 0.3, 0.2, 0.2, 0.1, 0.1, 0.4, 0.5]"}) {
+    const auto edited =
+        after_edit(R"("scattering": 0.5, "absorption": )" + std::string(absorption));
+    EXPECT_TRUE(edited.is_reweighed) << edited.why_traced;
+    EXPECT_EQ(edited.stage, "re-weighed");
+  }
+  // The last bake is not re-weighed, although surfaces and sounds come from the cache.
+  ASSERT_EQ(clamor({"bake", request_.level_path, "-o", theirs, "--quiet", "--emitter",
+                    request_.import.emitters[0], "--acoustics", folder_ / "edit.json", "--photons",
+                    "2200", "--sources", "3000"})
+                .code,
+            0);
+  EXPECT_FALSE(read(ours).empty());
+  EXPECT_TRUE(read(ours) == read(theirs));
+  const auto rougher = after_edit(R"("absorption": 0.3, "scattering": 0.6)");
+  EXPECT_FALSE(rougher.is_reweighed);
+  EXPECT_EQ(rougher.why_traced, "more than absorption has changed");
+  EXPECT_TRUE(after_edit(R"("absorption": 0.25, "scattering": 0.6)").is_reweighed)
+      << "the paths of the rougher walls are kept, too";
+}
+
 TEST_F(ProgressiveBakeTest, TellsOnlyOfTheNewestRequest) {
   ProgressiveBake bake(1);
   ASSERT_TRUE(bake.start().ok());
@@ -65,12 +111,12 @@ TEST_F(ProgressiveBakeTest, TellsOnlyOfTheNewestRequest) {
   other.import.material = "carpet";
   const std::uint64_t newest = bake.request(other);
   for (bool is_final = false; !is_final;) {
-    const auto news = next(bake);
-    ASSERT_EQ(news.error, "");
-    EXPECT_EQ(news.request, newest);
-    const auto file = BakeFile::open(news.path);
+    const auto event = next(bake);
+    ASSERT_EQ(event.error, "");
+    EXPECT_EQ(event.request, newest);
+    const auto file = BakeFile::open(event.path);
     ASSERT_TRUE(file.ok());
-    is_final = news.is_final;
+    is_final = event.is_final;
   }
   EXPECT_FALSE(bake.status().is_busy);
 }

@@ -211,7 +211,7 @@ void Panels::draw_figures(const VoiceDisplay& voices) {
     row("Hidden", fmt::format("{}", voices.hidden()));
     row("Voices", fmt::format("{}", made.voices));
     row("Keyframe", fmt::format("{:.1f} ms of 20", made.sampler_ms), made.sampler_ms > 20);
-    // Lateness is red while it is news.
+    // Lateness is red while it is recent.
     const double now_s = ImGui::GetTime();
     if (made.held_blocks > held_blocks_) late_until_s_ = now_s + 5;
     held_blocks_ = made.held_blocks;
@@ -228,7 +228,10 @@ void Panels::draw_figures(const VoiceDisplay& voices) {
                             : (status.output.has_device ? status.output.device : "no device");
     row("Device", device.size() > 22 ? device.substr(0, 20) + ".." : device);
     if (session_.edit_to_sound_s() > 0)
-      row("Edit heard", fmt::format("after {:.1f} s", session_.edit_to_sound_s()));
+      row("Edit heard",
+          fmt::format(
+              "after {:.1f} s{}", session_.edit_to_sound_s(),
+              session_.first_bake() && session_.first_bake()->is_reweighed ? ", paths kept" : ""));
     ImGui::EndTable();
   }
   ImGui::PopStyleVar();

@@ -153,6 +153,10 @@ Result<bool> ScriptInput::play(const ViewEvent& event, ViewSession& session, std
       fmt::print(out, "edit to sound {:.2f} s, playing {}, {} sources chosen\n",
                  session.edit_to_sound_s(), session.plays_other() ? "B" : "A",
                  session.heard().size());
+      if (const auto& first = session.first_bake())
+        fmt::print(out, "first bake {:.2f} s, {}, decay known to {:.2f} dB\n", first->seconds,
+                   first->is_reweighed ? "paths kept" : "traced anew: " + first->why_traced,
+                   first->decay_error_db);
       return true;
     case Kind::kQuit:
       quits_ = true;

@@ -1,0 +1,42 @@
+// signal_cache.h: encoded signals, for programs that write several bakes with the same sounds.
+//
+// Encoding the sounds and finding their envelopes takes a third of the time of a quick bake.
+//
+// Threads: one at a time. Memory: the encoded signals of the last bake.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "common/bands.h"
+#include "common/result.h"
+
+namespace clamor {
+
+struct Signal;
+
+struct EncodedSignal {
+  float scale = 1;
+  std::vector<std::vector<std::byte>> blocks;
+  std::vector<std::byte> envelope;
+  Bands mean_square{};
+};
+
+// Encodes a signal in the calling TBB arena.
+Result<EncodedSignal> encode_signal(const Signal& signal);
+
+class SignalCache {
+ public:
+  // Encodes the signals, but for those that the last call had. The result holds until the next.
+  Result<std::vector<std::shared_ptr<const EncodedSignal>>> encode(
+      const std::vector<Signal>& signals);
+
+ private:
+  std::unordered_map<std::uint64_t, std::shared_ptr<const EncodedSignal>> encoded_;  // by content
+};
+
+}  // namespace clamor

@@ -1,0 +1,325 @@
+#include "bake/path_cache.h"
+
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "bake/bake.h"
+#include "bake/trace/pilot.h"
+#include "formats/bake_file/bake_contents.h"
+#include "tests/rooms.h"
+
+namespace clamor {
+namespace {
+
+constexpr BakeSettings kSettings{.photons = 8192, .longest_path_s = 0.3};
+
+// A room with a hole in a wall and two materials, whose bands absorb differently.
+Level open_room() {
+  Material hard = testing::uniform_material(0.1f, 0.3f, 20), soft = hard;
+  hard.absorption = {0.1f, 0.1f, 0.15f, 0.2f, 0.2f, 0.1f, 0.1f, 0.3f};
+  soft.name = "soft";
+  soft.absorption = {0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.5f, 0.6f, 0.6f};
+  soft.scattering = testing::uniform_material(0, 0.6f).scattering;
+  Level level = testing::shoebox({5, 4, 3}, hard, {1.3, 1.7, 1.1});
+  level.materials.push_back(soft);
+  level.mesh = testing::box({5, 4, 3}, {0, 1, 0, 0, 0, 0});
+  level.mesh.triangles.erase(level.mesh.triangles.begin());
+  level.mesh.materials.erase(level.mesh.materials.begin());
+  return level;
+}
+
+Level with_absorption(Level level, std::size_t material, float absorption) {
+  level.materials[material].absorption = same_in_all_bands(absorption);
+  return level;
+}
+
+// Settings by which no photon ends early and every reflection leaves a deposit: paths are then the
+// same whatever is absorbed.
+TraceSettings without_chance() {
+  TraceSettings settings;
+  settings.roulette_exponent = 0;
+  settings.longest_path_s = kSettings.longest_path_s;
+  settings.air_loss_per_m = same_in_all_bands(0.002f);
+  return settings;
+}
+
+struct Traced {
+  std::vector<TracedRuns> batches;
+  PathCache cache;
+};
+
+// Traces photons without a plan's pilot.
+Traced trace(const Level& level, const TraceSettings& settings, std::uint64_t max_bytes) {
+  Traced traced{{}, PathCache(max_bytes)};
+  const Scene scene(level.mesh);
+  const PhotonTracer tracer(scene, level, settings);
+  BakePlan plan;
+  plan.photons = {kSettings.photons};
+  traced.cache.begin(level, kSettings, plan, settings);
+  for (const auto& batch : plan.batches()) {
+    TracedRuns& runs = traced.batches.emplace_back();
+    runs.record_paths();
+    tracer.trace(batch, runs);
+    traced.cache.add(runs);
+  }
+  return traced;
+}
+
+Traced trace(const Level& level, const TraceSettings& settings = without_chance()) {
+  return trace(level, settings, PathCache::kMaxBytes);
+}
+
+void expect_same(const std::vector<TracedRuns>& is, const std::vector<TracedRuns>& expected,
+                 double tolerance) {
+  ASSERT_EQ(is.size(), expected.size());
+  for (std::size_t i = 0; i < is.size(); ++i) {
+    const auto deposits = is[i].deposits(), others = expected[i].deposits();
+    ASSERT_EQ(deposits.size(), others.size());
+    ASSERT_GT(deposits.size(), 1000u);
+    for (std::size_t d = 0; d < deposits.size(); ++d) {
+      ASSERT_EQ(deposits[d].position_m, others[d].position_m);
+      ASSERT_EQ(deposits[d].delay_s, others[d].delay_s);
+      ASSERT_EQ(deposits[d].random, others[d].random);
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        ASSERT_NEAR(deposits[d].power[b], others[d].power[b], tolerance * others[d].power[b]);
+    }
+    for (std::size_t r = 0; r < is[i].runs().size(); ++r) {
+      const TraceTally &tally = is[i].runs()[r].tally, &other = expected[i].runs()[r].tally;
+      EXPECT_EQ(tally.bounces, other.bounces);
+      EXPECT_EQ(tally.escaped, other.escaped);
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        EXPECT_GT(other.power_escaped[b], 0);
+        EXPECT_GT(other.power_unfinished[b], 0);
+        EXPECT_NEAR(tally.power_escaped[b] / other.power_escaped[b], 1, 2 * tolerance);
+        EXPECT_NEAR(tally.power_unfinished[b] / other.power_unfinished[b], 1, 2 * tolerance);
+      }
+    }
+  }
+}
+
+// Forty reflections multiply forty factors, each rounded to 6e-8.
+constexpr double kRounding = 1e-5;
+
+TEST(PathCache, GivesThePhotonsBackIfNothingHasChanged) {
+  const Traced traced = trace(open_room());
+  const auto same = traced.cache.reweigh(open_room(), kSettings);
+  ASSERT_TRUE(same.ok()) << same.error().message;
+  expect_same(same->batches, traced.batches, 1e-7);
+}
+
+TEST(PathCache, ReweighsToThePowersOfAFreshTrace) {
+  for (const float absorption : {0.1f, 0.5f}) {
+    const Traced traced = trace(with_absorption(open_room(), 0, absorption));
+    const Level edited = with_absorption(open_room(), 0, 0.6f - absorption);
+    const auto reweighed = traced.cache.reweigh(edited, kSettings);
+    ASSERT_TRUE(reweighed.ok()) << reweighed.error().message;
+    expect_same(reweighed->batches, trace(edited).batches, kRounding);
+  }
+}
+
+TEST(PathCache, ReweighsTwoMaterialsThatAreEditedInTurn) {
+  const Traced traced = trace(open_room());
+  Level edited = with_absorption(open_room(), 0, 0.3f);
+  ASSERT_TRUE(traced.cache.reweigh(edited, kSettings).ok());
+  edited.materials[1].absorption = {0.6f, 0.5f, 0.4f, 0.3f, 0.2f, 0.1f, 0.3f, 0.5f};
+  const auto reweighed = traced.cache.reweigh(edited, kSettings);
+  ASSERT_TRUE(reweighed.ok()) << reweighed.error().message;
+  expect_same(reweighed->batches, trace(edited).batches, kRounding);
+  const auto back = traced.cache.reweigh(open_room(), kSettings);
+  ASSERT_TRUE(back.ok());
+  expect_same(back->batches, traced.batches, 1e-7);
+}
+
+TEST(PathCache, RemovesDepositsThatNothingReflectsAnyMore) {
+  const Traced traced = trace(open_room());
+  const auto reweighed = traced.cache.reweigh(with_absorption(open_room(), 1, 1), kSettings);
+  ASSERT_TRUE(reweighed.ok()) << reweighed.error().message;
+  const auto fresh = trace(with_absorption(open_room(), 1, 1)).batches;
+  for (std::size_t i = 0; i < fresh.size(); ++i) {
+    EXPECT_GT(fresh[i].deposits().size(), 0u);
+    EXPECT_EQ(reweighed->batches[i].deposits().size(), fresh[i].deposits().size());
+  }
+}
+
+std::string refusal(const Traced& traced, const Level& level,
+                    const BakeSettings& settings = kSettings) {
+  const auto reweighed = traced.cache.reweigh(level, settings);
+  return reweighed.ok() ? "" : reweighed.error().message;
+}
+
+TEST(PathCache, RefusesWhateverChangesDirections) {
+  const Traced traced = trace(open_room());
+  const auto edited = [](auto change) {
+    Level level = open_room();
+    change(level);
+    return level;
+  };
+  const std::string changed = "more than absorption has changed";
+  EXPECT_EQ(refusal(traced, open_room()), "");
+  EXPECT_EQ(refusal(traced, edited([](Level& level) { level.materials[1].scattering[3] = 0.7f; })),
+            changed);
+  EXPECT_EQ(refusal(traced, edited([](Level& level) { level.materials[0].phong[0] = 10; })),
+            changed);
+  EXPECT_EQ(refusal(traced, edited([](Level& level) { level.emitters[0].position_m.x += 0.1; })),
+            changed);
+  EXPECT_EQ(refusal(traced, edited([](Level& level) { level.mesh.vertices_m[0].x -= 0.1f; })),
+            changed);
+  EXPECT_EQ(refusal(traced, edited([](Level& level) { level.mesh.materials[4] = 1; })), changed);
+  EXPECT_EQ(
+      refusal(traced, edited([](Level& level) { level.materials[1].transmission[0] = 0.1f; })),
+      changed);
+  BakeSettings other = kSettings;
+  other.seed = 2;
+  EXPECT_EQ(refusal(traced, open_room(), other), changed);
+}
+
+TEST(PathCache, RefusesWhatOldPathsCannotTell) {
+  const Level deaf = with_absorption(open_room(), 1, 1);
+  EXPECT_EQ(refusal(trace(deaf), with_absorption(open_room(), 1, 0.9f)),
+            "'soft' has reflected nothing so far");
+  Level thin = open_room();
+  thin.materials[1].transmission = same_in_all_bands(0.05f);
+  EXPECT_EQ(refusal(trace(thin), with_absorption(thin, 1, 0.2f)), "'soft' lets sound through");
+  EXPECT_EQ(refusal(trace(thin), with_absorption(thin, 0, 0.2f)), "") << "the other one does not";
+}
+
+TEST(PathCache, ForgetsPathsBeyondItsMemory) {
+  const Traced whole = trace(open_room());
+  const std::uint64_t bytes = whole.cache.bytes();
+  EXPECT_GT(bytes, 100'000u);
+  const Traced half = trace(open_room(), without_chance(), bytes / 2);
+  EXPECT_EQ(half.cache.bytes(), 0u);
+  EXPECT_EQ(refusal(half, open_room()), "no complete bake has kept its paths");
+}
+
+Level closed_room(float absorption) {
+  return testing::shoebox({5, 4, 3}, testing::uniform_material(absorption, 0.5f, 20),
+                          {1.3, 1.7, 1.1});
+}
+
+TEST(PathCache, RefusesAFarLongerDecayThanWasTraced) {
+  const BakeSettings settings{.photons = 1024, .sources = 10'000, .longest_path_s = 0.5};
+  const auto report_of = [&](float from, float to) {
+    PathCache cache;
+    EXPECT_TRUE(bake(closed_room(from), {.settings = settings, .keeps_paths = &cache}).ok());
+    BakeReport report;
+    EXPECT_TRUE(bake(closed_room(to), {.settings = settings, .reweighs = &cache}, &report).ok());
+    return report;
+  };
+  // Photons were ended 60 dB down after 0.1 s; they cannot tell what 4 s sound like.
+  const BakeReport refused = report_of(0.8f, 0.03f);
+  EXPECT_FALSE(refused.is_reweighed);
+  EXPECT_EQ(refused.why_traced, "too few of the kept paths carry the new decay");
+  EXPECT_TRUE(report_of(0.03f, 0.1f).is_reweighed);
+}
+
+// Energy that leaves the room's surfaces per band, in three spans of time.
+using Energies = std::array<std::array<double, kBandCount>, 3>;
+void add(Energies& energies, float delay_s, const Bands& power, double share) {
+  const std::size_t span = delay_s < 0.02f ? 0 : delay_s < 0.06f ? 1 : 2;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    energies[span][b] += share * static_cast<double>(power[b]);
+}
+
+Energies energies_of(const std::vector<TracedRuns>& batches) {
+  Energies energies{};
+  for (const TracedRuns& batch : batches)
+    for (const Deposit& deposit : batch.deposits())
+      add(energies, deposit.delay_s, deposit.power, 1.0 / kSettings.photons);
+  return energies;
+}
+
+// Mean and squared standard error over seeds.
+struct Estimate {
+  Energies sum{}, squares{};
+  int count = 0;
+  void add(const Energies& energies) {
+    ++count;
+    for (std::size_t s = 0; s < energies.size(); ++s)
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        sum[s][b] += energies[s][b];
+        squares[s][b] += energies[s][b] * energies[s][b];
+      }
+  }
+  double mean(std::size_t s, std::size_t b) const { return sum[s][b] / count; }
+  double error2(std::size_t s, std::size_t b) const {
+    return (squares[s][b] / count - mean(s, b) * mean(s, b)) / (count - 1);
+  }
+};
+
+// Roulette, splitting and thinning, as a bake of this level has them.
+TraceSettings with_chance(const Level& level, std::uint64_t seed) {
+  TraceSettings settings = without_chance();
+  settings.seed = seed;
+  settings.roulette_exponent = 0.5;
+  const Pilot pilot = trace_pilot(Scene(level.mesh), level, settings);
+  settings.decay = pilot.decay;
+  settings.deposit_threshold = pilot.threshold(kSettings.photons, 3.0 * kSettings.photons);
+  return settings;
+}
+
+// What roulette, splitting and thinning did at the old absorption must not show in the mean over
+// seeds.
+TEST(PathCache, IsUnbiasedAgainstAFreshTrace) {
+  for (const auto& [from, to] : {std::pair(0.1f, 0.5f), std::pair(0.3f, 0.2f)}) {
+    const Level before = with_absorption(open_room(), 0, from);
+    Level after = with_absorption(open_room(), 0, to);
+    after.materials[0].absorption[6] = 0.25f;
+    Estimate fresh, reweighed;
+    for (std::uint64_t seed = 1; seed <= 16; ++seed) {
+      const TraceSettings settings = with_chance(before, seed);
+      EXPECT_GT(settings.deposit_threshold, 0);
+      const Traced traced = trace(before, settings);
+      const auto one = traced.cache.reweigh(after, kSettings);
+      ASSERT_TRUE(one.ok()) << one.error().message;
+      reweighed.add(energies_of(one->batches));
+      fresh.add(energies_of(trace(after, with_chance(after, seed + 1000)).batches));
+    }
+    double chi2 = 0;
+    for (std::size_t s = 0; s < 3; ++s)
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double error = std::sqrt(fresh.error2(s, b) + reweighed.error2(s, b));
+        const double difference = reweighed.mean(s, b) - fresh.mean(s, b);
+        // A factor that is missing at one reflection changes the energy by 40 % and more.
+        EXPECT_LT(error, 0.04 * fresh.mean(s, b)) << "span " << s << ", band " << b;
+        EXPECT_LT(std::abs(difference), 4.5 * error) << "span " << s << ", band " << b;
+        chi2 += difference * difference / (error * error) / 24;
+      }
+    EXPECT_LT(chi2, 3);  // 1 but for chance; neighbouring bands are correlated
+  }
+}
+
+TEST(PathCache, MakesABakeWithoutTracing) {
+  const BakeSettings settings{.photons = 4096, .sources = 10'000};
+  const Level edited = with_absorption(open_room(), 0, 0.3f);
+  PathCache cache;
+  ASSERT_TRUE(bake(open_room(), {.settings = settings, .keeps_paths = &cache}).ok());
+  BakeReport report, report_of_fresh;
+  const auto one = bake(edited, {.settings = settings, .reweighs = &cache}, &report);
+  const auto two = bake(edited, {.settings = settings}, &report_of_fresh);
+  ASSERT_TRUE(one.ok() && two.ok());
+  EXPECT_TRUE(report.is_reweighed) << report.why_traced;
+  EXPECT_EQ(report.photons, 4096u);
+  EXPECT_EQ(report.photons_reused, 4096u);
+  EXPECT_EQ(report_of_fresh.photons_reused, 0u);
+  EXPECT_EQ(one->materials, two->materials);
+  EXPECT_NEAR(static_cast<double>(one->octree.sources.size()), 10'000, 100);
+  Energies reweighed{}, fresh{};
+  for (const auto& [contents, energies] : {std::pair(&*one, &reweighed), {&*two, &fresh}})
+    for (const Source& source : contents->octree.sources)
+      if (!source.is_emitter) add(*energies, source.delay_s, source.power, 1);
+  // Standard errors of 4096 photons are 1 to 3 %.
+  for (std::size_t s = 0; s < 3; ++s)
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      EXPECT_NEAR(reweighed[s][b] / fresh[s][b], 1, 0.15) << "span " << s << ", band " << b;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    EXPECT_NEAR(one->statistics.power_escaped[b] / two->statistics.power_escaped[b], 1, 0.1);
+}
+
+}  // namespace
+}  // namespace clamor
