@@ -14,7 +14,7 @@ namespace clamor {
 
 namespace {
 
-constexpr double kLeastDeposits = 8, kLeastPower = 1e-3;
+constexpr double kLeastPower = 1e-3;
 constexpr double kStretchesPerMean = 2;
 constexpr std::size_t kMaxStretches = 4096;
 // Before a stretch without deposits the power has decayed at least so far, or paths ended too
@@ -28,7 +28,7 @@ struct Stretch {
   double effective() const { return squares > 0 ? sum * sum / squares : 0; }
 };
 
-bool decays_in_steps(const std::vector<Stretch>& stretches) {
+bool decays_in_steps(const std::vector<Stretch>& stretches, double least) {
   double loudest = 0;
   for (const Stretch& stretch : stretches) loudest = std::max(loudest, stretch.sum);
   bool is_after_loudest = false;
@@ -38,7 +38,7 @@ bool decays_in_steps(const std::vector<Stretch>& stretches) {
     if (!is_after_loudest) continue;
     if (stretch.sum > 0 && stretch.sum < kLeastPower * loudest) return true;
     if (!(stretch.sum > 0)) break;
-    if (stretch.effective() < kLeastDeposits) return false;
+    if (stretch.effective() < least) return false;
     last = stretch.sum;
   }
   return last <= kPowerAtEnd * loudest;
@@ -64,7 +64,8 @@ Result<std::vector<Bands>> reweighing_ratios(std::span<const Material> old_mater
   return ratios;
 }
 
-bool enough_deposits(std::span<const TracedRuns> batches, std::span<const double> photon_shares) {
+bool enough_deposits(std::span<const TracedRuns> batches, std::span<const double> photon_shares,
+                     double least) {
   std::array<double, kBandCount> sums{}, moments{}, per_s{};
   for (const TracedRuns& batch : batches)
     for (const Deposit& deposit : batch.deposits())
@@ -87,7 +88,9 @@ bool enough_deposits(std::span<const TracedRuns> batches, std::span<const double
         stretches[b][at].sum += power;
         stretches[b][at].squares += power * power;
       }
-  return std::ranges::all_of(stretches, decays_in_steps);
+  return std::ranges::all_of(stretches, [&](const std::vector<Stretch>& of_band) {
+    return decays_in_steps(of_band, least);
+  });
 }
 
 void PathCache::begin(const Level& level, const BakeSettings& settings, const BakePlan& plan,
@@ -137,7 +140,7 @@ Result<ReweighedPhotons> PathCache::reweigh(const Level& level,
   std::vector<double> photon_shares;
   for (const std::uint64_t photons : plan_.photons)
     photon_shares.push_back(photons > 0 ? 1 / static_cast<double>(photons) : 0);
-  if (!enough_deposits(result.batches, photon_shares))
+  if (least_deposits_ > 0 && !enough_deposits(result.batches, photon_shares, least_deposits_))
     return Error("too few of the kept paths carry the new decay");
   return result;
 }

@@ -16,7 +16,7 @@
 namespace clamor {
 namespace {
 
-constexpr BakeSettings kSettings{.photons = 8192, .longest_path_s = 0.3};
+constexpr BakeSettings kSettings{.photons = 16384, .longest_path_s = 0.3};
 
 // A room with a hole in a wall and two materials, whose bands absorb differently.
 Level open_room() {
@@ -54,8 +54,8 @@ struct Traced {
 };
 
 // Traces photons without a plan's pilot.
-Traced trace(const Level& level, const TraceSettings& settings, std::uint64_t max_bytes) {
-  Traced traced{{}, PathCache(max_bytes)};
+Traced trace(const Level& level, const TraceSettings& settings, PathCache cache) {
+  Traced traced{{}, std::move(cache)};
   const Scene scene(level.mesh);
   const PhotonTracer tracer(scene, level, settings);
   BakePlan plan;
@@ -71,7 +71,7 @@ Traced trace(const Level& level, const TraceSettings& settings, std::uint64_t ma
 }
 
 Traced trace(const Level& level, const TraceSettings& settings = without_chance()) {
-  return trace(level, settings, PathCache::kMaxBytes);
+  return trace(level, settings, PathCache());
 }
 
 void expect_same(const std::vector<TracedRuns>& is, const std::vector<TracedRuns>& expected,
@@ -192,7 +192,7 @@ TEST(PathCache, ForgetsPathsBeyondItsMemory) {
   const Traced whole = trace(open_room());
   const std::uint64_t bytes = whole.cache.bytes();
   EXPECT_GT(bytes, 100'000u);
-  const Traced half = trace(open_room(), without_chance(), bytes / 2);
+  const Traced half = trace(open_room(), without_chance(), PathCache(bytes / 2));
   EXPECT_EQ(half.cache.bytes(), 0u);
   EXPECT_EQ(refusal(half, open_room()), "no complete bake has kept its paths");
 }
@@ -203,7 +203,7 @@ Level closed_room(float absorption) {
 }
 
 TEST(PathCache, RefusesAFarLongerDecayThanWasTraced) {
-  const BakeSettings settings{.photons = 1024, .sources = 10'000, .longest_path_s = 0.5};
+  const BakeSettings settings{.photons = 2048, .sources = 20'000, .longest_path_s = 0.5};
   const auto report_of = [&](float from, float to) {
     PathCache cache;
     EXPECT_TRUE(bake(closed_room(from), {.settings = settings, .keeps_paths = &cache}).ok());
@@ -211,11 +211,11 @@ TEST(PathCache, RefusesAFarLongerDecayThanWasTraced) {
     EXPECT_TRUE(bake(closed_room(to), {.settings = settings, .reweighs = &cache}, &report).ok());
     return report;
   };
-  // Photons were ended 60 dB down after 0.1 s; they cannot tell what 4 s sound like.
+  // Hardly any photon went further than 0.1 s; they cannot tell what 4 s sound like.
   const BakeReport refused = report_of(0.8f, 0.03f);
   EXPECT_FALSE(refused.is_reweighed);
   EXPECT_EQ(refused.why_traced, "too few of the kept paths carry the new decay");
-  EXPECT_TRUE(report_of(0.03f, 0.1f).is_reweighed);
+  EXPECT_TRUE(report_of(0.3f, 0.4f).is_reweighed);
 }
 
 // Energy that leaves the room's surfaces per band, in three spans of time.
@@ -271,10 +271,10 @@ TEST(PathCache, IsUnbiasedAgainstAFreshTrace) {
     Level after = with_absorption(open_room(), 0, to);
     after.materials[0].absorption[6] = 0.25f;
     Estimate fresh, reweighed;
-    for (std::uint64_t seed = 1; seed <= 16; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
       const TraceSettings settings = with_chance(before, seed);
       EXPECT_GT(settings.deposit_threshold, 0);
-      const Traced traced = trace(before, settings);
+      const Traced traced = trace(before, settings, PathCache(PathCache::kMaxBytes, 0));
       const auto one = traced.cache.reweigh(after, kSettings);
       ASSERT_TRUE(one.ok()) << one.error().message;
       reweighed.add(energies_of(one->batches));
@@ -286,7 +286,7 @@ TEST(PathCache, IsUnbiasedAgainstAFreshTrace) {
         const double error = std::sqrt(fresh.error2(s, b) + reweighed.error2(s, b));
         const double difference = reweighed.mean(s, b) - fresh.mean(s, b);
         // A factor that is missing at one reflection changes the energy by 40 % and more.
-        EXPECT_LT(error, 0.04 * fresh.mean(s, b)) << "span " << s << ", band " << b;
+        EXPECT_LT(error, 0.05 * fresh.mean(s, b)) << "span " << s << ", band " << b;
         EXPECT_LT(std::abs(difference), 4.5 * error) << "span " << s << ", band " << b;
         chi2 += difference * difference / (error * error) / 24;
       }
@@ -295,7 +295,7 @@ TEST(PathCache, IsUnbiasedAgainstAFreshTrace) {
 }
 
 TEST(PathCache, MakesABakeWithoutTracing) {
-  const BakeSettings settings{.photons = 4096, .sources = 10'000};
+  const BakeSettings settings{.photons = 8192, .sources = 40'000};
   const Level edited = with_absorption(open_room(), 0, 0.3f);
   PathCache cache;
   ASSERT_TRUE(bake(open_room(), {.settings = settings, .keeps_paths = &cache}).ok());
@@ -304,16 +304,16 @@ TEST(PathCache, MakesABakeWithoutTracing) {
   const auto two = bake(edited, {.settings = settings}, &report_of_fresh);
   ASSERT_TRUE(one.ok() && two.ok());
   EXPECT_TRUE(report.is_reweighed) << report.why_traced;
-  EXPECT_EQ(report.photons, 4096u);
-  EXPECT_EQ(report.photons_reused, 4096u);
+  EXPECT_EQ(report.photons, 8192u);
+  EXPECT_EQ(report.photons_reused, 8192u);
   EXPECT_EQ(report_of_fresh.photons_reused, 0u);
   EXPECT_EQ(one->materials, two->materials);
-  EXPECT_NEAR(static_cast<double>(one->octree.sources.size()), 10'000, 100);
+  EXPECT_NEAR(static_cast<double>(one->octree.sources.size()), 40'000, 400);
   Energies reweighed{}, fresh{};
   for (const auto& [contents, energies] : {std::pair(&*one, &reweighed), {&*two, &fresh}})
     for (const Source& source : contents->octree.sources)
       if (!source.is_emitter) add(*energies, source.delay_s, source.power, 1);
-  // Standard errors of 4096 photons are 1 to 3 %.
+  // Standard errors of 8192 photons are 1 to 3 %.
   for (std::size_t s = 0; s < 3; ++s)
     for (std::size_t b = 0; b < kBandCount; ++b)
       EXPECT_NEAR(reweighed[s][b] / fresh[s][b], 1, 0.15) << "span " << s << ", band " << b;
