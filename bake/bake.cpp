@@ -156,19 +156,28 @@ std::string in_megabytes(std::uint64_t bytes) {
   return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
 }
 
-// Decides where the octree is sorted. Fails if the plan exceeds the memory limit.
-Result<SortStorage> check_memory(const Level& level, const BakePlan& plan,
-                                 const BakeOptions& options) {
+// Where the sources are thinned and sorted.
+struct SortPlace {
+  SortStorage storage = SortStorage::kMemory;
+  std::uint64_t step_bytes = 0;  // of memory for each step on disk
+};
+
+// Fails if the plan exceeds the memory limit.
+Result<SortPlace> check_memory(const Level& level, const BakePlan& plan,
+                               const BakeOptions& options) {
   const int threads = tbb::this_task_arena::max_concurrency();
   const std::uint64_t listening = DecayEstimate::max_bytes(options.settings.longest_path_s);
   const auto needs = [&](const BakePlan& of, SortStorage sorted) {
     return bake_memory_bytes(level, of, threads, sorted) + listening;
   };
   if (options.memory_bytes == 0 || needs(plan, SortStorage::kMemory) <= options.memory_bytes)
-    return SortStorage::kMemory;
+    return SortPlace{};
   const SortStorage last = options.spill.empty() ? SortStorage::kMemory : SortStorage::kFiles;
   const std::uint64_t needed = needs(plan, last);
-  if (needed <= options.memory_bytes) return last;
+  // The steps get most of what the smallest of them leave.
+  constexpr std::uint64_t kLeastOfStep = 25'000'000;
+  if (needed <= options.memory_bytes)
+    return SortPlace{last, kLeastOfStep + (options.memory_bytes - needed) / 10 * 6};
   BakePlan bare = plan;
   bare.sources = 0;
   const std::uint64_t least = needs(bare, last);
@@ -278,19 +287,16 @@ void sort_sources(std::vector<Source> sources, EmitterInstances& instances,
                                    instances.tops);
 }
 
-// The memory of a step of a bake on disk.
-std::uint64_t step_memory_bytes(const BakeOptions& options) {
-  return std::max<std::uint64_t>(25'000'000, options.memory_bytes / 4);
-}
-
 // Completes the sources of a state of the level, and moves them to `list`, all on disk.
 Result<void> finish_on_disk(BatchTracing::Output& traced, const BakeOptions& options,
-                            std::span<const Material> materials, SourceSpill& list) {
+                            std::uint64_t step_bytes, std::span<const Material> materials,
+                            SourceSpill& list) {
   if (!traced.on_disk) return {};
   ScratchFile radii_file(options.spill);
-  const auto radii = patch_radii_on_disk(
-      [&](const auto& visit) { return traced.on_disk->for_each(visit); }, traced.on_disk->kept(),
-      step_memory_bytes(options), options.spill, radii_file);
+  const auto radii =
+      patch_radii_on_disk([&](const auto& visit) { return traced.on_disk->for_each(visit); },
+                          [&](const auto& visit) { return traced.on_disk->for_some(visit); },
+                          traced.on_disk->kept(), step_bytes, options.spill, radii_file);
   if (!radii.ok()) return radii.error();
   std::size_t next = 0;
   const auto moved = traced.on_disk->for_each([&](std::span<Source> sources) -> Result<void> {
@@ -308,14 +314,13 @@ Result<void> finish_on_disk(BatchTracing::Output& traced, const BakeOptions& opt
 }
 
 // Sorts a list on disk into the contents' octree when they are written.
-void sort_on_disk(SourceSpill list, EmitterInstances& instances, const BakeOptions& options,
+void sort_on_disk(SourceSpill list, EmitterInstances& instances, std::uint64_t step_bytes,
                   BakeContents& contents) {
   contents.octree = instance_tree(std::move(instances.instances), instances.tops);
   auto spill = std::make_shared<SourceSpill>(std::move(list));
   contents.streamed_sources = spill->count();
-  const std::uint64_t bytes = step_memory_bytes(options);
-  contents.stream_octree = [spill, bytes](OctreeSink& sink) {
-    return stream_octree(std::move(*spill), bytes, sink);
+  contents.stream_octree = [spill, step_bytes](OctreeSink& sink) {
+    return stream_octree(std::move(*spill), step_bytes, sink);
   };
 }
 
@@ -326,6 +331,7 @@ Result<void> number_portals(BatchTracing::Output& traced, PortalSetTable& table,
     traced.portals.finish(traced.sources, table, max_sets, made);
     return {};
   }
+  if (!traced.portals.has_any()) return {};
   const auto counted = traced.on_disk->for_each([&](std::span<Source> sources) -> Result<void> {
     traced.portals.count(sources);
     return {};
@@ -362,16 +368,16 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   if (options.is_stopped()) return BakeContents{};
   BakePlan all_states = setup.plan;
   if (has_closed_state(level)) all_states.sources *= 2;
-  const auto storage = check_memory(level, all_states, options);
-  report.exceeds_memory = !storage.ok();
-  if (!storage.ok()) return storage.error();
+  const auto sorted = check_memory(level, all_states, options);
+  report.exceeds_memory = !sorted.ok();
+  if (!sorted.ok()) return sorted.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
   if (!options.journal.empty()) report.journal_runs = journals->front().runs();
   JournalSet journal_set(*journals, !options.journal.empty(), level, setup.tracer,
                          scene_hash(level, setup.trace));
   DecayEstimate decay = setup.decay_estimate(level, reweighed.has_value());
-  const bool on_disk = *storage == SortStorage::kFiles;
+  const bool on_disk = sorted->storage == SortStorage::kFiles;
   BatchTracing tracing(setup.tracer, level, setup.plan, options, journal_set, {}, &decay);
   if (on_disk) tracing.thin_on_disk(options.spill);
   if (reweighed) {
@@ -415,7 +421,8 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   finish(closed->sources, contents.materials);
   SourceSpill list(options.spill);
   for (BatchTracing::Output* state : {&*traced, &*closed})
-    if (const auto done = finish_on_disk(*state, options, contents.materials, list);
+    if (const auto done =
+            finish_on_disk(*state, options, sorted->step_bytes, contents.materials, list);
         !done.ok() && !options.is_stopped())
       return done.error();
   traced->sources.insert(traced->sources.end(), closed->sources.begin(), closed->sources.end());
@@ -444,7 +451,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   if (on_disk) {
     // Only the emitters are in memory.
     if (const auto added = list.append(traced->sources); !added.ok()) return added.error();
-    sort_on_disk(std::move(list), instances, options, contents);
+    sort_on_disk(std::move(list), instances, sorted->step_bytes, contents);
   } else {
     sort_sources(std::move(traced->sources), instances, contents);
   }

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 namespace clamor {
@@ -28,6 +29,26 @@ inline RandomBits philox(std::uint64_t key, RandomBits counter) {
     k1 += 0xBB67AE85u;
   }
   return counter;
+}
+
+// philox() of one key and several counters, word by word, which compilers vectorise.
+template <std::size_t kLanes>
+void philox_lanes(std::uint64_t key, std::array<std::array<std::uint32_t, kLanes>, 4>& counters) {
+  auto k0 = static_cast<std::uint32_t>(key);
+  auto k1 = static_cast<std::uint32_t>(key >> 32);
+  auto& [c0, c1, c2, c3] = counters;
+  for (int round = 0; round < 10; ++round) {
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      const std::uint64_t a = std::uint64_t{0xD2511F53u} * c0[i];
+      const std::uint64_t b = std::uint64_t{0xCD9E8D57u} * c2[i];
+      c0[i] = static_cast<std::uint32_t>(b >> 32) ^ c1[i] ^ k0;
+      c1[i] = static_cast<std::uint32_t>(b);
+      c2[i] = static_cast<std::uint32_t>(a >> 32) ^ c3[i] ^ k1;
+      c3[i] = static_cast<std::uint32_t>(a);
+    }
+    k0 += 0x9E3779B9u;
+    k1 += 0xBB67AE85u;
+  }
 }
 
 // Purpose of a draw. Part of the counter, so that no two purposes share a random number.

@@ -142,11 +142,7 @@ class PartedPoints {
       parts_.push_back({low, high, ScratchFile(beside_)});
       return;
     }
-    const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
-    std::nth_element(sample.begin(), middle, sample.end(),
-                     [axis](const Vec3f& a, const Vec3f& b) { return a[axis] < b[axis]; });
-    const float value =
-        (*middle)[axis] > least[axis] ? (*middle)[axis] : std::nextafter(least[axis], most[axis]);
+    const float value = emptiest_border(sample, axis);
     splits_[here].axis = axis;
     splits_[here].value = value;
     std::vector<Vec3f> below, above;
@@ -158,6 +154,32 @@ class PartedPoints {
     split(std::move(below), low, high_below);
     splits_[here].above = splits_.size();
     split(std::move(above), low_above, high);
+  }
+
+  // Where to split a sample of different coordinates: near the median, at the coordinate that the
+  // fewest points are close to. A wall or a floor must not lie in the border.
+  static float emptiest_border(std::span<const Vec3f> sample, int axis) {
+    std::vector<float> at;
+    for (const Vec3f& place : sample) at.push_back(place[axis]);
+    std::sort(at.begin(), at.end());
+    constexpr std::size_t kTried = 64;
+    const float close = (at.back() - at.front()) / 256;
+    float best = std::nextafter(at.front(), at.back());
+    std::size_t fewest = at.size();
+    for (std::size_t i = 0; i < kTried; ++i) {
+      // The quantiles between a quarter and three quarters, those next to the median first.
+      const std::size_t from_middle = at.size() / 4 * (i / 2) / (kTried / 2);
+      const std::size_t k =
+          at.size() / 2 + (i % 2 == 0 ? from_middle : std::size_t{0} - from_middle);
+      const float value = at[k] / 2 + at[k - 1] / 2;
+      if (!(value > at.front())) continue;
+      const auto near = std::upper_bound(at.begin(), at.end(), value + close) -
+                        std::lower_bound(at.begin(), at.end(), value - close);
+      if (static_cast<std::size_t>(near) >= fewest) continue;
+      fewest = static_cast<std::size_t>(near);
+      best = value;
+    }
+    return best;
   }
 
   static Result<void> flush(RadiusPart& part) {
@@ -229,19 +251,25 @@ class PartedPoints {
 }  // namespace
 
 Result<std::span<const float>> patch_radii_on_disk(const ForEachSource& for_each,
+                                                   const ForEachSource& for_some,
                                                    std::uint64_t count, std::uint64_t memory_bytes,
                                                    const std::string& beside, ScratchFile& radii) {
-  constexpr std::uint64_t kSample = 100'000;
+  constexpr std::size_t kSample = 100'000;
   const auto mapped = radii.map(count * sizeof(float));
   if (!mapped.ok()) return mapped.error();
   const std::span<float> values(reinterpret_cast<float*>(mapped->data()), count);
   if (count == 0) return std::span<const float>();
+  // Each time that there are twice as many as are wanted, every second remains.
   std::vector<Vec3f> sample;
-  std::uint64_t seen = 0;
-  const std::uint64_t stride = (count + kSample - 1) / kSample;
-  const auto sampled = for_each([&](std::span<Source> sources) -> Result<void> {
-    for (const Source& source : sources)
+  std::uint64_t seen = 0, stride = 1;
+  const auto sampled = for_some([&](std::span<Source> sources) -> Result<void> {
+    for (const Source& source : sources) {
       if (seen++ % stride == 0) sample.push_back(source.position_m);
+      if (sample.size() < 2 * kSample) continue;
+      for (std::size_t i = 0; i < kSample; ++i) sample[i] = sample[2 * i];
+      sample.resize(kSample);
+      stride *= 2;
+    }
     return {};
   });
   if (!sampled.ok()) return sampled.error();

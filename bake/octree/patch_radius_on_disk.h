@@ -20,9 +20,11 @@ using ForEachSource =
     std::function<Result<void>(const std::function<Result<void>(std::span<Source>)>& visit)>;
 
 // The radii that set_patch_radii() would set, in the order in which `for_each` passes the `count`
-// sources; it is called twice. Threads: those of the calling TBB arena. Disk: 28 bytes per source,
-// of which the radii take 4. Memory: `memory_bytes` (at least 10 MB).
+// sources. `for_some` passes sources that are spread in space as all are; they decide only how
+// space is divided. Each is called once. Threads: those of the calling TBB arena. Disk: 28 bytes
+// per source, of which the radii take 4. Memory: `memory_bytes` (at least 10 MB).
 Result<std::span<const float>> patch_radii_on_disk(const ForEachSource& for_each,
+                                                   const ForEachSource& for_some,
                                                    std::uint64_t count, std::uint64_t memory_bytes,
                                                    const std::string& beside, ScratchFile& radii);
 

@@ -1,6 +1,7 @@
 #include "bake/octree/point_runs.h"
 
 #include <algorithm>
+#include <array>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -41,14 +42,18 @@ std::vector<MortonKey> in_morton_order(std::span<const PowerPoint> points) {
   return keys;
 }
 
-float distance_squared(const PointRuns::Boxes& boxes, std::size_t i, const Vec3f& place_m) {
-  float sum = 0;
+// Squared distances of a place from the boxes, in loops that compilers vectorise.
+PointRuns::Boxes::Eight distances_squared(const PointRuns::Boxes& boxes, const Vec3f& place_m) {
+  PointRuns::Boxes::Eight squared{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const float at = place_m[static_cast<int>(axis)];
-    const float beyond = std::max({boxes.low[axis][i] - at, at - boxes.high[axis][i], 0.0f});
-    sum += beyond * beyond;
+    const auto &low = boxes.low[axis], &high = boxes.high[axis];
+    for (std::size_t i = 0; i < PointRuns::kFan; ++i) {
+      const float beyond = std::max(std::max(low[i] - at, at - high[i]), 0.0f);
+      squared[i] += beyond * beyond;
+    }
   }
-  return sum;
+  return squared;
 }
 
 }  // namespace
@@ -98,20 +103,27 @@ void PointRuns::enclose() {
 
 void PointRuns::find(const Vec3f& place_m, NearestNeighbours& neighbours) const {
   if (count_ == 0) return;
+  const auto visit_run = [&](std::size_t first) {
+    std::array<float, kRun> squared;
+    for (std::size_t i = 0; i < kRun; ++i) {
+      const float x = place_m.x - position_m_[0][first + i],
+                  y = place_m.y - position_m_[1][first + i],
+                  z = place_m.z - position_m_[2][first + i];
+      squared[i] = x * x + y * y + z * z;
+    }
+    for (std::size_t i = 0; i < std::min(kRun, count_ - first); ++i)
+      if (squared[i] <= loosened(neighbours.farthest_squared()))
+        neighbours.add(squared[i], power_[first + i]);
+  };
   const auto visit = [&](const auto& self, std::size_t level, std::size_t element) -> void {
-    const Boxes& boxes = levels_[level][element];
+    const Boxes::Eight squared = distances_squared(levels_[level][element], place_m);
     for (std::size_t i = 0; i < kFan; ++i) {
-      if (!(distance_squared(boxes, i, place_m) <= loosened(neighbours.farthest_squared())))
-        continue;
+      if (!(squared[i] <= loosened(neighbours.farthest_squared()))) continue;
       const std::size_t below = element * kFan + i;
-      if (level > 0) {
+      if (level > 0)
         self(self, level - 1, below);
-        continue;
-      }
-      for (std::size_t k = below * kRun; k < std::min(count_, (below + 1) * kRun); ++k) {
-        const Vec3f to_m = place_m - Vec3f(position_m_[0][k], position_m_[1][k], position_m_[2][k]);
-        neighbours.add(to_m.x * to_m.x + to_m.y * to_m.y + to_m.z * to_m.z, power_[k]);
-      }
+      else if (below < runs())
+        visit_run(below * kRun);
     }
   };
   visit(visit, levels_.size() - 1, 0);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <functional>
+#include <iterator>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -35,7 +36,7 @@ std::vector<double> keys_of(std::span<const Source> sources) {
 }  // namespace
 
 ThinningOnDisk::ThinningOnDisk(std::uint64_t max_sources, const std::string& beside)
-    : max_sources_(max_sources), file_(beside), histogram_(kBins) {}
+    : max_sources_(max_sources), file_(beside), key_file_(beside), histogram_(kBins) {}
 
 Result<void> ThinningOnDisk::add(std::span<const Source> deposits) {
   added_ += deposits.size();
@@ -44,14 +45,17 @@ Result<void> ThinningOnDisk::add(std::span<const Source> deposits) {
 }
 
 Result<void> ThinningOnDisk::flush() {
-  for (const double key : keys_of(buffer_)) ++histogram_[bin_of(key)];
-  const auto written = file_.append(std::as_bytes(std::span(buffer_)));
+  const std::vector<double> keys = keys_of(buffer_);
+  for (const double key : keys) ++histogram_[bin_of(key)];
+  if (auto written = key_file_.append(std::as_bytes(std::span(keys))); !written.ok())
+    return written;
+  auto written = file_.append(std::as_bytes(std::span(buffer_)));
   buffer_.clear();
   return written;
 }
 
 Result<void> ThinningOnDisk::finish() {
-  if (const auto flushed = flush(); !flushed.ok()) return flushed;
+  if (auto flushed = flush(); !flushed.ok()) return flushed;
   buffer_ = std::vector<Source>();  // assigning {} would keep the capacity
   kept_ = std::min(added_, max_sources_);
   if (added_ <= max_sources_) return {};
@@ -59,14 +63,16 @@ Result<void> ThinningOnDisk::finish() {
   std::size_t bin = kBins - 1;
   while (above + histogram_[bin] <= max_sources_) above += histogram_[bin--];
   histogram_ = std::vector<std::uint64_t>();
-  std::vector<double> keys;  // of the bin with the (n + 1)-th
-  const auto collected =
-      for_each_deposit([&](std::span<Source>, std::span<const double> of_block) -> Result<void> {
-        std::copy_if(of_block.begin(), of_block.end(), std::back_inserter(keys),
-                     [bin](double key) { return bin_of(key) == bin; });
-        return {};
-      });
-  if (!collected.ok()) return collected;
+  std::vector<double> block, keys;  // `keys` are those of the bin with the (n + 1)-th
+  for (std::uint64_t first = 0; first < added_; first += block.size()) {
+    block.resize(std::min<std::uint64_t>(kBlock, added_ - first));
+    if (auto read =
+            key_file_.read(first * sizeof(double), std::as_writable_bytes(std::span(block)));
+        !read.ok())
+      return read;
+    std::copy_if(block.begin(), block.end(), std::back_inserter(keys),
+                 [bin](double key) { return bin_of(key) == bin; });
+  }
   const auto next = keys.begin() + static_cast<std::ptrdiff_t>(max_sources_ - above);
   std::nth_element(keys.begin(), next, keys.end(), std::greater<>());
   threshold_ = *next;
@@ -76,33 +82,39 @@ Result<void> ThinningOnDisk::finish() {
   return {};
 }
 
-Result<void> ThinningOnDisk::for_each_deposit(
-    const std::function<Result<void>(std::span<Source>, std::span<const double>)>& visit) const {
+Result<void> ThinningOnDisk::for_each_kept(std::uint64_t every, const Visit& visit) const {
+  const bool keeps_all = added_ <= max_sources_;
+  std::uint64_t equal = 0;
   std::vector<Source> block;
-  for (std::uint64_t first = 0; first < added_; first += block.size()) {
+  std::vector<double> keys;
+  for (std::uint64_t first = 0; first < added_; first += every * kBlock) {
     block.resize(std::min<std::uint64_t>(kBlock, added_ - first));
-    if (const auto read =
-            file_.read(first * sizeof(Source), std::as_writable_bytes(std::span(block)));
+    if (auto read = file_.read(first * sizeof(Source), std::as_writable_bytes(std::span(block)));
         !read.ok())
       return read;
-    if (const auto visited = visit(block, keys_of(block)); !visited.ok()) return visited;
+    std::size_t count = keeps_all ? block.size() : 0;
+    if (!keeps_all) {
+      keys.resize(block.size());
+      if (auto read =
+              key_file_.read(first * sizeof(double), std::as_writable_bytes(std::span(keys)));
+          !read.ok())
+        return read;
+    }
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      if (keys[i] < threshold_ || (keys[i] == threshold_ && equal++ >= kept_of_equal_)) continue;
+      block[count] = block[i];
+      SourceThinning::scale(block[count++], threshold_, kWeight);
+    }
+    if (auto visited = visit(std::span(block).first(count)); !visited.ok()) return visited;
   }
   return {};
 }
 
-Result<void> ThinningOnDisk::for_each(const Visit& visit) const {
-  std::uint64_t equal = 0;
-  return for_each_deposit([&](std::span<Source> block, std::span<const double> keys) {
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < block.size(); ++i) {
-      if (keys[i] < threshold_ ||
-          (keys[i] == threshold_ && added_ > max_sources_ && equal++ >= kept_of_equal_))
-        continue;
-      block[count] = block[i];
-      SourceThinning::scale(block[count++], threshold_, kWeight);
-    }
-    return visit(block.first(count));
-  });
+Result<void> ThinningOnDisk::for_each(const Visit& visit) const { return for_each_kept(1, visit); }
+
+Result<void> ThinningOnDisk::for_some(const Visit& visit) const {
+  constexpr std::uint64_t kFewBlocks = 100;
+  return for_each_kept(added_ / kBlock < kFewBlocks ? 1 : 10, visit);
 }
 
 }  // namespace clamor

@@ -1,10 +1,10 @@
 // thinning_on_disk.h: keeps n of the deposits as SourceThinning does, where they exceed the memory.
 //
-// All deposits are written to a temporary file. The (n + 1)-th key follows from a histogram of the
-// keys, made while they arrive, and the keys of one of its bins. The kept deposits are a view of
-// the file: each reading selects and scales them again.
+// All deposits are written to a temporary file, and their keys to another. The (n + 1)-th key
+// follows from a histogram of the keys, made while they arrive, and the keys of one of its bins.
+// The kept deposits are a view of the files: each reading selects and scales them again.
 //
-// Disk: 88 bytes per deposit. Memory: 12 MB. Threads: one at a time; those of the calling TBB arena
+// Disk: 96 bytes per deposit. Memory: 12 MB. Threads: one at a time; those of the calling TBB arena
 // compute the keys.
 #pragma once
 
@@ -37,18 +37,20 @@ class ThinningOnDisk {
   using Visit = std::function<Result<void>(std::span<Source>)>;
   Result<void> for_each(const Visit& visit) const;
 
+  // Passes a tenth of the kept sources, or all if they are few: blocks from all over the list.
+  Result<void> for_some(const Visit& visit) const;
+
  private:
   Result<void> flush();
-  Result<void> for_each_deposit(
-      const std::function<Result<void>(std::span<Source>, std::span<const double>)>& visit) const;
+  Result<void> for_each_kept(std::uint64_t every, const Visit& visit) const;
 
   std::uint64_t max_sources_;
-  ScratchFile file_;
+  ScratchFile file_, key_file_;
   std::vector<Source> buffer_;
-  std::vector<std::uint64_t> histogram_;  // by the upper bits of the keys
+  std::vector<std::uint64_t> histogram_;  // of the keys, by their upper bits
   std::uint64_t added_ = 0, kept_ = 0;
   double threshold_ = 0;             // the (n + 1)-th key; 0 if all are kept
-  std::uint64_t kept_of_equal_ = 0;  // so many with this key are kept, the first
+  std::uint64_t kept_of_equal_ = 0;  // number of deposits with this key that are kept, the first
 };
 
 }  // namespace clamor

@@ -46,6 +46,9 @@ class PortalPairs {
  public:
   explicit PortalPairs(std::size_t emitters) : emitters_(emitters) {}
 
+  // Whether any source has passed a portal; if none has, count() and number() have nothing to do.
+  bool has_any() const { return !pairs_.empty(); }
+
   // The provisional number of the virtual emitter; the emitter itself for the empty set.
   std::uint32_t number_of(std::uint32_t emitter, const PortalSet& set);
 

@@ -18,6 +18,18 @@ TEST(Philox, GivesTheKnownAnswersOfRandom123) {
               ElementsAre(0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1));
 }
 
+TEST(Philox, GivesTheSameInLanes) {
+  std::array<std::array<std::uint32_t, 8>, 4> lanes;
+  for (std::uint32_t word = 0; word < 4; ++word)
+    for (std::uint32_t i = 0; i < 8; ++i) lanes[word][i] = 0x9e3779b9u * (8 * word + i);
+  const auto counters = lanes;
+  philox_lanes(0x299f31d0a4093822, lanes);
+  for (std::size_t i = 0; i < 8; ++i)
+    EXPECT_THAT(philox(0x299f31d0a4093822,
+                       {counters[0][i], counters[1][i], counters[2][i], counters[3][i]}),
+                ElementsAre(lanes[0][i], lanes[1][i], lanes[2][i], lanes[3][i]));
+}
+
 TEST(Unit, ReachesItsClosedEndAndNeverItsOpenOne) {
   EXPECT_EQ(unit(0), 0);
   EXPECT_LT(unit(0xffffffff), 1);

@@ -113,7 +113,7 @@ TEST(PatchRadius, OnDiskIsTheSameAsInMemory) {
       return {};
     };
     ScratchFile file(beside);
-    const auto radii = patch_radii_on_disk(for_each, sources.size(), 0, beside, file);
+    const auto radii = patch_radii_on_disk(for_each, for_each, sources.size(), 0, beside, file);
     ASSERT_TRUE(radii.ok()) << radii.error().message;
     ASSERT_EQ(radii->size(), sources.size());
     std::size_t different = 0;

@@ -153,6 +153,50 @@ TEST(SourceQuantization, IsIdempotent) {
   }
 }
 
+// The slow version: powers are rounded up or down, and then all values twice to nearest.
+TEST(SourceQuantization, GivesWhatItsStepsGive) {
+  std::vector<Source> sources = many(5000);
+  for (std::uint32_t i = 0; i < 1000; ++i)  // around the steps of the radius, and powers rounded
+    sources[i].patch_radius_m = static_cast<float>(std::pow(10, (i % 511 - 199.5) / 40));
+  quantize_sources(std::span(sources).subspan(500, 100), {});
+  sources[1000].mirror = sources[1000].normal = normalize(Vec3f(1, 0, -1));
+  sources[1001].delay_s = 86400;
+  sources[1002].position_m = {1.9e6f, -1.9e6f, 1e5f};
+  sources[1003].power = {1e30f, 1e24f, 3e-24f, 4e-25f, 1e-40f, 0, 1, 2};
+  sources[1004].patch_radius_m = 1e30f;
+  for (Source& source : sources) {
+    Source expected = source;
+    round_powers_stochastically(expected);
+    for (int pass = 0; pass < 2; ++pass)
+      expected = dequantized(quantized(expected, kMinMirrorBits), kMinMirrorBits);
+    quantize_sources(std::span(&source, 1), {});
+    EXPECT_EQ(source.position_m, expected.position_m);
+    EXPECT_EQ(source.normal, expected.normal);
+    EXPECT_EQ(source.mirror, expected.mirror);
+    EXPECT_EQ(source.delay_s, expected.delay_s);
+    EXPECT_EQ(source.power, expected.power);
+    EXPECT_EQ(source.patch_radius_m, expected.patch_radius_m);
+    EXPECT_EQ(source.u, expected.u);
+    EXPECT_EQ(source.polarity, expected.polarity);
+  }
+}
+
+// Radii are rounded by a table; around each of its steps it has to round as the logarithm does.
+TEST(SourceQuantization, RoundsPatchesToTheNearestHalfDecibelOfTheirArea) {
+  for (int c = 0; c < kRadiusCodes; ++c) {
+    const auto step = static_cast<float>(std::pow(10, (c + 0.5 - 200) / 40));
+    for (std::int32_t ulp = -3; ulp <= 3; ++ulp) {
+      Source source;
+      source.patch_radius_m = std::bit_cast<float>(std::bit_cast<std::int32_t>(step) + ulp);
+      const double code =
+          200 + 12.041199826559248 * log2_of(static_cast<double>(source.patch_radius_m));
+      ASSERT_EQ(quantized(source, kMinMirrorBits).radius,
+                std::clamp(std::round(code), 1.0, kRadiusCodes - 1.0))
+          << source.patch_radius_m;
+    }
+  }
+}
+
 TEST(SourceQuantization, LeavesEmittersAlone) {
   Source emitter = anywhere(5);
   emitter.is_emitter = true;
