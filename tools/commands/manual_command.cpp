@@ -39,9 +39,9 @@ int run_manual(std::span<const CommandDescription> commands,
   const std::filesystem::path share(folder);
   std::vector<std::pair<std::string, std::string>> files = {
       {"man/man1/clamor.1", man_page(commands)},
-      {"bash-completion/completions/clamor", bash_completion(commands)},
-      {"zsh/site-functions/_clamor", zsh_completion(commands)},
-      {"fish/vendor_completions.d/clamor.fish", fish_completion(commands)}};
+      {"bash-completion/completions/clamor", bash_completion(commands, subcommands)},
+      {"zsh/site-functions/_clamor", zsh_completion(commands, subcommands)},
+      {"fish/vendor_completions.d/clamor.fish", fish_completion(commands, subcommands)}};
   for (const auto& some : {commands, subcommands})
     for (const CommandDescription& command : some)
       files.emplace_back("man/man1/" + man_page_name(command) + ".1", man_page(command));

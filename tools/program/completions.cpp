@@ -1,6 +1,7 @@
 #include "tools/program/completions.h"
 
 #include <algorithm>
+#include <map>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -24,6 +25,30 @@ std::string positional_words(const CommandDescription& command) {
   return command.positionals.empty()
              ? ""
              : fmt::format("{}", fmt::join(command.positionals[0].words, " "));
+}
+
+// The words of "farm status" are "farm" and "status".
+std::string first_word(const CommandDescription& command) {
+  return command.name.substr(0, command.name.find(' '));
+}
+std::string last_word(const CommandDescription& command) {
+  return command.name.substr(command.name.find(' ') + 1);
+}
+
+// The last words of the subcommands of each command, separated by blanks.
+std::map<std::string, std::string> words_of_commands(
+    std::span<const CommandDescription> subcommands) {
+  std::map<std::string, std::string> words;
+  for (const CommandDescription& command : subcommands) {
+    std::string& of_command = words[first_word(command)];
+    of_command += (of_command.empty() ? "" : " ") + last_word(command);
+  }
+  return words;
+}
+
+// A pattern of a shell's case for a command's name.
+std::string case_of(const CommandDescription& command) {
+  return command.name.find(' ') == std::string::npos ? command.name : "'" + command.name + "'";
 }
 
 // zsh's _arguments ends a description at a bracket or colon, unless a backslash is before it.
@@ -61,10 +86,21 @@ std::string zsh_specifications(const CommandDescription& command) {
 
 }  // namespace
 
-std::string bash_completion(std::span<const CommandDescription> commands) {
-  std::string names, cases;
-  for (const CommandDescription& command : commands) {
-    names += command.name + " ";
+std::string bash_completion(std::span<const CommandDescription> commands,
+                            std::span<const CommandDescription> subcommands) {
+  std::string names, cases, selections;
+  for (const CommandDescription& command : commands) names += command.name + " ";
+  for (const auto& [command, words] : words_of_commands(subcommands))
+    selections += fmt::format(
+        "  if [[ $command == {0} ]]; then\n"
+        "    for word in {1}; do\n"
+        "      ((COMP_CWORD > 2)) && [[ ${{COMP_WORDS[2]}} == \"$word\" ]] && command=\"{0} "
+        "$word\"\n"
+        "    done\n"
+        "  fi\n",
+        command, words);
+  const auto words_after = words_of_commands(subcommands);
+  const auto add_case = [&](const CommandDescription& command) {
     std::string options, values;
     for (const OptionDescription& option : command.options) {
       options += fmt::format("{}{}", options.empty() ? "" : " ", fmt::join(option.names, " "));
@@ -72,24 +108,29 @@ std::string bash_completion(std::span<const CommandDescription> commands) {
         values += fmt::format("      {}) words='{}' options='' ;;\n",
                               fmt::join(option.names, " | "), fmt::join(option.words, " "));
     }
-    cases += fmt::format("    {})\n      options='{}'\n      words='{}'\n", command.name, options,
-                         positional_words(command));
+    cases += fmt::format("    {})\n      options='{}'\n      words='{}'\n", case_of(command),
+                         options, positional_words(command));
+    if (const auto found = words_after.find(command.name); found != words_after.end())
+      cases += "      ((COMP_CWORD == 2)) && words='" + found->second + "'\n";
     if (!values.empty()) cases += "      case $previous in\n" + values + "      esac\n";
     cases += "      ;;\n";
-  }
+  };
+  for (const auto& some : {commands, subcommands})
+    for (const CommandDescription& command : some) add_case(command);
   return "# bash completion for clamor\n"
          "_clamor() {\n"
          "  local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]}\n"
-         "  local options='' words=''\n"
+         "  local options='' words='' word command=${COMP_WORDS[1]}\n"
          "  # Bash takes --option=value for three words.\n"
          "  [[ $current == = ]] && current=''\n"
-         "  [[ $previous == = ]] && previous=${COMP_WORDS[COMP_CWORD - 2]}\n"
+         "  [[ $previous == = ]] && previous=${COMP_WORDS[COMP_CWORD - 2]}\n" +
+         selections +
          "  if ((COMP_CWORD == 1)); then\n"
          "    words='" +
          names + kHelpOptions +
          "'\n"
          "  else\n"
-         "    case ${COMP_WORDS[1]} in\n" +
+         "    case $command in\n" +
          cases +
          "    esac\n"
          "  fi\n"
@@ -100,12 +141,27 @@ std::string bash_completion(std::span<const CommandDescription> commands) {
          "complete -o bashdefault -o default -F _clamor clamor\n";
 }
 
-std::string zsh_completion(std::span<const CommandDescription> commands) {
-  std::string names, cases;
-  for (const CommandDescription& command : commands) {
+std::string zsh_completion(std::span<const CommandDescription> commands,
+                           std::span<const CommandDescription> subcommands) {
+  std::string names, cases, selections;
+  for (const CommandDescription& command : commands)
     names += "    " + shell_quoted(command.name + ":" + zsh_escaped(command.summary)) + "\n";
-    cases += fmt::format("    {}) _arguments{} ;;\n", command.name, zsh_specifications(command));
-  }
+  for (const auto& some : {commands, subcommands})
+    for (const CommandDescription& command : some)
+      cases +=
+          fmt::format("    {}) _arguments{} ;;\n", case_of(command), zsh_specifications(command));
+  for (const auto& [command, words] : words_of_commands(subcommands))
+    selections += fmt::format(
+        "  if [[ $command == {0} ]]; then\n"
+        "    if ((CURRENT == 2)); then\n"
+        "      compadd -- {1}\n"
+        "    elif [[ ' {1} ' == *\" $words[2] \"* ]]; then\n"
+        "      command=\"{0} $words[2]\"\n"
+        "      shift words\n"
+        "      ((CURRENT--))\n"
+        "    fi\n"
+        "  fi\n",
+        command, words);
   return "#compdef clamor\n"
          "_clamor() {\n"
          "  local -a commands=(\n" +
@@ -120,22 +176,24 @@ std::string zsh_completion(std::span<const CommandDescription> commands) {
          "  fi\n"
          "  shift words\n"
          "  ((CURRENT--))\n"
-         "  case $words[1] in\n" +
-         cases +
+         "  local command=$words[1]\n" +
+         selections + "  case $command in\n" + cases +
          "  esac\n"
          "}\n"
          "_clamor \"$@\"\n";
 }
 
-std::string fish_completion(std::span<const CommandDescription> commands) {
+std::string fish_completion(std::span<const CommandDescription> commands,
+                            std::span<const CommandDescription> subcommands) {
   std::string text = "# fish completion for clamor\n";
   const std::string first = "complete -c clamor -n __fish_use_subcommand ";
   text += first + "-f -l help -d 'print all commands'\n";
   text += first + "-f -l version -d 'print the version'\n";
-  for (const CommandDescription& command : commands) {
-    text += first + fmt::format("-f -a {} -d {}\n", command.name, shell_quoted(command.summary));
-    const std::string within =
-        fmt::format("complete -c clamor -n '__fish_seen_subcommand_from {}'", command.name);
+  const std::string seen = "__fish_seen_subcommand_from ";
+  const auto words_after = words_of_commands(subcommands);
+  // Adds the words and options of a command, where a condition holds.
+  const auto add = [&text](const CommandDescription& command, const std::string& condition) {
+    const std::string within = "complete -c clamor -n '" + condition + "'";
     if (const std::string words = positional_words(command); !words.empty())
       text += within + " -a " + shell_quoted(words) + "\n";
     for (const OptionDescription& option : command.options) {
@@ -150,6 +208,21 @@ std::string fish_completion(std::span<const CommandDescription> commands) {
         text += " -f";
       text += " -d " + shell_quoted(brief(option.help)) + "\n";
     }
+  };
+  for (const CommandDescription& command : commands) {
+    text += first + fmt::format("-f -a {} -d {}\n", command.name, shell_quoted(command.summary));
+    std::string others;  // words by which the line is that of another command
+    if (const auto found = words_after.find(command.name); found != words_after.end())
+      others = found->second;
+    for (const CommandDescription& other : subcommands)
+      if (last_word(other) == command.name) others = first_word(other);
+    add(command, (others.empty() ? "" : "not " + seen + others + "; and ") + seen + command.name);
+  }
+  for (const CommandDescription& command : subcommands) {
+    const std::string parent = first_word(command);
+    text += "complete -c clamor -n 'not " + seen + words_after.at(parent) + "; and " + seen +
+            parent + "' -a " + last_word(command) + " -d " + shell_quoted(command.summary) + "\n";
+    add(command, seen + parent + "; and " + seen + last_word(command));
   }
   return text;
 }

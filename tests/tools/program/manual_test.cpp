@@ -17,9 +17,9 @@ using testing::clamor;
 using testing::Folder;
 using testing::read;
 
-const std::vector<std::string> kCommands = {"bake",  "merge",      "inspect",   "diff",
-                                            "play",  "render",     "impulse",   "compare",
-                                            "bench", "experiment", "materials", "devices"};
+const std::vector<std::string> kCommands = {
+    "bake",  "merge",  "farm",    "inspect", "report",     "diff",      "play",   "view",
+    "bench", "render", "impulse", "compare", "experiment", "materials", "devices"};
 
 // The options that a command's --help lists.
 std::set<std::string> options_of(const std::string& command) {
@@ -129,6 +129,11 @@ TEST_F(Manual, CompletesInBash) {
   EXPECT_EQ(bash("clamor render room.clamor --format = f"), "float\n");
   EXPECT_EQ(bash("clamor experiment mo"), "motion\n");
   EXPECT_EQ(bash("clamor bake -o --"), "\n");  // file names
+  EXPECT_EQ(bash("clamor farm ''"), "status\nresume\nmerge\n");
+  EXPECT_EQ(bash("clamor farm room.glb --sl"), "--slurm\n");
+  EXPECT_EQ(bash("clamor farm resume room.clamor --s"), "--slurm\n");
+  EXPECT_EQ(bash("clamor farm status room.clamor --s"), "\n");
+  EXPECT_EQ(bash("clamor farm status --js"), "--json\n");
 }
 
 TEST_F(Manual, CompletesInZsh) {
@@ -140,6 +145,17 @@ TEST_F(Manual, CompletesInZsh) {
   EXPECT_THAT(given, ::testing::HasSubstr("(--visibility)--visibility[on or off\\: occlusion of "
                                           "sources by surfaces]:TEXT:(on off)\n"));
   EXPECT_THAT(given, ::testing::HasSubstr("\n:bake:_files\n"));
+  const auto after = [this](const std::string& words, int current) {
+    return output(
+        "zsh -f -c '_arguments() { print -rl -- \"$@\" }; compadd() { print -- \"$@\" };"
+        "words=(" +
+        words + "); CURRENT=" + std::to_string(current) + "; . zsh/site-functions/_clamor'");
+  };
+  EXPECT_THAT(after("clamor farm \"\"", 3), ::testing::StartsWith("-- status resume merge\n"));
+  EXPECT_THAT(after("clamor farm resume \"\"", 4),
+              ::testing::AllOf(::testing::HasSubstr("--slurm["),
+                               ::testing::Not(::testing::HasSubstr("--shards"))));
+  EXPECT_THAT(after("clamor farm room.glb \"\"", 4), ::testing::HasSubstr("--shards["));
 }
 
 TEST_F(Manual, CompletesInFish) {
@@ -148,6 +164,14 @@ TEST_F(Manual, CompletesInFish) {
   EXPECT_THAT(output(complete + "complete -C \"clamor ren\"'"), ::testing::StartsWith("render\t"));
   EXPECT_THAT(output(complete + "complete -C \"clamor render --visibility o\"'"),
               ::testing::AllOf(::testing::HasSubstr("on\t"), ::testing::HasSubstr("off\t")));
+  EXPECT_THAT(output(complete + "complete -C \"clamor farm re\"'"),
+              ::testing::StartsWith("resume\t"));
+  EXPECT_THAT(output(complete + "complete -C \"clamor farm merge --\"'"),
+              ::testing::AllOf(::testing::HasSubstr("--help"),
+                               ::testing::Not(::testing::HasSubstr("--to-shard")),
+                               ::testing::Not(::testing::HasSubstr("--shards"))));
+  EXPECT_THAT(output(complete + "complete -C \"clamor merge --to\"'"),
+              ::testing::StartsWith("--to-shard"));
 }
 
 TEST_F(Manual, IsCleanToMandoc) {
