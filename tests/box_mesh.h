@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "common/material.h"
@@ -23,6 +24,24 @@ inline Mesh box(const Vec3& size_m, const std::array<std::uint16_t, 6>& material
     mesh.triangles.push_back({kFaces[f][0], kFaces[f][2], kFaces[f][3]});
     mesh.materials.insert(mesh.materials.end(), 2, materials[f]);
   }
+  return mesh;
+}
+
+// A floor of `count` triangles, two per square metre.
+inline Mesh many_triangles(std::uint32_t count) {
+  Mesh mesh;
+  const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(count / 2.0)));
+  for (std::uint32_t z = 0; z <= side; ++z)
+    for (std::uint32_t x = 0; x <= side; ++x)
+      mesh.vertices_m.push_back(Vec3f(static_cast<float>(x), 0, static_cast<float>(z)));
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const std::uint32_t corner = i / 2 / side * (side + 1) + i / 2 % side;
+    if (i % 2 == 0)
+      mesh.triangles.push_back({corner, corner + 1, corner + side + 1});
+    else
+      mesh.triangles.push_back({corner + 1, corner + side + 2, corner + side + 1});
+  }
+  mesh.materials.assign(count, 0);
   return mesh;
 }
 

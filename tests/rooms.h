@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <numbers>
 
 #include "common/sample_rate.h"
@@ -19,24 +18,6 @@ inline void add_quad(Mesh& mesh, const std::array<Vec3f, 4>& corners_m,
   mesh.triangles.push_back({first, first + 1, first + 2});
   mesh.triangles.push_back({first, first + 2, first + 3});
   mesh.materials.insert(mesh.materials.end(), 2, material);
-}
-
-// A floor of `count` triangles, two per square metre.
-inline Mesh many_triangles(std::uint32_t count) {
-  Mesh mesh;
-  const auto side = static_cast<std::uint32_t>(std::ceil(std::sqrt(count / 2.0)));
-  for (std::uint32_t z = 0; z <= side; ++z)
-    for (std::uint32_t x = 0; x <= side; ++x)
-      mesh.vertices_m.push_back(Vec3f(static_cast<float>(x), 0, static_cast<float>(z)));
-  for (std::uint32_t i = 0; i < count; ++i) {
-    const std::uint32_t corner = i / 2 / side * (side + 1) + i / 2 % side;
-    if (i % 2 == 0)
-      mesh.triangles.push_back({corner, corner + 1, corner + side + 1});
-    else
-      mesh.triangles.push_back({corner + 1, corner + side + 2, corner + side + 1});
-  }
-  mesh.materials.assign(count, 0);
-  return mesh;
 }
 
 // A wall across a box of `size_m` at x = `x_m`, from floor to ceiling.
