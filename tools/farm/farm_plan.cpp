@@ -37,9 +37,7 @@ bool names_files(const std::vector<std::string>& options) {
   });
 }
 
-Json numbers_of(double number) { return Json(number); }
-
-// The options of the shards of this round, as their notes hold them.
+// The options of the shards of this round, in the form of their notes.
 std::string note_options(const FarmPlan& plan) {
   std::string options;
   for (const std::string& word : plan.words()) options += '\0' + word;
@@ -96,11 +94,11 @@ Result<FarmPlan> FarmPlan::load(const std::string& output) {
 }
 
 Result<void> FarmPlan::save() const {
-  std::error_code failed;
-  std::filesystem::create_directories(folder_of(output), failed);
+  std::error_code ignored;  // creating the file reports it
+  std::filesystem::create_directories(folder_of(output), ignored);
   Json::Array words;
   for (const std::string& word : options) words.emplace_back(word);
-  const auto number = [](auto value) { return numbers_of(static_cast<double>(value)); };
+  const auto number = [](auto value) { return Json(static_cast<double>(value)); };
   Json::Object plan{{"made_by", Json(made_by)},
                     {"program", Json(program)},
                     {"folder", Json(folder)},
@@ -241,10 +239,11 @@ ShardState state_of_shard(const FarmPlan& plan, std::uint32_t shard, bool checks
     return wrong(path + ": is stale, traced from a level with the content hash " +
                  in_hex(note->level_hash));
   if (note && (note->count != plan.shards || note->shards != std::vector{shard}))
-    return wrong(fmt::format("{}: is shard {} of {}", path, ranges_of(note->shards), note->count));
+    return wrong(fmt::format("{}: is shard {} of {}, where shard {} of {} is expected", path,
+                             ranges_of(note->shards), note->count, shard + 1, plan.shards));
   const bool is_of_round = note && note->options() == note_options(plan);
   if (note && !is_of_round && plan.goal_db == 0)
-    return wrong(path + ": was made with other options");
+    return wrong(path + ": was made with other options than the farm's");
   if (is_of_round) state.progress = summary->progress;
   state.is = summary->is_being_written ? Is::kRunning
              : !is_of_round            ? Is::kWaiting

@@ -32,6 +32,8 @@ namespace {
 
 // Slurm's default limit of an array's indices is 1000.
 constexpr std::uint32_t kMostInArray = 1000;
+// Memory of the program that joins shards, which holds one record at a time.
+constexpr std::uint64_t kJoiningBytes = 200'000'000;
 
 std::string log_of(const FarmPlan& plan, const std::string& kind, std::uint32_t number) {
   return fmt::format("{}/{}.{}.log", FarmPlan::folder_of(plan.output), kind, number);
@@ -58,7 +60,8 @@ Result<pid_t> start(const std::string& command, const std::string& log) {
   const int failed = ::posix_spawn(&child, "/bin/sh", &actions, nullptr, words.data(), environ);
   ::posix_spawn_file_actions_destroy(&actions);
   if (failed != 0)
-    return Error(std::string("a process cannot be started: ") + std::strerror(failed));
+    return Error(std::string("no process can be started for '") + command + "' (" +
+                 std::strerror(failed) + "); run fewer at a time with --local");
   return child;
 }
 
@@ -87,6 +90,11 @@ ProgramOutput run_program(const std::string& command) {
   return output;
 }
 
+Error slurm_error(const std::string& program, const std::string& printed) {
+  return Error("'" + program + "' failed (" + printed +
+               "); run the command where Slurm's commands work, or without --slurm");
+}
+
 std::string job_name(const FarmPlan& plan, const std::string& kind) {
   return fmt::format("clamor-{}-{}", kind, plan.short_hash());
 }
@@ -102,7 +110,7 @@ Result<Queued> queued(const FarmPlan& plan, const std::string& kind) {
   // The comment of an array holds the number that its indices start from.
   const ProgramOutput listed = run_program(
       fmt::format("squeue --noheader --array --format='%F %K %k' --name={}", job_name(plan, kind)));
-  if (!listed.ok) return Error("squeue: " + listed.text);
+  if (!listed.ok) return slurm_error("squeue", listed.text);
   Queued found;
   std::istringstream lines(listed.text);
   std::string job;
@@ -122,7 +130,7 @@ struct SlurmNeeds {
 
 std::string script_head(const FarmPlan& plan, const std::string& kind, const SlurmNeeds& needs,
                         const std::string& log, const std::set<std::string>& after) {
-  // An estimate is no promise: half as much memory again, and four times the time.
+  // The limits are half as much memory again and four times the time, because estimates err.
   std::string head = fmt::format(
       "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --cpus-per-task={}\n#SBATCH --mem={}M\n"
       "#SBATCH --time={}\n#SBATCH --output={}/{}\n#SBATCH --open-mode=append\n#SBATCH --requeue\n",
@@ -148,7 +156,7 @@ Result<std::string> submit(const FarmPlan& plan, const std::string& name,
   const ProgramOutput output =
       run_program("sbatch --parsable --chdir=" + shell_quoted(FarmPlan::folder_of(plan.output)) +
                   " " + shell_quoted(path));
-  if (!output.ok) return Error("sbatch: " + output.text);
+  if (!output.ok) return slurm_error("sbatch", output.text).in(path);
   return output.text.substr(0, output.text.find(';'));  // "id;cluster"
 }
 
@@ -263,7 +271,7 @@ Result<void> submit_to_slurm(const FarmPlan& plan, FarmWork work, std::ostream& 
   if (!merges_in_queue.ok()) return merges_in_queue.error();
   if (!work.merges || (work.shards.empty() && !merges_in_queue->jobs.empty())) return {};
 
-  // Those wait for jobs that failed or will be submitted again.
+  // Pending groups and merges wait for jobs that failed or are submitted again.
   for (const char* kind : {"group", "merge"})
     (void)run_program("scancel --state=PENDING --name=" + job_name(plan, kind));
   std::set<std::string> after = *shards_in_queue;
@@ -273,7 +281,7 @@ Result<void> submit_to_slurm(const FarmPlan& plan, FarmWork work, std::ostream& 
   after.insert(shards->begin(), shards->end());
   if (!work.groups.empty()) {
     const auto groups =
-        submit_arrays(plan, "group", work.groups, {1, 200'000'000, plan.shard_s}, after, out);
+        submit_arrays(plan, "group", work.groups, {1, kJoiningBytes, plan.shard_s}, after, out);
     if (!groups.ok()) return groups.error();
     after = *groups;
   }

@@ -16,7 +16,7 @@ struct FarmJob {
   std::string command;       // for a shell
 };
 
-// What is left to do in this round. The next kind depends on all of the one before it.
+// The jobs that this round still needs. Groups depend on all shards, the merge on all groups.
 struct FarmWork {
   std::vector<FarmJob> shards, groups;
   bool merges = false;

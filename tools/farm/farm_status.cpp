@@ -58,6 +58,9 @@ void print_status(const FarmPlan& plan, const FarmStatus& status, std::ostream& 
     if (state.is == Is::kRunning) fmt::print(out, "  running  shard {}{}\n", shard + 1, host);
     if (!state.problem.empty()) fmt::print(out, "  wrong    {}\n", printable(state.problem));
   }
+  if (!status.is_merged && status.count(Is::kRunning) < plan.shards)
+    fmt::print(out, "  next     'clamor farm resume {}' prints what is left to do\n",
+               printable(plan.output));
 }
 
 }  // namespace clamor

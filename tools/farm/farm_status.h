@@ -1,4 +1,4 @@
-// farm_status.h: how far a farm is, from what its shards say.
+// farm_status.h: the progress of a farm, from the notes of its shards.
 #pragma once
 
 #include <array>

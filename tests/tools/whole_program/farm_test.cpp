@@ -142,6 +142,19 @@ TEST_F(Farm, PrintsLinesThatXargsRunsToTheBytesOfOneMachine) {
   expect_the_same_bytes();
 }
 
+TEST_F(Farm, PrintsLinesThatNeedNeitherAFolderNorAnEnvironment) {
+  const auto plan = clamor(words());
+  ASSERT_EQ(plan.code, 0) << plan.err;
+  const std::string line = plan.out.substr(0, plan.out.find('\n'));
+  EXPECT_EQ(state_of(1), "waiting");
+  folder_.write("line", line);
+  const auto run = sh("cd / && line=$(cat '" + (folder_ / "line") +
+                      "') && env -i PATH=/usr/bin:/bin sh -c \"$line\"");
+  EXPECT_EQ(run.code, 0) << run.out;
+  EXPECT_EQ(state_of(1), "done");
+  EXPECT_EQ(status()["counts"]["waiting"], 3);
+}
+
 TEST_F(Farm, RunsUnderGnuParallel) {
   if (sh("parallel --version").out.find("GNU parallel") == std::string::npos)
     GTEST_SKIP() << "GNU parallel is not installed";
@@ -292,6 +305,30 @@ TEST_F(Farm, TracesInRoundsUntilAnErrorLikeOneMachine) {
   EXPECT_GT(status()["round"], 1);
   EXPECT_TRUE(read(output()) == read(folder_ / "one.clamor"));
   EXPECT_EQ(with({"farm", level_, "-o", output(), "--shards", "3", "--until", "9min"}).code, 2);
+}
+
+// Flamenco's Manager runs the script with an object `author`; here a few lines stand in for it.
+TEST(FarmOnFlamenco, HasATaskForEachLineAndTheMergeAfterThem) {
+  if (!installed("node")) GTEST_SKIP() << "node is not installed";
+  const Folder folder;
+  folder.write("author.js", R"(
+    const author = {
+      Task: (name, type) => ({name, type, commands: [], after: [],
+        addCommand(command) { this.commands.push(command); },
+        addDependency(task) { this.after.push(task.name); }}),
+      Command: (name, parameters) => ({name, ...parameters})};
+    const job = {settings: {lines: "clamor bake 'a b'\nclamor bake c\n", merge: "clamor farm merge o"},
+      addTask(task) {
+        for (const {name, exe, args} of task.commands)
+          console.log([task.name, name, exe, ...args, task.after.join("+")].join("|"));
+      }};
+  )");
+  const auto run = sh("{ cat '" + (folder / "author.js") + "' '" + kSourceDir +
+                      "/tools/farm/clamor_farm.js'; echo 'compileJob(job)'; } | node -");
+  EXPECT_EQ(run.out,
+            "shard-1|exec|sh|-c|clamor bake 'a b'|\n"
+            "shard-2|exec|sh|-c|clamor bake c|\n"
+            "merge|exec|sh|-c|clamor farm merge o|shard-1+shard-2\n");
 }
 
 TEST(FarmSimulator, ReadsTheStatusOfAFarmAndKeepsItsOwnRules) {
