@@ -91,7 +91,7 @@ std::vector<Source> sources_on(const Mesh& mesh, std::uint32_t count) {
 }
 
 // Level of the walk; everything in it outlives the runs.
-struct Scene {
+struct QueryScene {
   std::vector<Material> materials;
   std::vector<Emitter> emitters;
   Air air;
@@ -114,8 +114,8 @@ struct Scene {
   }
 };
 
-std::unique_ptr<Scene> mesh_scene(const char* name, std::uint32_t count) {
-  auto scene = std::make_unique<Scene>();
+std::unique_ptr<QueryScene> mesh_scene(const char* name, std::uint32_t count) {
+  auto scene = std::make_unique<QueryScene>();
   const std::string path = testing::shared_level(name + std::string(".glb"));
   const auto level = import_level(path, {});
   if (!level.ok()) return nullptr;
@@ -139,8 +139,8 @@ std::unique_ptr<Scene> mesh_scene(const char* name, std::uint32_t count) {
   return scene;
 }
 
-std::unique_ptr<Scene> city_scene(std::uint32_t count) {
-  auto scene = std::make_unique<Scene>();
+std::unique_ptr<QueryScene> city_scene(std::uint32_t count) {
+  auto scene = std::make_unique<QueryScene>();
   testing::CitySize size;
   size.stadiums = 1;
   size.stands = std::max(1u, count / 100'000);
@@ -202,7 +202,7 @@ struct Times {
 };
 
 struct Run {
-  Run(Scene& at, const Variant& what)
+  Run(QueryScene& at, const Variant& what)
       : scene(at), pool(*at.radiation, at.ceilings, at.tops, at.maps, *at.loader) {
     pool.ablate(what.query);
     if (at.surfaces != nullptr)
@@ -239,7 +239,7 @@ struct Run {
     voices = frames = 0;
   }
 
-  Scene& scene;
+  QueryScene& scene;
   OctreePool pool;
   std::unique_ptr<VisibilityCache> cache;
   std::unique_ptr<Sampler> sampler;
@@ -251,7 +251,7 @@ struct Run {
 
 void query_ablation(benchmark::State& state) {
   const auto count = static_cast<std::uint32_t>(state.range(1));
-  const std::unique_ptr<Scene> scene =
+  const std::unique_ptr<QueryScene> scene =
       state.range(0) == 2 ? city_scene(count)
                           : mesh_scene(state.range(0) == 0 ? "stadium" : "sponza", count);
   if (scene == nullptr) return state.SkipWithError("the level is not here");

@@ -95,7 +95,7 @@ const std::vector<Fence> kFences = {
      {"bake/*.cpp", "formats/bake_file/bake_writer.cpp", "formats/bake_file/geometry_section.cpp",
       "formats/bake_file/octree_writer.cpp", "formats/bake_file/signal_*.cpp",
       "formats/level/embree_scene.cpp", "tests/bake/octree/octree_*", "tests/benchmarks/octree_*",
-      "tests/one_tbb_thread.cpp"}},
+      "tests/benchmarks/synthetic_shards.cpp", "tests/one_tbb_thread.cpp"}},
     // The reader leaves out images; texture_colour.cpp decodes single ones for displays.
     {"tinygltf",
      {"tiny_gltf.h"},

@@ -1,0 +1,147 @@
+#include "tests/benchmarks/synthetic_shards.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+
+#include "bake/bake_plan.h"
+#include "bake/journal/journal_set.h"
+#include "bake/journal/run_key.h"
+#include "bake/journal/shard_note.h"
+#include "bake/journal/trace_journal.h"
+#include "bake/report/level_report.h"
+#include "bake/trace/photon_tracer.h"
+#include "bake/trace/scene.h"
+#include "common/maths.h"
+#include "common/random.h"
+#include "formats/gltf/level_import.h"
+#include "tools/commands/bake_arguments.h"
+
+namespace clamor::testing {
+
+namespace {
+
+void draw(std::uint64_t i, Deposit& deposit) {
+  const RandomBits counter{static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(i >> 32), 0,
+                           0};
+  const RandomBits a = philox(1, counter), b = philox(2, counter);
+  const std::uint32_t face = b[3] % 6;
+  const int axis = static_cast<int>(face / 2);
+  Vec3 place(unit(a[0]), unit(a[1]), unit(b[2])), normal(0);
+  place[axis] = face % 2;
+  normal[axis] = face % 2 == 0 ? 1 : -1;
+  const double cosine = std::sqrt(unit_above_zero(a[2])), turn = 2 * std::numbers::pi * unit(a[3]);
+  Vec3 mirror = normal * cosine;
+  mirror[(axis + 1) % 3] = std::sqrt(1 - cosine * cosine) * std::cos(turn);
+  mirror[(axis + 2) % 3] = std::sqrt(1 - cosine * cosine) * std::sin(turn);
+  deposit.position_m = Vec3f(place * Vec3(20, 8, 15));
+  deposit.normal = Vec3f(normal);
+  deposit.mirror = Vec3f(mirror);
+  deposit.delay_s = static_cast<float>(0.02 + 1.5 * unit(b[0]));
+  const float power = exp2_of(static_cast<float>(-19.93 * unit(b[0])));  // -60 dB at the end
+  for (std::size_t band = 0; band < kBandCount; ++band)
+    deposit.power[band] = power * (1 - 0.04f * static_cast<float>(band));
+  deposit.random = static_cast<float>(unit_above_zero(b[1]));
+  deposit.photon = static_cast<std::uint16_t>(i % kRunPhotons);
+}
+
+// The settings with which `clamor merge` looks runs up, as bake.cpp has them.
+TraceSettings settings_of(const Scene& scene, const Level& level, const BakeSettings& settings) {
+  TraceSettings trace;
+  trace.seed = settings.seed;
+  trace.roulette_exponent = settings.roulette_exponent;
+  trace.longest_path_s = settings.longest_path_s;
+  trace.speed_mps = speed_of_sound_mps(level.air);
+  trace.air_loss_per_m = air_loss_per_m(level.air);
+  const BakePlan plan = make_bake_plan(scene, level, settings, trace);
+  trace.deposit_threshold = plan.deposit_threshold;
+  trace.decay = plan.decay;
+  return trace;
+}
+
+}  // namespace
+
+// Writes the shards of a level. Its calls may be concurrent.
+class SyntheticShards::Writer {
+ public:
+  Writer(Level level, const BakeSettings& settings, std::uint64_t deposits)
+      : level_(std::move(level)),
+        scene_(level_.mesh),
+        tracer_(scene_, level_, settings_of(scene_, level_, settings)),
+        photons_(settings.photons),
+        deposits_(deposits) {}
+
+  // Writes a shard and returns its size.
+  Result<std::uint64_t> write(const std::string& path, const ShardNote& note) const {
+    std::vector<TraceJournal> journals;
+    auto journal = TraceJournal::open(path, level_.materials.size());
+    if (!journal.ok()) return journal.error();
+    journals.push_back(std::move(*journal));
+    JournalSet set(journals, true, level_, tracer_, scene_hash(level_, tracer_.settings()));
+    TracedRuns traced;
+    for (std::uint64_t run = note.shards[0]; run * kRunPhotons < photons_; run += note.count) {
+      traced.clear();
+      draw_run(run, traced);
+      if (auto added = set.append(traced); !added.ok()) return added.error();
+    }
+    if (auto noted = journals[0].set_note(note.text()); !noted.ok()) return noted.error();
+    if (auto synced = journals[0].sync(); !synced.ok()) return synced.error();
+    return journals[0].bytes();
+  }
+
+ private:
+  void draw_run(std::uint64_t run, TracedRuns& traced) const {
+    const std::uint64_t runs = photons_ / kRunPhotons, first = run * deposits_ / runs,
+                        end = (run + 1) * deposits_ / runs;
+    std::vector<Deposit> deposits(end - first);
+    for (std::uint64_t i = first; i < end; ++i) draw(i, deposits[i - first]);
+    TraceTally tally;
+    tally.photons = kRunPhotons;
+    tally.bounces = deposits.size();
+    traced.append({0, run * kRunPhotons, kRunPhotons}, tally, deposits);
+  }
+
+  Level level_;
+  Scene scene_;
+  PhotonTracer tracer_;
+  std::uint64_t photons_, deposits_;
+};
+
+SyntheticShards::SyntheticShards(const Folder& folder, std::uint64_t sources, std::uint32_t shards)
+    : photons_(std::max<std::uint64_t>(sources / 32'000, std::uint64_t{4} * shards) * kRunPhotons),
+      deposits_(sources + sources / 4) {
+  request_.level_path = box_level(folder, {20, 8, 15});
+  request_.import.emitters = {"name=click,signal=impulse,at=5,2,4"};
+  request_.photons = std::to_string(photons_);
+  request_.sources = std::to_string(sources);
+  request_.early_order = "0";
+  for (std::uint32_t i = 0; i < shards; ++i)
+    paths_.push_back(folder / ("box." + std::to_string(i + 1) + ".shard"));
+}
+
+Result<void> SyntheticShards::write() {
+  auto imported = import_level(request_.level_path, request_.import);
+  if (!imported.ok()) return imported.error();
+  (void)prepare_level(imported->level, {});
+  BakeSettings settings;
+  settings.photons = photons_;
+  settings.sources = *whole_number(*request_.sources);
+  const Writer writer(std::move(imported->level), settings, deposits_);
+  const auto count = static_cast<std::uint32_t>(paths_.size());
+  std::vector<Result<std::uint64_t>> written(count, std::uint64_t{0});
+  tbb::parallel_for(std::uint32_t{0}, count, [&](std::uint32_t shard) {
+    const ShardNote note{shard_program(),  imported->input_hash, {shard}, count, true,
+                         note_of(request_)};
+    written[shard] = writer.write(paths_[shard], note);
+  });
+  for (const auto& shard : written) {
+    if (!shard.ok()) return shard.error();
+    bytes_ += *shard;
+  }
+  return {};
+}
+
+}  // namespace clamor::testing
