@@ -6,6 +6,7 @@
 // are ready on the disk in no order, are sorted and written to another file, with the same memory
 // limit and number of threads.
 //
+//   sources_M                     millions of sources
 //   merge_s, writing_s            by the clock
 //   merge_core_s, writing_core_s  CPU time
 //   ratio, core_ratio             merge to writing, by the clock and by CPU time
@@ -182,6 +183,7 @@ void merge(benchmark::State& state) {
     if (!again.ok() || again->source_count() != merged->source_count() ||
         merged->source_count() != sources + 1)
       return state.SkipWithError("sources are missing");
+    state.counters["sources_M"] = 1e-6 * static_cast<double>(sources);
     state.counters["merge_s"] = cost.wall_s;
     state.counters["writing_s"] = writing->wall_s;
     state.counters["ratio"] = cost.wall_s / writing->wall_s;
