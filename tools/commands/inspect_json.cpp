@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "formats/bake_file/baked_portals.h"
+#include "formats/bake_file/image_source.h"
 #include "formats/level/movable_part.h"
 
 namespace clamor {
