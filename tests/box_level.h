@@ -42,9 +42,7 @@ inline std::string level_of(const Folder& folder, const Mesh& mesh, const std::s
           "}]" + more + "}");
 }
 
-// A box with a corner at the origin.
-inline std::string box_level(const Folder& folder, const Vec3& size_m = {4, 3, 5}) {
-  return level_of(folder, box(size_m));
-}
+// A box of 4 x 3 x 5 m.
+inline std::string box_level(const Folder& folder) { return level_of(folder, box({4, 3, 5})); }
 
 }  // namespace clamor::testing

@@ -113,7 +113,7 @@ class SyntheticShards::Writer {
 SyntheticShards::SyntheticShards(const Folder& folder, std::uint64_t sources, std::uint32_t shards)
     : photons_(std::max<std::uint64_t>(sources / 32'000, std::uint64_t{4} * shards) * kRunPhotons),
       deposits_(sources + sources / 4) {
-  request_.level_path = box_level(folder, {20, 8, 15});
+  request_.level_path = level_of(folder, box({20, 8, 15}));
   request_.import.emitters = {"name=click,signal=impulse,at=5,2,4"};
   request_.photons = std::to_string(photons_);
   request_.sources = std::to_string(sources);
