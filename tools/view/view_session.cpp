@@ -34,10 +34,7 @@ Result<std::unique_ptr<ViewSession>> ViewSession::open(ViewOptions options) {
     session->mark_ = PlaceMark{*wanted.at_m, "here"};
   }
   session->camera_.place(player.listener);
-  if (session->is_editable()) {
-    session->bake_ = std::make_unique<ProgressiveBake>(wanted.threads);
-    if (auto started = session->bake_->start(); !started.ok()) return started.error();
-  }
+  if (auto started = session->start_baking(); !started.ok()) return started.error();
   if (wanted.compare.empty() || BakeFile::open(wanted.compare, wanted.access).ok()) {
     session->sound_ = std::make_unique<LiveSound>(std::move(player), wanted.access);
   } else {
@@ -48,6 +45,15 @@ Result<std::unique_ptr<ViewSession>> ViewSession::open(ViewOptions options) {
   else if (!session->emitters().empty())
     session->bake_now();
   return session;
+}
+
+// Starts the thread that bakes edits, unless it runs or nothing can be edited.
+Result<void> ViewSession::start_baking() {
+  if (bake_ || !is_editable()) return {};
+  auto bake = std::make_unique<ProgressiveBake>(options_.threads);
+  if (auto started = bake->start(); !started.ok()) return started;
+  bake_ = std::move(bake);
+  return {};
 }
 
 Result<void> ViewSession::open_bake() {
@@ -197,7 +203,9 @@ void ViewSession::follow_file() {
     say(options_.path + " was baked again, but is not heard: there are unsaved changes here.");
     return;
   }
-  if (auto taken = take_level_of(*file); !taken.ok()) return say(taken.error().message);
+  auto taken = take_level_of(*file);
+  if (taken.ok()) taken = start_baking();
+  if (!taken.ok()) return say(taken.error().message);
   const bool is_gone = selection_.kind == Selection::Kind::kSurface &&
                        (selection_.triangle >= mesh_.triangles.size() ||
                         mesh_.materials[selection_.triangle] != selection_.index);

@@ -144,6 +144,7 @@ class ViewSession {
   using Clock = std::chrono::steady_clock;
 
   explicit ViewSession(ViewOptions options) : options_(std::move(options)) {}
+  Result<void> start_baking();
   Result<void> open_bake();
   Result<void> take_level_of(const BakeFile& file);
   Result<void> open_level();
