@@ -382,7 +382,8 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   if (on_disk) tracing.thin_on_disk(options.spill);
   if (reweighed) {
     tracing.take_from(*reweighed);
-  } else if (options.keeps_paths != nullptr && options.probes_m.empty()) {
+  } else if (options.keeps_paths != nullptr && options.probes_m.empty() &&
+             !has_closed_state(level)) {
     options.keeps_paths->begin(level, options.settings, setup.plan, setup.trace);
     tracing.keep_paths(*options.keeps_paths);
   }

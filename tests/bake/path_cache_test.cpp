@@ -12,6 +12,7 @@
 #include "bake/trace/pilot.h"
 #include "formats/bake_file/bake_contents.h"
 #include "tests/rooms.h"
+#include "tests/temporary_file.h"
 
 namespace clamor {
 namespace {
@@ -216,6 +217,21 @@ TEST(PathCache, RefusesAFarLongerDecayThanWasTraced) {
   EXPECT_FALSE(refused.is_reweighed);
   EXPECT_EQ(refused.why_traced, "too few of the kept paths carry the new decay");
   EXPECT_TRUE(report_of(0.3f, 0.4f).is_reweighed);
+}
+
+TEST(PathCache, LeavesPhotonsThatItCannotKeepToTheJournal) {
+  Level level = open_room();
+  level.portals.push_back({"door", {2.5, 2, 1.5}, {0, 1, 0}, {0, 0, 1}, true});
+  level.portal_materials = {0};
+  const testing::TemporaryFile journal("room.journal");
+  PathCache cache;
+  BakeOptions options{.settings = {.photons = 2048, .sources = 2000, .longest_path_s = 0.1},
+                      .keeps_paths = &cache};
+  options.journal = journal.path();
+  BakeReport again;
+  ASSERT_TRUE(bake(level, options).ok());
+  ASSERT_TRUE(bake(level, options, &again).ok());
+  EXPECT_EQ(again.photons_reused, again.photons);
 }
 
 // Energy that leaves the room's surfaces per band, in three spans of time.
