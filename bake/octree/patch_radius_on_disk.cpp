@@ -169,8 +169,8 @@ class PartedPoints {
     for (std::size_t i = 0; i < kTried; ++i) {
       // The quantiles between a quarter and three quarters, those next to the median first.
       const std::size_t from_middle = at.size() / 4 * (i / 2) / (kTried / 2);
-      const std::size_t k =
-          at.size() / 2 + (i % 2 == 0 ? from_middle : std::size_t{0} - from_middle);
+      const std::size_t middle = at.size() / 2,
+                        k = i % 2 == 0 ? middle + from_middle : middle - from_middle;
       const float value = at[k] / 2 + at[k - 1] / 2;
       if (!(value > at.front())) continue;
       const auto near = std::upper_bound(at.begin(), at.end(), value + close) -

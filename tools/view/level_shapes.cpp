@@ -99,8 +99,9 @@ class TextureColours {
   }
   static std::size_t size_in(const Json* view, const char* key) {
     const Json* const value = member(view, key);
+    constexpr double kMost = 1e15;  // beyond every buffer
     return value != nullptr && value->number() != nullptr && *value->number() > 0
-               ? static_cast<std::size_t>(*value->number())
+               ? static_cast<std::size_t>(std::min(*value->number(), kMost))
                : 0;
   }
 
