@@ -26,7 +26,7 @@ struct BakeReport {
   std::uint64_t probe_photons = 0;  // on top of `photons`
   bool exceeds_memory = false;      // it failed because it would need more than memory_bytes
   bool is_reweighed = false;        // photons of a path cache were used
-  std::string why_traced;           // why not, if they were wanted
+  std::string why_traced;           // why they were not, if BakeOptions::reweighs is set
   std::string journal_warning;  // why the journal could not be used or was partly damaged, or ""
 };
 

@@ -42,6 +42,7 @@ struct BakeOptions {
   // Re-weighs the photons of this cache instead of tracing, where it can; null: traces.
   const PathCache* reweighs = nullptr;
   // Keeps all photons that are traced, and their paths, here instead of in the journal; null: none.
+  // Without effect for bakes with probes or with portals that are baked closed.
   PathCache* keeps_paths = nullptr;
   // Journals that together contain all photons; nothing is traced.
   std::vector<std::string> shards{};

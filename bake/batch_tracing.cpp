@@ -179,7 +179,7 @@ void BatchTracing::accumulate(Batch& batch) {
       ++t;
     }
   }
-  // The error so far takes longer to find than what is re-weighed takes.
+  // Estimating the error takes longer than re-weighing.
   if (decay_ != nullptr && reweighed_ == nullptr && progress_.photons_done >= next_error_) {
     progress_.error_db = decay_->error_db().value_or(0);
     next_error_ = progress_.photons_done + progress_.photons_done / 8;

@@ -10,12 +10,13 @@
 // reflectance is above zero. (Correlated sampling: H. Kahn. Use of Different Monte Carlo Sampling
 // Techniques. Symposium on Monte Carlo Methods, 1956.)
 //
-// What suffers is the variance: paths were ended where the old level was quiet, and a less
-// absorbing one may be loud there. Re-weighed photons are therefore used only if, in each band,
+// The variance grows: paths were ended where the old level was quiet, and a less absorbing one may
+// be loud there. Re-weighed photons are therefore used only if, in each band,
 // enough deposits carry the power of each stretch of the decay down to -30 dB (enough_deposits()).
 //
-// Threads: const functions may be called concurrently. Memory: 96 bytes for each deposit and 8 for
-// each reflection, with a bound.
+// Threads: const functions may be called concurrently. Memory: 96 bytes for each deposit, 8 for
+// each reflection and 40 for each power without a deposit, with a bound; re-weighed deposits are
+// copies.
 #pragma once
 
 #include <cstddef>
@@ -39,7 +40,7 @@ struct Level;
 
 // The photons of a bake, with other powers than they were traced with.
 struct ReweighedPhotons {
-  BakePlan plan;                             // that they were traced by
+  BakePlan plan;                             // by which they were traced
   std::shared_ptr<const ImageIndex> images;  // as in TraceSettings
   std::vector<TracedRuns> batches;           // those of plan.batches()
 };
@@ -55,7 +56,8 @@ class PathCache {
   explicit PathCache(std::uint64_t max_bytes = kMaxBytes, double least_deposits = kLeastDeposits)
       : max_bytes_(max_bytes), least_deposits_(least_deposits) {}
 
-  // Forgets all paths, and begins with those of a bake. `trace` are its complete settings.
+  // Forgets all paths, and begins with those of a bake. `trace` are its complete settings. Keeps
+  // nothing of a level with portals that are baked closed.
   void begin(const Level& level, const BakeSettings& settings, const BakePlan& plan,
              const TraceSettings& trace);
   // Takes the next of plan.batches(), with recorded paths. Forgets all paths if they are too many.

@@ -259,7 +259,7 @@ Result<std::span<const float>> patch_radii_on_disk(const ForEachSource& for_each
   if (!mapped.ok()) return mapped.error();
   const std::span<float> values(reinterpret_cast<float*>(mapped->data()), count);
   if (count == 0) return std::span<const float>();
-  // Each time that there are twice as many as are wanted, every second remains.
+  // Each time the sample has twice as many places as are wanted, every second one remains.
   std::vector<Vec3f> sample;
   std::uint64_t seen = 0, stride = 1;
   const auto sampled = for_some([&](std::span<Source> sources) -> Result<void> {

@@ -83,7 +83,7 @@ struct GeometryCache {
     Mesh read;                           // before the preparation
     std::vector<std::string> materials;  // their names
     Mesh mesh;
-    LevelReport report;  // so far
+    LevelReport report;  // without audibility and openings
     std::vector<MeshEdge> free_edges;
   };
   std::optional<Entry> last;

@@ -1,5 +1,4 @@
-// path_record.h: the materials that traced paths have met, for re-weighing
-// (bake/path_cache.h).
+// path_record.h: the materials that traced paths have met, for re-weighing (bake/path_cache.h).
 //
 // Paths form trees, since copies of a photon (weight_window.h) share the reflections before they
 // were split. A node is one hit of a surface. Powers that leave no deposit are recorded, too, so

@@ -14,10 +14,11 @@
 
 namespace clamor {
 
+// A file holds openings and gaps; the other kinds are those of its warnings (tools/report).
 struct LevelFinding {
   enum class Kind : std::uint8_t { kWarning, kFact, kOpening, kGap, kDuplicate };
   Kind kind = Kind::kFact;
-  std::string text;  // a sentence without a full stop
+  std::string text;  // a sentence or a part of one, without a full stop
   std::optional<Vec3> place_m;
   double size_m = 0;  // width of an opening, length of a gap; 0: unknown
   Vec3 direction{};   // mean of escaping sound

@@ -1,13 +1,12 @@
 // signal_cache.h: encoded signals, for programs that write several bakes with the same sounds.
 //
-// Encoding the sounds and finding their envelopes takes a third of the time of a quick bake.
+// Encoding the sounds and finding their envelopes takes much of the time of a bake of few photons.
 //
 // Threads: one at a time. Memory: the encoded signals of the last bake.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <unordered_map>
 #include <vector>
@@ -26,17 +25,18 @@ struct EncodedSignal {
   Bands mean_square{};
 };
 
-// Encodes a signal in the calling TBB arena.
+// Encodes a signal in the calling TBB arena. The error names the signal.
 Result<EncodedSignal> encode_signal(const Signal& signal);
 
 class SignalCache {
  public:
-  // Encodes the signals, but for those that the last call had. The result holds until the next.
+  // Returns the signals encoded, in their order. Those of the last call are not encoded again;
+  // those of earlier ones are forgotten. Fails as encode_signal() does.
   Result<std::vector<std::shared_ptr<const EncodedSignal>>> encode(
       const std::vector<Signal>& signals);
 
  private:
-  std::unordered_map<std::uint64_t, std::shared_ptr<const EncodedSignal>> encoded_;  // by content
+  std::unordered_map<std::uint64_t, std::shared_ptr<const EncodedSignal>> encoded_;  // by hash
 };
 
 }  // namespace clamor

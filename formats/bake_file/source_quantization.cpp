@@ -22,7 +22,8 @@ double half_decibels(double power) { return 6.0205999132796239 * log2_of(power);
 double half_decibels_of_area(double radius_m) { return 12.041199826559248 * log2_of(radius_m); }
 
 // A function of positive floats, rounded by `rounded`, from a table of 2^kBits bins an octave. The
-// function rises by less than one within a bin, so that each has at most one step in it.
+// function rises by less than one within a bin, so that each has at most one step in it. (Denormal
+// floats share a bin; their values only have to stay far below all that a file can hold.)
 template <double (*function)(double), long (*rounded)(double), int kBits>
 class RoundedTable {
  public:
@@ -42,7 +43,7 @@ class RoundedTable {
     }
   }
 
-  // The value of a positive, finite float.
+  // The value of a normal, positive float.
   int operator()(float value) const {
     const auto bits = std::bit_cast<std::uint32_t>(value);
     const Bin& bin = bins_[bits >> kShift];

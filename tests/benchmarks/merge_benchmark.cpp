@@ -102,7 +102,7 @@ MergeCost run_merge_of(const std::vector<std::string>& shards, const std::string
   return cost;
 }
 
-// Moves the sources of a file's pages to a list, in an order that has nothing to do with places.
+// Copies the sources of a file's pages to a list, in an order that does not depend on places.
 Result<SourceSpill> sources_of(const BakeFile& file, const std::string& beside) {
   constexpr std::size_t kParts = 64;
   std::vector<SourceSpill> parts;

@@ -24,7 +24,7 @@ std::size_t problems(const ReportContents& contents) {
   return static_cast<std::size_t>(std::ranges::count_if(contents.findings, is_warning));
 }
 
-// "In wood.clamor T30 is 1.14 s, 1.3 just-noticeable differences longer; ..."
+// "In wood.clamor T30 is 1.14 s (+1.3), EDT is 1.02 s (+0.4); in brackets the difference ..."
 std::string comparison(const ReportContents& contents) {
   std::string text = "In " + file_name(contents.other->file());
   bool is_first = true;

@@ -47,7 +47,7 @@ class ProgressiveBake {
     std::string error;  // in a sentence
     bool is_final = false;
     bool is_reweighed = false;  // no photon was traced
-    std::string why_traced;     // why not, in the first stage of a request
+    std::string why_traced;     // why photons were traced in the first stage of a request
     double seconds = 0;         // since the request
     std::uint64_t sources = 0;
     double decay_error_db = 0;

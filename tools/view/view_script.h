@@ -12,9 +12,8 @@
 //   drop FILE                as if it were dropped on the window
 //   wait frames N            or: wait seconds S, wait sound, wait quick, wait final, wait rebaked
 //   screenshot FILE.ppm
-//   print edit               time from the edit to the sound, what plays, and whether photons'
-//   paths
-//                            were kept
+//   print edit               time from the edit to the sound, what plays, time and error of the
+//                            first bake, and whether it was re-weighed
 //   quit
 //
 // One event a line, one a frame; # begins a comment.
