@@ -1,5 +1,8 @@
 #include "formats/bake_file/bake_root_findings.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "formats/bake_file/bake_root_values.h"
 #include "formats/bake_file/value_limits.h"
 
@@ -39,6 +42,9 @@ Result<LevelFindings> read_findings(BakeRoot::Reader root) {
       return Error("a finding is out of range");
     findings.list.push_back(std::move(finding));
   }
+  if (std::cmp_less(findings.thin_gaps, std::ranges::count(findings.list, LevelFinding::Kind::kGap,
+                                                           &LevelFinding::kind)))
+    return Error("there are fewer thin gaps than are listed");
   return findings;
 }
 

@@ -146,6 +146,15 @@ TEST(BakeFile, KeepsSignalsBeyondFullScale) {
     EXPECT_NEAR(signal->samples[i], bake.signals[0].samples[i], 3.0 / (1 << 23));
 }
 
+// A report would say that 4294967295 more of them are not shown.
+TEST(BakeFile, HasNoFewerThinGapsThanItLists) {
+  BakeContents bake = contents();
+  bake.statistics.findings.thin_gaps = 0;
+  const auto bytes = bake_bytes("room", bake, 1);
+  ASSERT_FALSE(bytes.ok());
+  EXPECT_NE(bytes.error().message.find("fewer thin gaps than are listed"), std::string::npos);
+}
+
 TEST(BakeFile, MayHoldNoTrianglesAndNoSources) {
   BakeContents bake = contents();
   bake.mesh = {};
