@@ -7,7 +7,6 @@
 #include "common/random.h"
 #include "tests/box_mesh.h"
 #include "tests/memory_limits.h"
-#include "tests/rooms.h"
 
 namespace clamor {
 namespace {
