@@ -13,6 +13,7 @@
 // The variance grows: paths were ended where the old level was quiet, and a less absorbing one may
 // be loud there. Re-weighed photons are therefore used only if, in each band,
 // enough deposits carry the power of each stretch of the decay down to -30 dB (enough_deposits()).
+// That choice looks at the same deposits, so that it is only without it that the mean is exact.
 //
 // Threads: const functions may be called concurrently. Memory: 96 bytes for each deposit, 8 for
 // each reflection and 40 for each power without a deposit, with a bound; re-weighed deposits are
