@@ -110,6 +110,7 @@ TEST(SourceQuantization, KeepsPatchesWithinAQuarterOfADecibelOfTheirArea) {
 TEST(SourceQuantization, RoundsPowersToTheNearestHalfDecibel) {
   const auto expect_nearest = [](float power) {
     Source source;
+    source.normal = source.mirror = {0, 0, 1};
     source.power = same_in_all_bands(power);
     const double nearest = std::round(6.0205999132796239 * log2_of(static_cast<double>(power)));
     const double code = nearest < kMinPower_half_db ? kSilent_half_db
