@@ -71,8 +71,10 @@ TEST_F(ProgressiveBakeTest, ReweighsPhotonsWhenOnlyAbsorptionChanges) {
   ProgressiveBake bake(1);
   ASSERT_TRUE(bake.start().ok());
   const auto edit = [&](const std::string& walls) {
-    bake.request(with_walls(request_, folder_, walls), ours);
-    return next(bake);
+    bake.cancel();  // the stage before may be about to read the file that is written now
+    const auto number = bake.request(with_walls(request_, folder_, walls), ours);
+    for (;;)  // the last stage of the request before may have ended already
+      if (const auto event = next(bake); event.request == number) return event;
   };
   const auto first = edit(R"("absorption": 0.3, "scattering": 0.5)");
   EXPECT_EQ(first.stage, "quick");
