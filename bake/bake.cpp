@@ -90,16 +90,6 @@ BakeStatistics statistics_of(const TraceTally& tally, const PhotonTracer& tracer
   return statistics;
 }
 
-TraceSettings trace_settings(const BakeSettings& settings) {
-  TraceSettings trace;
-  trace.seed = settings.seed;
-  trace.roulette_exponent = settings.roulette_exponent;
-  trace.longest_path_s = settings.longest_path_s;
-  trace.speed_mps = speed_of_sound_mps(settings.air);
-  trace.air_loss_per_m = air_loss_per_m(settings.air);
-  return trace;
-}
-
 // Everything needed to trace a level.
 struct TraceSetup {
   // `reweighed`: photons that are not traced again, or null.
@@ -175,9 +165,9 @@ Result<SortPlace> check_memory(const Level& level, const BakePlan& plan,
   const SortStorage last = options.spill.empty() ? SortStorage::kMemory : SortStorage::kFiles;
   const std::uint64_t needed = needs(plan, last);
   // The steps get most of what the smallest of them leave.
-  constexpr std::uint64_t kLeastOfStep = 25'000'000;
+  constexpr std::uint64_t kMinStepBytes = 25'000'000;
   if (needed <= options.memory_bytes)
-    return SortPlace{last, kLeastOfStep + (options.memory_bytes - needed) / 10 * 6};
+    return SortPlace{last, kMinStepBytes + (options.memory_bytes - needed) / 10 * 6};
   BakePlan bare = plan;
   bare.sources = 0;
   const std::uint64_t least = needs(bare, last);

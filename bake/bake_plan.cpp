@@ -91,6 +91,16 @@ std::uint32_t emitter_rooms(const Scene& scene, const Level& level) {
   return std::max(rooms, 1u);
 }
 
+TraceSettings trace_settings(const BakeSettings& settings) {
+  TraceSettings trace;
+  trace.seed = settings.seed;
+  trace.roulette_exponent = settings.roulette_exponent;
+  trace.longest_path_s = settings.longest_path_s;
+  trace.speed_mps = speed_of_sound_mps(settings.air);
+  trace.air_loss_per_m = air_loss_per_m(settings.air);
+  return trace;
+}
+
 BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettings& settings,
                         const TraceSettings& trace) {
   BakePlan plan;

@@ -17,6 +17,9 @@ namespace clamor {
 
 struct Level;
 
+// How photons are traced with the settings of a bake, without what the plan and the images add.
+TraceSettings trace_settings(const BakeSettings& settings);
+
 struct BakePlan {
   std::uint32_t rooms = 1;             // rooms with emitters, see emitter_rooms()
   std::uint64_t sources = 0;           // maximum number of secondary sources

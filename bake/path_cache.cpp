@@ -140,7 +140,7 @@ Result<ReweighedPhotons> PathCache::reweigh(const Level& level,
   std::vector<double> photon_shares;
   for (const std::uint64_t photons : plan_.photons)
     photon_shares.push_back(photons > 0 ? 1 / static_cast<double>(photons) : 0);
-  if (least_deposits_ > 0 && !enough_deposits(result.batches, photon_shares, least_deposits_))
+  if (min_deposits_ > 0 && !enough_deposits(result.batches, photon_shares, min_deposits_))
     return Error("too few of the kept paths carry the new decay");
   return result;
 }

@@ -51,11 +51,11 @@ class PathCache {
   static constexpr std::uint64_t kMaxBytes = 256'000'000;
   // In the violin room and Sponza, edits that left 100 deposits gave the decay times of fresh bakes
   // within the error of both, and those that left 20 gave up to a third less.
-  static constexpr double kLeastDeposits = 64;
+  static constexpr double kMinDeposits = 64;
 
-  // `least_deposits`: see enough_deposits(); 0 for any number.
-  explicit PathCache(std::uint64_t max_bytes = kMaxBytes, double least_deposits = kLeastDeposits)
-      : max_bytes_(max_bytes), least_deposits_(least_deposits) {}
+  // `min_deposits`: see enough_deposits(); 0 for any number.
+  explicit PathCache(std::uint64_t max_bytes = kMaxBytes, double min_deposits = kMinDeposits)
+      : max_bytes_(max_bytes), min_deposits_(min_deposits) {}
 
   // Forgets all paths, and begins with those of a bake. `trace` are its complete settings. Keeps
   // nothing of a level with portals that are baked closed.
@@ -81,7 +81,7 @@ class PathCache {
   TracedRuns reweigh(const Batch& batch, std::span<const Bands> ratios) const;
 
   std::uint64_t max_bytes_;
-  double least_deposits_;
+  double min_deposits_;
   std::uint64_t bytes_ = 0;
   std::uint64_t key_ = 0;  // hash of everything but the absorption
   std::vector<Material> materials_;

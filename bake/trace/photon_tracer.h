@@ -96,7 +96,7 @@ class TracedRuns {
 
   // Records the paths of what is traced from now on.
   void record_paths() { records_paths_ = true; }
-  // Of all runs, if paths are recorded.
+  // The paths of all runs; empty unless they are recorded.
   const PathRecord& paths() const { return paths_; }
 
   // Appends a run traced earlier, whose paths are not recorded.

@@ -279,7 +279,7 @@ TraceSettings with_chance(const Level& level, std::uint64_t seed) {
   return settings;
 }
 
-// What roulette, splitting and thinning did at the old absorption must not show in the mean over
+// Roulette, splitting and thinning acted at the old absorption. They must not change the mean over
 // seeds.
 TEST(PathCache, IsUnbiasedAgainstAFreshTrace) {
   for (const auto& [from, to] : {std::pair(0.1f, 0.5f), std::pair(0.3f, 0.2f)}) {

@@ -18,6 +18,7 @@
 #include "common/maths.h"
 #include "common/random.h"
 #include "formats/gltf/level_import.h"
+#include "tests/source_lists.h"
 #include "tools/commands/bake_arguments.h"
 
 namespace clamor::testing {
@@ -28,18 +29,10 @@ void draw(std::uint64_t i, Deposit& deposit) {
   const RandomBits counter{static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(i >> 32), 0,
                            0};
   const RandomBits a = philox(1, counter), b = philox(2, counter);
-  const std::uint32_t face = b[3] % 6;
-  const int axis = static_cast<int>(face / 2);
-  Vec3 place(unit(a[0]), unit(a[1]), unit(b[2])), normal(0);
-  place[axis] = face % 2;
-  normal[axis] = face % 2 == 0 ? 1 : -1;
-  const double cosine = std::sqrt(unit_above_zero(a[2])), turn = 2 * std::numbers::pi * unit(a[3]);
-  Vec3 mirror = normal * cosine;
-  mirror[(axis + 1) % 3] = std::sqrt(1 - cosine * cosine) * std::cos(turn);
-  mirror[(axis + 2) % 3] = std::sqrt(1 - cosine * cosine) * std::sin(turn);
-  deposit.position_m = Vec3f(place * Vec3(20, 8, 15));
-  deposit.normal = Vec3f(normal);
-  deposit.mirror = Vec3f(mirror);
+  const WallPoint point = wall_point(b[3] % 6, a, b);
+  deposit.position_m = Vec3f(point.position_m);
+  deposit.normal = Vec3f(point.normal);
+  deposit.mirror = Vec3f(point.mirror);
   deposit.delay_s = static_cast<float>(0.02 + 1.5 * unit(b[0]));
   const float power = exp2_of(static_cast<float>(-19.93 * unit(b[0])));  // -60 dB at the end
   for (std::size_t band = 0; band < kBandCount; ++band)
@@ -48,14 +41,9 @@ void draw(std::uint64_t i, Deposit& deposit) {
   deposit.photon = static_cast<std::uint16_t>(i % kRunPhotons);
 }
 
-// The settings with which `clamor merge` looks runs up, as bake.cpp has them.
+// The settings with which `clamor merge` looks runs up.
 TraceSettings settings_of(const Scene& scene, const Level& level, const BakeSettings& settings) {
-  TraceSettings trace;
-  trace.seed = settings.seed;
-  trace.roulette_exponent = settings.roulette_exponent;
-  trace.longest_path_s = settings.longest_path_s;
-  trace.speed_mps = speed_of_sound_mps(level.air);
-  trace.air_loss_per_m = air_loss_per_m(level.air);
+  TraceSettings trace = trace_settings(settings);
   const BakePlan plan = make_bake_plan(scene, level, settings, trace);
   trace.deposit_threshold = plan.deposit_threshold;
   trace.decay = plan.decay;
@@ -127,6 +115,7 @@ Result<void> SyntheticShards::write() {
   if (!imported.ok()) return imported.error();
   (void)prepare_level(imported->level, {});
   BakeSettings settings;
+  settings.air = imported->level.air;
   settings.photons = photons_;
   settings.sources = *whole_number(*request_.sources);
   const Writer writer(std::move(imported->level), settings, deposits_);

@@ -90,7 +90,8 @@ std::string bash_completion(std::span<const CommandDescription> commands,
                             std::span<const CommandDescription> subcommands) {
   std::string names, cases, selections;
   for (const CommandDescription& command : commands) names += command.name + " ";
-  for (const auto& [command, words] : words_of_commands(subcommands))
+  const auto words_after = words_of_commands(subcommands);
+  for (const auto& [command, words] : words_after)
     selections += fmt::format(
         "  if [[ $command == {0} ]]; then\n"
         "    for word in {1}; do\n"
@@ -99,7 +100,6 @@ std::string bash_completion(std::span<const CommandDescription> commands,
         "    done\n"
         "  fi\n",
         command, words);
-  const auto words_after = words_of_commands(subcommands);
   const auto add_case = [&](const CommandDescription& command) {
     std::string options, values;
     for (const OptionDescription& option : command.options) {

@@ -16,16 +16,16 @@ constexpr int kTurns = 16;
 constexpr double kPitches_rad[] = {0.2, 0.6, -0.3};  // seen from a little above is best
 constexpr std::size_t kMaxInside = 4;
 
-// How far one can go along a ray, at most `most_m`.
-double free_way_m(const Mesh& mesh, const Vec3& from_m, const Vec3& direction, double most_m) {
+// How far one can go along a ray, at most `max_m`.
+double free_distance_m(const Mesh& mesh, const Vec3& from_m, const Vec3& direction, double max_m) {
   const PickedTriangle hit = pick(mesh, from_m, direction);
-  return hit.triangle == SIZE_MAX ? most_m : std::min(most_m, hit.distance_m);
+  return hit.triangle == SIZE_MAX ? max_m : std::min(max_m, hit.distance_m);
 }
 
 bool sees(const Mesh& mesh, const Vec3& from_m, const Vec3& to_m) {
   const double distance_m = length(to_m - from_m);
-  return distance_m < 1e-6 ||
-         free_way_m(mesh, from_m, (to_m - from_m) / distance_m, distance_m) > 0.999 * distance_m;
+  return distance_m < 1e-6 || free_distance_m(mesh, from_m, (to_m - from_m) / distance_m,
+                                              distance_m) > 0.999 * distance_m;
 }
 
 }  // namespace
@@ -48,9 +48,9 @@ Listener viewpoint_of(const Mesh& mesh, const Vec3& place_m, double size_m,
                       std::cos(pitch_rad) * std::cos(yaw_rad));
       // Places lie on surfaces, which must not hide them.
       const Vec3 start_m = place_m + 0.02 * away;
-      const double way_m = free_way_m(mesh, start_m, away, wanted_m / 0.85);
-      const Vec3 eye_m = start_m + 0.85 * way_m * away;
-      double score = way_m / wanted_m;
+      const double free_m = free_distance_m(mesh, start_m, away, wanted_m / 0.85);
+      const Vec3 eye_m = start_m + 0.85 * free_m * away;
+      double score = free_m / wanted_m;
       for (std::size_t i = 0; i < inside.size(); ++i) {
         const Vec3 towards = inside[i] - place_m;
         if (const double distance_m = length(towards); distance_m > 0)
