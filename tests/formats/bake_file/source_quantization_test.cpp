@@ -187,7 +187,7 @@ TEST(SourceQuantization, RoundsPatchesToTheNearestHalfDecibelOfTheirArea) {
   for (int c = 0; c < kRadiusCodes; ++c) {
     const auto step = static_cast<float>(std::pow(10, (c + 0.5 - 200) / 40));
     for (std::int32_t ulp = -3; ulp <= 3; ++ulp) {
-      Source source;
+      Source source = anywhere(5);
       source.patch_radius_m = std::bit_cast<float>(std::bit_cast<std::int32_t>(step) + ulp);
       const double code =
           200 + 12.041199826559248 * log2_of(static_cast<double>(source.patch_radius_m));
