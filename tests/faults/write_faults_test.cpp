@@ -236,7 +236,7 @@ void fail_everywhere(const std::vector<std::string>& more, bool is_journal,
 }
 
 TEST(BakeCommand, WhoseDiskFailsAtAnyCallSaysSoKeepsTheOlderFileAndGoesOnLater) {
-  fail_everywhere({}, false, kKinds);
+  fail_everywhere({}, false, std::span(kKinds).first(2));
 }
 
 TEST(BakeCommand, OfAShardWhoseDiskFailsAtAnyCallSaysSoAndGoesOnLater) {

@@ -6,7 +6,7 @@
 //   cmake --preset fuzz && cmake --build --preset fuzz
 //   build/fuzz/tests/fuzz_sidecar tests/fuzz/corpus/sidecar -max_len=4096 -malloc_limit_mb=256
 //
-// Other builds replay the corpus, which contains inputs that reached new code or once failed.
+// The preset asan replays the corpus, which contains inputs that reached new code or once failed.
 #pragma once
 
 #include <cstddef>

@@ -23,7 +23,7 @@ namespace {
 std::uint64_t wanted_calls() {
   const char* const calls = std::getenv("CLAMOR_CALLS");
   if (calls != nullptr) return std::strtoull(calls, nullptr, 10);
-  return testing::kSanitized ? 3000 : 20'000;
+  return testing::kSanitized ? 3000 : 8000;
 }
 
 // Every broken promise aborts. Sanitizers look for bad accesses and leaks meanwhile.

@@ -58,7 +58,7 @@ const std::string& rooms_with_door() {
     level.movable_parts = {{"Door", leaf, {{3.4, 0, 4.5}}}};
     BakeOptions options;
     options.settings.photons = 4000;
-    options.probe_sources = 500;
+    options.probe_sources = 200;
     for (const double z_m : {1.5, 3.0, 6.0, 7.5}) options.probes_m.push_back({2, 1.5, z_m});
     const auto contents = bake(level, options);
     EXPECT_TRUE(contents.ok());

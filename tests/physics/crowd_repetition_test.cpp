@@ -86,13 +86,11 @@ double repetition(const std::vector<std::complex<double>>& spectrum, double cent
 TEST(Crowd, OfTheStadiumHasNoAudiblePeriodOnThePitch) {
   if (testing::kSanitized) GTEST_SKIP() << "takes long under sanitizers, and shows nothing new";
   const Fourier fourier(kCrowdFrames);
-  for (const Vec3& place : {Vec3(0, 1.7, 0), Vec3(30, 1.7, 20)}) {
-    const auto spectrum = spectrum_of_crowd("stadium.glb", place, fourier);
-    ASSERT_FALSE(spectrum.empty());
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      EXPECT_LT(repetition(spectrum, kBandCentres_hz[b], fourier), 0.3)
-          << kBandCentres_hz[b] << " Hz, x = " << place.x;
-  }
+  const auto spectrum = spectrum_of_crowd("stadium.glb", Vec3(30, 1.7, 20), fourier);
+  ASSERT_FALSE(spectrum.empty());
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    EXPECT_LT(repetition(spectrum, kBandCentres_hz[b], fourier), 0.3)
+        << kBandCentres_hz[b] << " Hz";
   // Control: the paper's crowd of thirteen loops within 300 ms repeats after 4 s, which the measure
   // detects.
   const auto paper = spectrum_of_crowd("stadium_paper.glb", Vec3(0, 1.7, 0), fourier);

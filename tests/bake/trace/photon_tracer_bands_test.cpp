@@ -149,7 +149,7 @@ TEST(Equilibrium, OfAClosedRoomKeepsMeanChordAndWallSharesForEveryExponent) {
   constexpr double kFrom_s = 0.1, kTo_s = 0.35, kSpeed_mps = 343.2;  // bounces 13 to 47
   constexpr std::uint64_t kPhotons = 100 * kRunPhotons;
   const std::array<double, 6> area_m2 = {12, 12, 15, 15, 20, 20};
-  for (const float exponent : {0.0f, 1.0f, 3.0f, 10.0f, 100.0f, 1000.0f}) {
+  for (const float exponent : {0.0f, 3.0f, 1000.0f}) {
     if (testing::kSanitized && exponent != 3) continue;  // slow
     const Level level = shoebox(
         {5, 4, 3}, uniform_material(0, exponent > 0 ? 0.0f : 1.0f, exponent), {1.3, 1.7, 1.1});

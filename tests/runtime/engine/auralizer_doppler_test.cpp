@@ -138,7 +138,7 @@ double worst_cents(const Drive& drive) {
 
 TEST(MovingSourcesDoppler, IsWithinACentOfTheoryUpTo100MetresPerSecond) {
   for (const Mover mover : {Mover::kSource, Mover::kListener})
-    for (const double speed_mps : {3.0, 30.0, 100.0})
+    for (const double speed_mps : {3.0, 100.0})
       for (const double nearest_m : {200.0, 30.0})
         EXPECT_LT(worst_cents({mover, speed_mps, nearest_m}), 1)
             << (mover == Mover::kSource ? "source" : "listener") << " at " << speed_mps << " m/s, "

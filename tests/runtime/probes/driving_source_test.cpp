@@ -130,7 +130,7 @@ TEST(DrivingSource, HasASteadyLevelWhereItStands) {
 // Weights and powers that follow the place at once step by up to 4.5 dB more than the direct sound.
 TEST(DrivingSource, StepsByNoMoreThanADecibelBeyondItsDirectSound) {
   for (const Vec3& ear_m : kEars_m)
-    for (Drive drive : {Drive{1.5, 8.5, 11.5}, Drive{15, 1, 19}, Drive{30, 1, 19}}) {
+    for (Drive drive : {Drive{1.5, 8.5, 11.5}, Drive{30, 1, 19}}) {
       const auto whole_db = heard_of(drive, ear_m).level_db;
       drive.reverberation = 0;
       const auto direct_db = heard_of(drive, ear_m).level_db;

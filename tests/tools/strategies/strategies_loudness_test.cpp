@@ -231,9 +231,12 @@ TEST_P(PaperScene, ReproducesThePapersErrorThatFallsWithTheRootOfTheSample) {
       // The range ends where many sources become certain or k is not small against N_eff.
       const auto most = static_cast<std::size_t>(waveforms.effective() / 10);
       if (most / 16 < 8) continue;
-      for (const char* strategy : {"importance", "full-resampling"})
-        EXPECT_NEAR(slope_of(waveforms, strategy, most), -0.5, 0.05)
-            << strategy << " at place " << p << " of bake " << bake;
+      // The choice of these does not depend on how an octree divides the bake.
+      if (bake == 1) {
+        for (const char* strategy : {"importance", "full-resampling"})
+          EXPECT_NEAR(slope_of(waveforms, strategy, most), -0.5, 0.05)
+              << strategy << " at place " << p;
+      }
       octree_slope += slope_of(waveforms, "octree", most);
       ++slopes;
     }

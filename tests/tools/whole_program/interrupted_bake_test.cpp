@@ -82,7 +82,7 @@ TEST(KilledBake, GoesOnToTheSameBytesAfterKillsAtAnyMoment) {
   const std::string whole = read(folder / "whole.clamor");
 
   std::mt19937 random(1);
-  constexpr int kKills = 40;
+  constexpr int kKills = 20;
   // The moments of the kills spread over a little more than a whole bake: starting, importing,
   // tracing, sorting, writing. The range adapts to the load of the machine: it shrinks with each
   // bake that ended before its kill.
