@@ -34,6 +34,8 @@ namespace {
 constexpr std::uint32_t kMostInArray = 1000;
 // Memory of the program that joins shards, which holds one record at a time.
 constexpr std::uint64_t kJoiningBytes = 200'000'000;
+// Three times what a merge was measured to take (bake/README.md).
+constexpr double kMergeSecondsPerSource = 1e-5;
 
 std::string log_of(const FarmPlan& plan, const std::string& kind, std::uint32_t number) {
   return fmt::format("{}/{}.{}.log", FarmPlan::folder_of(plan.output), kind, number);
@@ -130,13 +132,13 @@ struct SlurmNeeds {
 
 std::string script_head(const FarmPlan& plan, const std::string& kind, const SlurmNeeds& needs,
                         const std::string& log, const std::set<std::string>& after) {
-  // The limits are half as much memory again and four times the time, because estimates err.
+  // The limits are half as much memory again and four times the time, because estimates err. The
+  // log is relative to the folder that sbatch is told, whose path may have spaces.
   std::string head = fmt::format(
       "#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --cpus-per-task={}\n#SBATCH --mem={}M\n"
-      "#SBATCH --time={}\n#SBATCH --output={}/{}\n#SBATCH --open-mode=append\n#SBATCH --requeue\n",
+      "#SBATCH --time={}\n#SBATCH --output={}\n#SBATCH --open-mode=append\n#SBATCH --requeue\n",
       job_name(plan, kind), needs.cores, needs.bytes * 3 / 2 / 1'000'000 + 50,
-      static_cast<int>(std::ceil(4 * needs.seconds / 60)) + 10, FarmPlan::folder_of(plan.output),
-      log);
+      static_cast<int>(std::ceil(4 * needs.seconds / 60)) + 10, log);
   std::string dependency;
   for (const std::string& job : after) dependency += ":" + job;
   if (!after.empty())
@@ -170,12 +172,13 @@ Result<std::set<std::string>> submit_arrays(const FarmPlan& plan, const std::str
   for (const FarmJob& job : jobs)
     arrays[(job.number - 1) / kMostInArray * kMostInArray].push_back(job);
   for (const auto& [before, tasks] : arrays) {
-    std::vector<std::uint32_t> indices;
+    std::vector<std::uint32_t> indices, numbers;
     std::string cases;
     for (const FarmJob& job : tasks) {
       indices.push_back(job.number - before - 1);
       cases += fmt::format("{}) exec {} ;;\n", job.number - before, job.command);
     }
+      numbers.push_back(job.number - 1);
     const std::string script =
         script_head(plan, kind, needs,
                     kind + "." + (before > 0 ? std::to_string(before) + "+" : "") + "%a.log",
@@ -186,7 +189,7 @@ Result<std::set<std::string>> submit_arrays(const FarmPlan& plan, const std::str
     const auto id = submit(
         plan, fmt::format("{}{}", kind, before > 0 ? fmt::format(".{}", before) : ""), script);
     if (!id.ok()) return id.error();
-    fmt::print(out, "{} {} {}\n", *id, kind, ranges_of(indices));
+    fmt::print(out, "{} {} {}\n", *id, kind, ranges_of(numbers));
     ids.insert(*id);
   }
   return ids;
@@ -288,11 +291,13 @@ Result<void> submit_to_slurm(const FarmPlan& plan, FarmWork work, std::ostream& 
   const std::uint64_t merge_bytes =
       plan.memory_bytes > 0 ? plan.memory_bytes : plan.merge_memory_bytes;
   std::string script =
-      script_head(plan, "merge", {plan.threads, merge_bytes, plan.shard_s * plan.shards},
-                  "merge.log", after) +
+      script_head(plan, "merge", {plan.threads, merge_bytes, merge_s}, "merge.log", after) +
       "#SBATCH --array=1\n#SBATCH --comment=0\n" + plan.merge_command();
   if (plan.goal_db > 0)
     script += " &&\n  " + shell_quoted(plan.program) + " farm resume " + shell_quoted(plan.output) +
+  const double merge_s =
+      plan.preparing_s +
+      kMergeSecondsPerSource * static_cast<double>(plan.rounds.times * plan.rounds.first_sources);
               " --slurm";
   const auto id = submit(plan, "merge", script + "\n");
   if (!id.ok()) return id.error();

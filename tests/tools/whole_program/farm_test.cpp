@@ -78,7 +78,8 @@ class Farm : public ::testing::Test {
     return nlohmann::json::parse(outcome.out);
   }
   std::string state_of(std::size_t shard) const { return status()["shards"][shard - 1]["state"]; }
-  std::string output() const { return folder_ / "farm.clamor"; }
+  // A path that a shell and Slurm take apart unless it is quoted.
+  std::string output() const { return folder_ / "a farm.clamor"; }
   std::string shard(int number) const {
     return output() + ".farm/" + std::to_string(number) + ".shard";
   }
@@ -305,6 +306,28 @@ TEST_F(Farm, TracesInRoundsUntilAnErrorLikeOneMachine) {
   EXPECT_GT(status()["round"], 1);
   EXPECT_TRUE(read(output()) == read(folder_ / "one.clamor"));
   EXPECT_EQ(with({"farm", level_, "-o", output(), "--shards", "3", "--until", "9min"}).code, 2);
+}
+
+// Slurm itself is tested below; here, programs of its names keep what they are told.
+TEST_F(Farm, TellsSlurmTheNumbersOfShardsAndATimeThatAMergeTakes) {
+  const auto program = [&](const std::string& name, const std::string& script) {
+    ::chmod(folder_.write(name, "#!/bin/sh\n" + script + "\n").c_str(), 0700);
+  };
+  program("squeue", "");
+  program("scancel", "");
+  program("sbatch", "echo 7");
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", (folder_.path() + ":" + path).c_str(), 1);
+  auto all = words({"--slurm"});
+  all[5] = "1500";
+  const auto outcome = clamor(all);
+  ::setenv("PATH", path.c_str(), 1);
+  EXPECT_EQ(outcome.out, "7 shard 1-1000\n7 shard 1001-1500\n7 group 1-39\n7 merge\n")
+      << outcome.err;
+  // All shards together, four times over, would be a quarter of an hour and more.
+  const std::string merge = read(output() + ".farm/merge.sh"), limit = "#SBATCH --time=";
+  ASSERT_NE(merge.find(limit), std::string::npos) << merge;
+  EXPECT_LT(std::stoi(merge.substr(merge.find(limit) + limit.size())), 20) << merge;
 }
 
 // Flamenco's Manager runs the script with an object `author`; here a few lines stand in for it.
