@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -11,6 +12,7 @@
 #include <ostream>
 #include <set>
 #include <sstream>
+#include <thread>
 #include <utility>
 
 #include <fcntl.h>
@@ -222,6 +224,8 @@ Result<void> run_here(const FarmPlan& plan, const std::string& kind,
                       const std::vector<FarmJob>& jobs, int at_once, bool quiet,
                       std::ostream& err) {
   const Interrupt interrupt;
+  SavedSignalHandlers children;
+  children.handle(SIGCHLD, SIG_DFL);  // where it is ignored, waitpid() tells nothing
   std::map<pid_t, const FarmJob*> running;
   std::string failed;
   std::size_t next = 0, done = 0;
@@ -237,8 +241,10 @@ Result<void> run_here(const FarmPlan& plan, const std::string& kind,
       running[*child] = &jobs[next++];
       continue;
     }
+    // It does not wait in waitpid(), which goes on after a signal that ends this program.
     int status = 0;
-    const pid_t ended = ::waitpid(-1, &status, 0);
+    const pid_t ended = ::waitpid(-1, &status, WNOHANG);
+    if (ended <= 0) std::this_thread::sleep_for(std::chrono::milliseconds(20));
     const auto which = running.find(ended);
     if (which == running.end()) continue;
     const FarmJob& job = *which->second;

@@ -308,6 +308,21 @@ TEST_F(Farm, TracesInRoundsUntilAnErrorLikeOneMachine) {
   EXPECT_EQ(with({"farm", level_, "-o", output(), "--shards", "3", "--until", "9min"}).code, 2);
 }
 
+TEST_F(Farm, StopsItsShardsWhenItIsAskedToEnd) {
+  program_ = program_that_once("touch '" + (folder_ / "begun") + "'\nsleep 30\ntouch '" +
+                               (folder_ / "ended") + "'");
+  std::vector<std::string> all = words({"--local", "2"});
+  all.insert(all.begin(), kProgram);
+  Program farm(all, folder_ / "farm");
+  ASSERT_TRUE(comes_true([&] { return fs::exists(folder_ / "begun"); }));
+  farm.stop(SIGTERM);
+  EXPECT_FALSE(fs::exists(folder_ / "ended")) << "it waited for the shard";
+  EXPECT_NE(read(folder_ / "farm.log").find("stopped; what is traced is kept"), std::string::npos)
+      << read(folder_ / "farm.log");
+  EXPECT_EQ(resume({"--local", "2"}).code, 0);
+  expect_the_same_bytes();
+}
+
 // Slurm itself is tested below; here, programs of its names keep what they are told.
 TEST_F(Farm, TellsSlurmTheNumbersOfShardsAndATimeThatAMergeTakes) {
   const auto program = [&](const std::string& name, const std::string& script) {
