@@ -54,12 +54,12 @@ std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int th
   const std::uint64_t in_memory = kBytesPerSource * plan.sources;
   const std::uint64_t for_sources =
       sorted == SortStorage::kMemory ? in_memory : std::min<std::uint64_t>(in_memory, 40'000'000);
-  constexpr std::uint64_t kPerEmitter = 1000, kPerThread = 8'000'000, kPerRun = 150;
+  constexpr std::uint64_t kPerEmitter = 1000, kPerThread = 8'000'000;
   std::uint64_t samples = 0;
   for (const Signal& signal : level.signals) samples += signal.samples.size();
   return kProgram + kPerTriangle * level.mesh.triangles.size() + for_sources +
          kPerEmitter * level.emitters.size() + 8 * samples +
-         kPerRun * (plan.all_photons() / kRunPhotons) +
+         kBytesPerRun * (plan.all_photons() / kRunPhotons) +
          kPerThread * static_cast<std::uint64_t>(threads);
 }
 

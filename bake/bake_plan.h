@@ -54,7 +54,7 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
 // 000 sources, depending on thread timing, 251 MB for one million, 646 MB for three million. With
 // kFiles, thinning, patch radii and sorting work on disk, with 40 MB or more for any number of
 // sources.
-inline constexpr std::uint64_t kBytesPerSource = 215;
+inline constexpr std::uint64_t kBytesPerSource = 215, kBytesPerRun = 150;
 enum class SortStorage : std::uint8_t { kMemory, kFiles };
 std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,
                                 SortStorage sorted = SortStorage::kMemory);

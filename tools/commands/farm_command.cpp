@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <ostream>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
@@ -11,6 +12,7 @@
 #include "bake/journal/shard_note.h"
 #include "bake/level_bake.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/files/output_target.h"
 #include "formats/gltf/import_report.h"
 #include "tools/commands/bake_arguments.h"
 #include "tools/commands/commands.h"
@@ -19,6 +21,7 @@
 #include "tools/farm/farm_status.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
+#include "tools/program/shell_quote.h"
 
 namespace clamor {
 
@@ -43,14 +46,28 @@ struct FarmScheduler {
   }
 };
 
+// Loads a plan that this version can carry out: the shards of another would be wrong in its eyes.
+Result<FarmPlan> load_own_plan(const std::string& output) {
+  auto plan = FarmPlan::load(output);
+  if (plan.ok() && plan->made_by != shard_program())
+    return Error(FarmPlan::folder_of(plan->output) + ": was planned by " + plan->made_by +
+                 ", and this is " + shard_program() +
+                 "; take that version to the end, or remove the folder and plan the farm again");
+  return plan;
+}
+
 // Runs rounds until the output is there.
 Result<void> run_all_here(const std::string& output, const FarmScheduler& scheduler,
                           std::ostream& err) {
-  for (;;) {
-    const auto plan = FarmPlan::load(output);
+  for (int last_round = 0;;) {
+    const auto plan = load_own_plan(output);
     if (!plan.ok()) return plan.error();
     const FarmWork work = work_left(*plan);
     if (work.is_empty()) return {};
+    if (std::exchange(last_round, plan->rounds.round) == plan->rounds.round)
+      return Error(plan->output + ": is not made, though all commands ended without an error (" +
+                   (work.problems.empty() ? "nothing was traced" : work.problems.front()) +
+                   "); check --program " + shell_quoted(plan->program));
     if (work.waits && work.shards.empty())
       return Error(plan->output + ": its last shards are still running; wait for them");
     for (const std::string& problem : work.problems) fmt::print(err, "  again    {}\n", problem);
@@ -70,7 +87,7 @@ int schedule(const std::string& output, const FarmScheduler& scheduler, std::ost
     const auto done = run_all_here(output, scheduler, err);
     return done.ok() ? kSuccess : fail_farm(err, "farm", done.error());
   }
-  const auto plan = FarmPlan::load(output);
+  const auto plan = load_own_plan(output);
   if (!plan.ok()) return fail_farm(err, "farm", plan.error());
   const FarmWork work = work_left(*plan);
   for (const std::string& problem : work.problems) fmt::print(err, "  again    {}\n", problem);
@@ -87,7 +104,7 @@ int schedule(const std::string& output, const FarmScheduler& scheduler, std::ost
   for (const FarmJob& job : jobs) fmt::print(out, "{}\n", job.command);
   if (jobs.empty() && work.merges) fmt::print(out, "{}\n", plan->merge_command());
   if (!scheduler.quiet && !jobs.empty())
-    fmt::print(err, "  then     'clamor farm resume {}' prints {}\n", plan->output,
+    fmt::print(err, "  then     {}   prints {}\n", printable(plan->resume_command()),
                all_traced ? "the merge" : "what is left: failed shards, then the merge");
   return kSuccess;
 }
@@ -118,9 +135,18 @@ std::string absolute_path(const std::string& path) {
 
 Result<FarmPlan> make_plan(const FarmWords& words, const BakeGoal& goal, std::uint64_t memory_bytes,
                            std::ostream& err) {
+  const auto target = OutputTarget::find(words.output);
+  if (!target.ok()) return target.error();
+  if (target->is_stream())
+    return Error(
+        words.output +
+        ": machines share the folder beside the output; name a file, not a device or pipe");
   BakeRequest request = words.request;
+  if (request.level_path.empty()) return Error("the level's name is empty; name a file to read");
   request.level_path = absolute_path(request.level_path);
   LevelBakeOptions options;
+  options.output = absolute_path(words.output);
+  options.journal = "";
   options.reports_progress = false;
   if (goal.error_db > 0) options.goal = goal;
   FarmPrinter printer(err);
@@ -135,7 +161,8 @@ Result<FarmPlan> make_plan(const FarmWords& words, const BakeGoal& goal, std::ui
 
   FarmPlan plan;
   plan.made_by = shard_program();
-  plan.program = words.program;
+  plan.program =
+      words.program.find('/') == std::string::npos ? words.program : absolute_path(words.program);
   if (plan.program.empty()) {
     std::error_code unknown;
     plan.program = std::filesystem::read_symlink("/proc/self/exe", unknown).string();
@@ -143,7 +170,7 @@ Result<FarmPlan> make_plan(const FarmWords& words, const BakeGoal& goal, std::ui
   }
   plan.folder = std::filesystem::current_path().string();
   plan.level = request.level_path;
-  plan.output = absolute_path(words.output);
+  plan.output = options.output;
   plan.level_hash = bake.level_hash();
   plan.options = request.words();
   plan.shards = static_cast<std::uint32_t>(words.shards);
@@ -187,10 +214,10 @@ Result<void> keep_plan(const FarmPlan& plan) {
   if (!there.ok()) return there.error();
   if (!there->is_same_bake(plan))
     return Error(FarmPlan::folder_of(plan.output) +
-                 ": holds another farm, of another level, other options or another number of "
-                 "shards; choose another output, or remove the folder");
+                 ": holds another farm, of another level, version, other options or another number "
+                 "of shards; choose another output, or remove the folder");
   FarmPlan renewed = plan;
-  renewed.rounds = there->rounds;
+  renewed.go_to(there->rounds);
   return renewed.save();
 }
 
@@ -234,23 +261,28 @@ Result<void> plan_next_round(FarmPlan plan, std::ostream& err) {
   const auto file = BakeFile::open(plan.output);
   if (!file.ok()) return file.error();
   const auto error_db = static_cast<double>(file->statistics().decay.error_db);
-  const std::uint64_t times = plan.rounds.times;
+  BakeRounds next = plan.rounds;
   std::string reason;
   if (file->statistics().photons_traced == 0) return {};
-  if (!plan.rounds.go_on(error_db, plan.goal_db, reason)) {
+  if (!next.go_on(error_db, plan.goal_db, reason)) {
     if (!reason.empty()) fmt::print(err, "  warning  --until was not reached: {}\n", reason);
     return {};
   }
-  plan.photons = plan.photons / times * plan.rounds.times;
-  plan.shard_s = plan.preparing_s + (plan.shard_s - plan.preparing_s) *
-                                        static_cast<double>(plan.rounds.times) /
-                                        static_cast<double>(times);
-  fmt::print(err,
-             "  round    {} is planned, {} times as large, because {:.2f} dB are known of {:g} dB: "
-             "'clamor farm resume {}'\n",
-             plan.rounds.round, plan.rounds.times / std::max<std::uint64_t>(times, 1), error_db,
-             plan.goal_db, plan.output);
+  fmt::print(
+      err,
+      "  round    {} is planned, {:g} times as large, because {:.2f} dB are known of {:g} dB: "
+      "{}\n",
+      next.round, static_cast<double>(next.times) / static_cast<double>(plan.rounds.times),
+      error_db, plan.goal_db, printable(plan.resume_command()));
+  plan.go_to(next);
   return plan.save();
+}
+
+// Whether no shard of this round has begun.
+bool is_untouched(const FarmPlan& plan) {
+  for (std::uint32_t shard = 0; shard < plan.shards; ++shard)
+    if (state_of_shard(plan, shard, false).is != ShardState::Is::kWaiting) return false;
+  return true;
 }
 
 int run_farm_merge(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
@@ -261,11 +293,21 @@ int run_farm_merge(std::span<const std::string> arguments, std::ostream& out, st
                    "clamor farm merge hall.clamor");
   parser.positional("output", output, "the output of the farm, as in hall.clamor");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  const auto plan = FarmPlan::load(output);
+  const auto plan = load_own_plan(output);
   if (!plan.ok()) return fail_farm(err, "farm merge", plan.error());
+  // A scheduler that runs a merge again must not plan the round after the next.
+  if (plan->rounds.round > 1 && is_untouched(*plan)) {
+    fmt::print(err, "  round    {} is planned, and nothing of it is traced: {}\n",
+               plan->rounds.round, printable(plan->resume_command()));
+    return kSuccess;
+  }
   std::vector<std::string> words;
-  for (std::uint32_t group = 0; group < plan->groups(); ++group)
+  for (std::uint32_t group = 0; group < plan->groups(); ++group) {
+    if (!is_group_done(*plan, group))
+      if (const int code = run_merge(plan->words_of_group(group), out, err); code != kSuccess)
+        return code;
     words.push_back(plan->file_of_group(group));
+  }
   for (std::uint32_t shard = 0; shard < plan->shards && plan->groups() == 0; ++shard)
     words.push_back(plan->file_of_shard(shard));
   words.insert(words.end(), {"-o", plan->output, "--level", plan->level, "--quiet"});

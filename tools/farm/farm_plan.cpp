@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "bake/bake_plan.h"
+#include "bake/trace/photon_tracer.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/files/atomic_file.h"
@@ -53,8 +55,8 @@ Result<FarmPlan> FarmPlan::load(const std::string& output) {
   const std::string path =
       folder_of(std::filesystem::absolute(output, ignored).string()) + "/farm.json";
   if (!std::filesystem::exists(path, ignored))
-    return Error(path + ": is not there; plan a farm with 'clamor farm LEVEL -o " + output +
-                 " --shards N'");
+    return Error(path + ": is not there; plan a farm with: clamor farm LEVEL -o " +
+                 shell_quoted(output) + " --shards N");
   const auto json = read_json(path);
   if (!json.ok()) return json.error();
   JsonFields fields(*json, path);
@@ -88,7 +90,8 @@ Result<FarmPlan> FarmPlan::load(const std::string& output) {
   plan.shard_memory_bytes = whole("shard_memory_bytes", 1e15);
   plan.merge_memory_bytes = whole("merge_memory_bytes", 1e15);
   if (const auto right = fields.result(); !right.ok()) return right.error();
-  if (plan.shards == 0 || plan.threads == 0 || plan.level.empty() || plan.output.empty())
+  if (plan.shards == 0 || plan.threads == 0 || plan.rounds.times == 0 || plan.level.empty() ||
+      plan.output.empty())
     return Error(path + ": is no plan of a farm; remove it and plan the farm again");
   return plan;
 }
@@ -125,6 +128,18 @@ Result<void> FarmPlan::save() const {
   const std::string text = dump_json(Json(std::move(plan))) + "\n";
   if (auto written = file->write(std::as_bytes(std::span(text))); !written.ok()) return written;
   return file->commit();
+}
+
+void FarmPlan::go_to(const BakeRounds& later) {
+  const std::uint64_t before = photons;
+  const double growth = static_cast<double>(later.times) / static_cast<double>(rounds.times);
+  photons = photons / rounds.times * later.times;
+  shard_s = preparing_s + (shard_s - preparing_s) * growth;
+  const std::uint64_t of_runs = kBytesPerRun * ((photons - before) / kRunPhotons + 1);
+  shard_memory_bytes += of_runs;
+  merge_memory_bytes +=
+      of_runs + kBytesPerSource * (later.times - rounds.times) * rounds.first_sources;
+  rounds = later;
 }
 
 bool FarmPlan::is_same_bake(const FarmPlan& other) const {
@@ -183,10 +198,17 @@ std::string FarmPlan::shard_command(std::uint32_t shard) const {
   return joined_for_shell(line);
 }
 
+std::vector<std::string> FarmPlan::words_of_group(std::uint32_t group) const {
+  std::vector<std::string> all;
+  for (const std::uint32_t shard : shards_of_group(group)) all.push_back(file_of_shard(shard));
+  all.insert(all.end(), {"-o", file_of_group(group), "--to-shard", "--quiet"});
+  return all;
+}
+
 std::string FarmPlan::group_command(std::uint32_t group) const {
   std::vector<std::string> line{program, "merge"};
-  for (const std::uint32_t shard : shards_of_group(group)) line.push_back(file_of_shard(shard));
-  line.insert(line.end(), {"-o", file_of_group(group), "--to-shard", "--quiet"});
+  const auto group_words = words_of_group(group);
+  line.insert(line.end(), group_words.begin(), group_words.end());
   return joined_for_shell(line);
 }
 
@@ -195,6 +217,10 @@ std::string FarmPlan::merge_command() const {
   if (names_files(options)) line = {"env", "-C", folder};
   line.insert(line.end(), {program, "farm", "merge", output});
   return joined_for_shell(line);
+}
+
+std::string FarmPlan::resume_command() const {
+  return "clamor farm resume " + shell_quoted(output);
 }
 
 std::string FarmPlan::short_hash() const {

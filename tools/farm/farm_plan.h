@@ -43,6 +43,9 @@ struct FarmPlan {
   static Result<FarmPlan> load(const std::string& output);
   Result<void> save() const;
 
+  // Goes on to a later round, and enlarges the estimates as it is larger.
+  void go_to(const BakeRounds& later);
+
   // Whether the other plans the same bake in the same shards, in whatever round it is.
   bool is_same_bake(const FarmPlan& other) const;
 
@@ -54,10 +57,15 @@ struct FarmPlan {
   // The words that the bake is asked for in this round, and that its file will name.
   std::vector<std::string> words() const;
 
+  // The words of `clamor merge` that join a group.
+  std::vector<std::string> words_of_group(std::uint32_t group) const;
+
   // Lines for a shell.
   std::string shard_command(std::uint32_t shard) const;
   std::string group_command(std::uint32_t group) const;
   std::string merge_command() const;
+
+  std::string resume_command() const;  // as a person types it
 
   // A short name of the farm, for jobs.
   std::string short_hash() const;

@@ -34,10 +34,10 @@ namespace {
 
 // Slurm's default limit of an array's indices is 1000.
 constexpr std::uint32_t kMostInArray = 1000;
-// Memory of the program that joins shards, which holds one record at a time.
-constexpr std::uint64_t kJoiningBytes = 200'000'000;
 // Three times what a merge was measured to take (bake/README.md).
 constexpr double kMergeSecondsPerSource = 1e-5;
+// Memory of the program that joins shards, which holds one record at a time.
+constexpr std::uint64_t kJoiningBytes = 200'000'000;
 
 std::string log_of(const FarmPlan& plan, const std::string& kind, std::uint32_t number) {
   return fmt::format("{}/{}.{}.log", FarmPlan::folder_of(plan.output), kind, number);
@@ -178,9 +178,9 @@ Result<std::set<std::string>> submit_arrays(const FarmPlan& plan, const std::str
     std::string cases;
     for (const FarmJob& job : tasks) {
       indices.push_back(job.number - before - 1);
+      numbers.push_back(job.number - 1);
       cases += fmt::format("{}) exec {} ;;\n", job.number - before, job.command);
     }
-      numbers.push_back(job.number - 1);
     const std::string script =
         script_head(plan, kind, needs,
                     kind + "." + (before > 0 ? std::to_string(before) + "+" : "") + "%a.log",
@@ -259,10 +259,10 @@ Result<void> run_here(const FarmPlan& plan, const std::string& kind,
     }
   }
   if (Interrupt::requested())
-    return Error("stopped; what is traced is kept, and 'clamor farm resume " + plan.output +
-                 " --local N' continues");
+    return Error("stopped; what is traced is kept, and this continues: " + plan.resume_command() +
+                 " --local " + std::to_string(at_once));
   if (!failed.empty())
-    return Error(failed + ". 'clamor farm resume " + plan.output + "' makes what is missing");
+    return Error(failed + ". This makes what is missing: " + plan.resume_command());
   return {};
 }
 
@@ -296,14 +296,14 @@ Result<void> submit_to_slurm(const FarmPlan& plan, FarmWork work, std::ostream& 
   }
   const std::uint64_t merge_bytes =
       plan.memory_bytes > 0 ? plan.memory_bytes : plan.merge_memory_bytes;
+  const double merge_s =
+      plan.preparing_s +
+      kMergeSecondsPerSource * static_cast<double>(plan.rounds.times * plan.rounds.first_sources);
   std::string script =
       script_head(plan, "merge", {plan.threads, merge_bytes, merge_s}, "merge.log", after) +
       "#SBATCH --array=1\n#SBATCH --comment=0\n" + plan.merge_command();
   if (plan.goal_db > 0)
     script += " &&\n  " + shell_quoted(plan.program) + " farm resume " + shell_quoted(plan.output) +
-  const double merge_s =
-      plan.preparing_s +
-      kMergeSecondsPerSource * static_cast<double>(plan.rounds.times * plan.rounds.first_sources);
               " --slurm";
   const auto id = submit(plan, "merge", script + "\n");
   if (!id.ok()) return id.error();

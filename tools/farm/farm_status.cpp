@@ -59,8 +59,7 @@ void print_status(const FarmPlan& plan, const FarmStatus& status, std::ostream& 
     if (!state.problem.empty()) fmt::print(out, "  wrong    {}\n", printable(state.problem));
   }
   if (!status.is_merged && status.count(Is::kRunning) < plan.shards)
-    fmt::print(out, "  next     'clamor farm resume {}' prints what is left to do\n",
-               printable(plan.output));
+    fmt::print(out, "  next     {}\n", printable(plan.resume_command()));
 }
 
 }  // namespace clamor

@@ -308,6 +308,71 @@ TEST_F(Farm, TracesInRoundsUntilAnErrorLikeOneMachine) {
   EXPECT_EQ(with({"farm", level_, "-o", output(), "--shards", "3", "--until", "9min"}).code, 2);
 }
 
+TEST_F(Farm, MergesGroupsThatNothingHasJoinedYet) {
+  ASSERT_EQ(clamor(words({"--merge-at-once", "3"})).code, 0);
+  EXPECT_EQ(sh(resume().out).code, 0);
+  const auto merge = clamor({"farm", "merge", output()});
+  EXPECT_EQ(merge.code, 0) << merge.err;
+  expect_the_same_bytes();
+}
+
+TEST_F(Farm, PlansARoundOnceHoweverOftenItMerges) {
+  const std::vector<std::string> plan{
+      "farm",      level_, "-o",        output(),    "--shards",  "1",      "--until", "0.5dB",
+      "--longest", "0.1",  options_[6], options_[7], "--program", program_, "--quiet"};
+  const auto merge_memory = [&] {
+    return nlohmann::json::parse(read(output() + ".farm/farm.json"))["merge_memory_bytes"]
+        .get<double>();
+  };
+  const auto first = clamor(plan);
+  ASSERT_EQ(first.code, 0) << first.err;
+  const double memory_of_first = merge_memory();
+  EXPECT_EQ(sh(first.out).code, 0);
+  EXPECT_EQ(sh(resume().out).code, 0);
+  const auto second = status();
+  ASSERT_EQ(second["round"], 2);
+  EXPECT_GT(merge_memory(), memory_of_first);
+  // A scheduler runs the merge again, and a person plans the farm again.
+  const auto again = clamor({"farm", "merge", output()});
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(status()["round"], 2);
+  EXPECT_EQ(clamor(plan).code, 0);
+  EXPECT_EQ(status()["round"], 2);
+  EXPECT_EQ(status()["photons_total"], second["photons_total"]);
+  EXPECT_GT(merge_memory(), memory_of_first);
+}
+
+TEST_F(Farm, EndsWhereItsProgramDoesNothing) {
+  program_ = "true";
+  const auto outcome = clamor(words({"--local", "1"}));
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("check --program true"), std::string::npos) << outcome.err;
+}
+
+TEST_F(Farm, IsNotContinuedByAnotherVersion) {
+  ASSERT_EQ(clamor(words()).code, 0);
+  const std::string plan = output() + ".farm/farm.json";
+  auto json = nlohmann::json::parse(read(plan));
+  json["made_by"] = "clamor 0.0.9/1";
+  std::ofstream(plan) << json;
+  for (const auto& outcome :
+       {resume(), resume({"--local", "1"}), clamor(words()), clamor({"farm", "merge", output()})}) {
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_NE(outcome.err.find("version"), std::string::npos) << outcome.err;
+  }
+}
+
+TEST_F(Farm, RefusesAnOutputThatItsMergeCouldNotWrite) {
+  for (const std::string& refused :
+       {level_, std::string("/dev/null"), folder_ / "nothing/farm.clamor", std::string()}) {
+    auto all = words();
+    all[3] = refused;
+    const auto outcome = clamor(all);
+    EXPECT_EQ(outcome.code, 1) << refused;
+    EXPECT_FALSE(fs::exists(refused + ".farm"));
+  }
+}
+
 TEST_F(Farm, StopsItsShardsWhenItIsAskedToEnd) {
   program_ = program_that_once("touch '" + (folder_ / "begun") + "'\nsleep 30\ntouch '" +
                                (folder_ / "ended") + "'");
