@@ -14,7 +14,6 @@
 #include <gtest/gtest.h>
 
 #include "runtime/occlusion/direct_sound.h"
-#include "runtime/occlusion/edge_diffraction.h"
 #include "tests/physics/boundary_elements.h"
 #include "tests/rooms.h"
 
@@ -82,22 +81,12 @@ Vec3 at_angle(double x_m, double deg) {
   return {x_m * std::cos(deg * kPi / 180), std::abs(x_m) * std::sin(deg * kPi / 180), 0};
 }
 
-// The middle tone of each band, by direct sound and all edges.
-std::vector<double> powers_over_edges(const OcclusionGeometry& geometry, const Vec3& from_m,
-                                      const Vec3& to_m) {
+DirectSound heard(const OcclusionGeometry& geometry, const Vec3& from_m, const Vec3& to_m) {
+  const LineOfSight line{Vec3f(from_m), Vec3f(to_m), kSound_mps};
   std::uint64_t rays = 0;
-  std::vector<EdgeBetween> found;
-  geometry.find_edges(from_m, to_m, 64, 40, found);
-  Tones sum{};
-  if (geometry.is_free(Vec3f(from_m), Vec3f(to_m))) sum.fill(1);
-  for (const EdgeBetween& one : found) {
-    const EdgeSound sound =
-        sound_over_edge(EdgeInAir(geometry, one.edge, rays), from_m, to_m, kSound_mps);
-    for (std::size_t i = 0; i < kTones; ++i) sum[i] += sound.pressure[i];
-  }
-  std::vector<double> powers;
-  for (std::size_t b = 0; b < kBandCount; ++b) powers.push_back(std::norm(sum[3 * b + 1]));
-  return powers;
+  bool line_is_free = true;
+  const Bands zone = fresnel_visibility(geometry, line, kMediumPaths, rays, &line_is_free);
+  return direct_sound(geometry, line, zone, line_is_free, rays);
 }
 
 TEST(Openings, AreWithinOneAndAHalfDecibelsOfTheExactSolution) {
@@ -106,6 +95,7 @@ TEST(Openings, AreWithinOneAndAHalfDecibelsOfTheExactSolution) {
     std::size_t bands;  // up from 63 Hz, as far as a few hundred elements suffice
   };
   const std::vector<double> angles_deg{0, 15, 30, 45, 60};
+  int count = 0;
   for (const Case& opening : {Case{0.9, 2, 4}, Case{0.2, 2, 5}, Case{3, 3, 2}}) {
     const OcclusionGeometry geometry(screen(opening.width_m, opening.height_m),
                                      std::vector<Material>(1));
@@ -114,21 +104,31 @@ TEST(Openings, AreWithinOneAndAHalfDecibelsOfTheExactSolution) {
     for (const double from_deg : {0.0, 30.0}) {
       const Vec3 from_m = at_angle(-3, from_deg);
       for (std::size_t b = 0; b < opening.bands; ++b) {
-        const double hz = 62.5 * std::exp2(static_cast<double>(b));
-        const auto exact = exact_powers(opening.width_m, opening.height_m, hz, from_m, listeners_m);
+        // The octave is the mean of its three tones; of the last one, which takes as long as all
+        // others, the middle tone is compared.
+        const bool is_octave = b + 1 < opening.bands;
+        std::vector<double> exact(listeners_m.size());
+        for (const double third : is_octave ? std::vector{-1.0, 0.0, 1.0} : std::vector{0.0}) {
+          const double hz = 62.5 * std::exp2(static_cast<double>(b) + third / 3);
+          const auto tone =
+              exact_powers(opening.width_m, opening.height_m, hz, from_m, listeners_m);
+          for (std::size_t l = 0; l < tone.size(); ++l) exact[l] += tone[l] / (is_octave ? 3 : 1);
+        }
         for (std::size_t l = 0; l < listeners_m.size(); ++l) {
           const double exact_db = level_db(exact[l]);
           if (exact_db < -20) continue;
-          // Two edges closer than a twentieth of the wave have orders above the first.
-          const double bound_db = opening.width_m * hz < kSound_mps / 20 ? 2 : 1.5;
-          EXPECT_NEAR(level_db(powers_over_edges(geometry, from_m, listeners_m[l])[b]), exact_db,
-                      bound_db)
-              << opening.width_m << " x " << opening.height_m << " m, " << hz << " Hz, from "
+          const DirectSound direct = heard(geometry, from_m, listeners_m[l]);
+          const double power = is_octave ? static_cast<double>(direct.visibility[b])
+                                         : std::norm(direct.pressure[3 * b + 1]);
+          EXPECT_NEAR(level_db(power), exact_db, 1.5)
+              << opening.width_m << " x " << opening.height_m << " m, band " << b << ", from "
               << from_deg << " to " << angles_deg[l] << " degrees";
+          ++count;
         }
       }
     }
   }
+  EXPECT_GT(count, 90);
 }
 
 // Kirchhoff's integral: the incident pressure and velocity over the opening, as if there were no
@@ -153,8 +153,8 @@ double kirchhoff_power(double width_m, double height_m, double hz, const Vec3& f
          straight_m;
 }
 
-// Where the opening is four times as wide as the wave, Kirchhoff's integral is right as well. At
-// 250 Hz and 60 degrees it is 2 dB below the edges, which are within 0.3 dB of the exact solution.
+// Where the opening is four times as wide as the wave, Kirchhoff's integral is right as well.
+// Behind narrower ones it is not: at 63 Hz, it is 4 dB below the exact solution of a door.
 TEST(Openings, AreWithinOneAndAHalfDecibelsOfKirchhoffWhereTheyAreWide) {
   const OcclusionGeometry geometry(screen(3, 3), std::vector<Material>(1));
   const Vec3 from_m = at_angle(-3, 0);
@@ -163,7 +163,8 @@ TEST(Openings, AreWithinOneAndAHalfDecibelsOfKirchhoffWhereTheyAreWide) {
       const Vec3 to_m = at_angle(2, deg);
       const double hz = 62.5 * std::exp2(static_cast<double>(b));
       const double expected_db = level_db(kirchhoff_power(3, 3, hz, from_m, to_m));
-      EXPECT_NEAR(level_db(powers_over_edges(geometry, from_m, to_m)[b]), expected_db, 1.5)
+      EXPECT_NEAR(level_db(std::norm(heard(geometry, from_m, to_m).pressure[3 * b + 1])),
+                  expected_db, 1.5)
           << hz << " Hz at " << deg << " degrees";
     }
 }
