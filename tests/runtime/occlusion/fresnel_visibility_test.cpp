@@ -70,7 +70,7 @@ TEST(FresnelVisibility, FallsByLessThan3DecibelsPer20MillisecondsOnAWalkIntoASha
     for (std::size_t b = 0; b < kBandCount; ++b) {
       const double exact_db = decibels(exact_power(from, to, b));
       if (exact_db > -33) {
-        EXPECT_NEAR(decibels(visible[b]), exact_db, 4) << b << " at " << y;
+        EXPECT_NEAR(decibels(visible[b]), exact_db, 3) << b << " at " << y;
       }
       if (y < 2) {
         EXPECT_LT(std::abs(decibels(visible[b]) - decibels(last[b])), 3) << b << " at " << y;
