@@ -55,7 +55,8 @@ void print_decay(const DecaySummary& decay, std::ostream& err) {
                                       : fmt::format("{:.0f}k", kBandCentres_hz[b] / 1000));
     times += fmt::format("{:>7}", decay.t30_s[b] > 0 ? fmt::format("{:.2f}", decay.t30_s[b]) : "-");
     errors += fmt::format("{:>7}", decay.t30_s[b] > 0 && decay.t30_error_s[b] > 0
-                                       ? fmt::format("{:.3f}", decay.t30_error_s[b])
+                                       ? fmt::format("{:.{}f}", decay.t30_error_s[b],
+                                                     decay.t30_error_s[b] < 99 ? 3 : 0)
                                        : "-");
   }
   fmt::print(err, "  decay    Hz         {}\n           T30, s     {}\n", bands, times);

@@ -228,7 +228,7 @@ Result<void> run_here(const FarmPlan& plan, const std::string& kind,
   children.handle(SIGCHLD, SIG_DFL);  // where it is ignored, waitpid() tells nothing
   std::map<pid_t, const FarmJob*> running;
   std::string failed;
-  std::size_t next = 0, done = 0;
+  std::size_t next = 0, done = 0, failures = 0;
   bool told = false;
   while (next < jobs.size() || !running.empty()) {
     const bool stopped = Interrupt::requested();
@@ -254,13 +254,16 @@ Result<void> run_here(const FarmPlan& plan, const std::string& kind,
       if (!quiet)
         fmt::print(err, "  {:<8} {} done, {} of {}\n", kind, job.number, done, jobs.size());
     } else if (!stopped) {
-      failed += fmt::format("{}{} {} {}", failed.empty() ? "" : "; ", kind, job.number,
-                            why_it_ended(status, log_of(plan, kind, job.number)));
+      // A full disk ends all of them, and a few tell why.
+      if (++failures <= 3)
+        failed += fmt::format("{}{} {} {}", failed.empty() ? "" : "; ", kind, job.number,
+                              why_it_ended(status, log_of(plan, kind, job.number)));
     }
   }
   if (Interrupt::requested())
     return Error("stopped; what is traced is kept, and this continues: " + plan.resume_command() +
                  " --local " + std::to_string(at_once));
+  if (failures > 3) failed += fmt::format("; and {} more failed", failures - 3);
   if (!failed.empty())
     return Error(failed + ". This makes what is missing: " + plan.resume_command());
   return {};

@@ -143,6 +143,32 @@ TEST_F(Farm, PrintsLinesThatXargsRunsToTheBytesOfOneMachine) {
   expect_the_same_bytes();
 }
 
+void expect_keys_in(const std::string& page, const nlohmann::json& json) {
+  for (const auto& [key, value] : json.items()) {
+    if (json.is_object()) {
+      EXPECT_NE(page.find("`" + key + "`"), std::string::npos) << key;
+    }
+    if (value.is_structured()) expect_keys_in(page, value);
+  }
+}
+
+TEST_F(Farm, HasAStatusWhoseKeysAreDocumented) {
+  ASSERT_EQ(clamor(words({"--local", "2"})).code, 0);
+  folder_.write("a farm.clamor.farm/1.shard", "damaged");
+  const auto keys = status();
+  EXPECT_EQ(keys["counts"]["wrong"], 1);
+  expect_keys_in(read(std::string(kSourceDir) + "/bake/README.md"), keys);
+}
+
+TEST_F(Farm, TellsWhyAFewOfItsShardsFailed) {
+  program_ = "false";
+  const auto outcome = clamor(words({"--local", "1"}));
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("shard 3 failed"), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("shard 4 failed"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("1 more failed"), std::string::npos) << outcome.err;
+}
+
 TEST_F(Farm, PrintsLinesThatNeedNeitherAFolderNorAnEnvironment) {
   const auto plan = clamor(words());
   ASSERT_EQ(plan.code, 0) << plan.err;
