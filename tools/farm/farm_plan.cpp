@@ -291,7 +291,7 @@ bool is_group_done(const FarmPlan& plan, std::uint32_t group) {
          summary->note->program == plan.made_by && summary->note->level_hash == plan.level_hash &&
          summary->note->count == plan.shards &&
          summary->note->shards == plan.shards_of_group(group) &&
-         summary->note->options() == note_options(plan);
+         summary->note->options() == note_options(plan) && check_records(path).ok();
 }
 
 bool is_merged(const FarmPlan& plan) {

@@ -84,7 +84,8 @@ const char* name_of(ShardState::Is is);
 // finished one.
 ShardState state_of_shard(const FarmPlan& plan, std::uint32_t shard, bool checks_all);
 
-// Whether the groups and the output are made of the shards of this round.
+// Whether the groups and the output are made of the shards of this round. Checks the checksums of a
+// group.
 bool is_group_done(const FarmPlan& plan, std::uint32_t group);
 bool is_merged(const FarmPlan& plan);
 

@@ -334,11 +334,19 @@ TEST_F(Farm, TracesInRoundsUntilAnErrorLikeOneMachine) {
   EXPECT_EQ(with({"farm", level_, "-o", output(), "--shards", "3", "--until", "9min"}).code, 2);
 }
 
-TEST_F(Farm, MergesGroupsThatNothingHasJoinedYet) {
+TEST_F(Farm, MergesGroupsThatNothingHasJoinedYetAndJoinsDamagedOnesAgain) {
   ASSERT_EQ(clamor(words({"--merge-at-once", "3"})).code, 0);
   EXPECT_EQ(sh(resume().out).code, 0);
   const auto merge = clamor({"farm", "merge", output()});
   EXPECT_EQ(merge.code, 0) << merge.err;
+  expect_the_same_bytes();
+  fs::remove(output());
+  const std::string group = output() + ".farm/group.1.shard";
+  std::string bytes = read(group);
+  bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+  std::ofstream(group, std::ios::binary) << bytes;
+  const auto again = clamor({"farm", "merge", output()});
+  EXPECT_EQ(again.code, 0) << again.err;
   expect_the_same_bytes();
 }
 
