@@ -274,9 +274,15 @@ TEST(ImageSources, OfARoomWithTwelveWallsAreThoseOfAllSequencesOfWalls) {
 
 // The waveform over a floor, against the sum of direct and reflected pressure at each frequency.
 TEST(ImageSources, OfAFloorInterfereWithTheDirectSound) {
-  constexpr std::size_t kFrames = 1 << 13;
-  for (const auto& [source_m, distance_m, absorption] :
-       {std::tuple(1.5, 20.0, 0.0f), {0.5, 5.0, 0.0f}, {1.5, 20.0, 0.4f}, {2.5, 8.0, 0.75f}}) {
+  constexpr std::size_t kFrames = 1 << 12;
+  for (const auto& [source_m, distance_m, absorption] : {std::tuple(1.5, 20.0, 0.0f),
+                                                         {1.5, 20.0, 0.4f},
+                                                         {0.5, 5.0, 0.0f},
+                                                         {0.5, 5.0, 0.4f},
+                                                         {2.5, 8.0, 0.0f},
+                                                         {2.5, 8.0, 0.75f},
+                                                         {1.0, 2.0, 0.0f},
+                                                         {1.0, 2.0, 0.4f}}) {
     Level level = testing::shoebox(
         {1, 1, 1}, testing::uniform_material(absorption, 0, kMirrorExponent), {0, source_m, 0});
     level.air = {20, 50, 101.325};
