@@ -98,7 +98,7 @@ Result<AcousticMaterial> read_acoustic_material(const Json& json, const std::str
 
   const auto absorption = bands_member(fields, prefix + "absorption", 0, 1);
   const auto scattering = bands_member(fields, prefix + "scattering", 0, 1);
-  const auto phong = bands_member(fields, prefix + "phong", 0, kMirrorExponent);
+  const auto phong = bands_member(fields, prefix + "phong", 0, 1e9);
   const auto transmission = bands_member(fields, prefix + "transmission", 0, 1);
   for (const char* note : {"name", "comment", "source", "extras", "extensions"}) fields.any(note);
   const auto ok = prefix.empty() ? fields.result_without_unknown() : fields.result();
@@ -110,6 +110,7 @@ Result<AcousticMaterial> read_acoustic_material(const Json& json, const std::str
   if (scattering) result.material.scattering = *scattering;
   if (phong) {
     result.material.phong = *phong;
+    for (float& exponent : result.material.phong) exponent = std::min(exponent, kMirrorExponent);
     if (!scattering && !preset) result.material.scattering = Bands{};
   }
   if (transmission) result.material.transmission = *transmission;

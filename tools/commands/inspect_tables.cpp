@@ -169,7 +169,7 @@ void print_portals(const BakeFile& file, std::ostream& out) {
 }
 
 void print_materials(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
-  fmt::print(out, "\n{}  1 kHz: scatter. Phong trans.\n",
+  fmt::print(out, "\n{} 1 kHz: scatter.  Phong trans.\n",
              band_header((counted(file.materials().size(), "material") + ": absorption").c_str()));
   const std::size_t shown = shown_of(overview.materials.size(), kShownMaterials);
   for (std::size_t i = 0; i < shown; ++i) {
@@ -178,11 +178,15 @@ void print_materials(const BakeFile& file, const BakeOverview& overview, std::os
     const std::string more =
         group.names.size() > 1 ? fmt::format(" +{} equal", group.names.size() - 1) : "";
     const double through = material.transmission[4];
-    fmt::print(out, "{} {:>16.2f} {:>5.0f} {:>6}\n",
+    // What is all scattered has no lobe.
+    const std::string lobe = material.scattering[4] >= 1 ? "-"
+                             : material.phong[4] >= kMirrorExponent
+                                 ? "mirror"
+                                 : fmt::format("{:.0f}", material.phong[4]);
+    fmt::print(out, "{} {:>15.2f} {:>6} {:>6}\n",
                row(shortened(group.names.front(), 24 - more.size()) + more, material.absorption,
                    [](float value) { return fmt::format("{:.2f}", value); }),
-               material.scattering[4], material.phong[4],
-               through > 0 ? fmt::format("{:.2f}", through) : "-");
+               material.scattering[4], lobe, through > 0 ? fmt::format("{:.2f}", through) : "-");
   }
   if (overview.materials.size() > shown)
     fmt::print(out, "  and {} more kinds (--json has all)\n", overview.materials.size() - shown);

@@ -61,6 +61,16 @@ TEST_F(Materials, PreferExtrasToTheirName) {
   EXPECT_EQ(imported.report.materials.at(0).how, "extras");
 }
 
+TEST_F(Materials, AreMirrorsWithAnExponentThatIsLargeEnough) {
+  for (const double exponent : {1e4, 5e4, 1e8}) {
+    const auto imported = with(
+        {{"name", "x"}, {"extras", {{"acoustic", {{"absorption", 0.1}, {"phong", exponent}}}}}});
+    const Material& material = imported.level.materials.at(0);
+    EXPECT_TRUE(is_mirror(material)) << exponent;
+    EXPECT_EQ(material.phong, same_in_all_bands(kMirrorExponent)) << exponent;
+  }
+}
+
 TEST_F(Materials, TakeFlatExtrasAsBlenderWritesThem) {
   const auto imported = with({{"name", "x"},
                               {"extras",

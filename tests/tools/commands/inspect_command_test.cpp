@@ -2,6 +2,7 @@
 #include <cmath>
 #include <map>
 #include <regex>
+#include <tuple>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -124,6 +125,22 @@ void collect_keys(const Json& json, std::string above, std::vector<std::string>&
   for (const auto& [key, value] : json.items()) {
     keys.push_back(above.empty() ? key : above + "." + key);
     collect_keys(value, keys.back(), keys);
+  }
+}
+
+TEST_F(InspectCommand, CallsAMirrorAMirrorAndGivesNoLobeToWhatIsAllScattered) {
+  BakeContents baked = contents();
+  Material& material = baked.materials[0];
+  const std::string other = *folder_ / "other.clamor";
+  for (const auto& [exponent, scattering, printed] :
+       {std::tuple(kMirrorExponent, 0.25f, "0.25 mirror"),
+        {50.0f, 0.25f, "0.25     50"},
+        {kMirrorExponent, 1.0f, "1.00      -"}}) {
+    material.phong = same_in_all_bands(exponent);
+    material.scattering = same_in_all_bands(scattering);
+    ASSERT_TRUE(write_bake(other, baked, 1).ok());
+    const Outcome inspected = clamor({"inspect", other});
+    EXPECT_NE(inspected.out.find(printed), std::string::npos) << inspected.out;
   }
 }
 
