@@ -227,14 +227,14 @@ TEST_F(Farm, SaysThatTheDiskOfAShardIsFullAndGoesOnLater) {
   expect_the_same_bytes();
 }
 
-TEST_F(Farm, MakesAgainOnlyTheShardThatIsDamaged) {
+TEST_F(Farm, MakesAgainOnlyTheShardThatIsDamagedOrAnother) {
   ASSERT_EQ(clamor(words({"--local", "2"})).code, 0);
   fs::remove(output());
   const std::string whole = read(shard(3));
   std::string flipped = whole;
   flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 1);
   const std::string cut = whole.substr(0, whole.size() - 5), text = "text";
-  for (const std::string& bytes : {cut, flipped, text}) {
+  for (const std::string& bytes : {cut, flipped, text, read(shard(2))}) {
     std::ofstream(shard(3), std::ios::binary) << bytes;
     const auto left = resume();
     // One that is cut short at the end of a record is like one whose bake was stopped.
