@@ -3,7 +3,9 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <ostream>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -285,6 +287,21 @@ bool is_untouched(const FarmPlan& plan) {
   return true;
 }
 
+// During its lifetime, relative paths start from another folder.
+class InFolder {
+ public:
+  explicit InFolder(const std::string& folder) : before_(std::filesystem::current_path(ignored_)) {
+    std::filesystem::current_path(folder, ignored_);  // a file that is missing is an error later
+  }
+  ~InFolder() { std::filesystem::current_path(before_, ignored_); }
+  InFolder(const InFolder&) = delete;
+  InFolder& operator=(const InFolder&) = delete;
+
+ private:
+  std::error_code ignored_;
+  std::filesystem::path before_;
+};
+
 int run_farm_merge(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   std::string output;
   Arguments parser("farm merge",
@@ -295,6 +312,8 @@ int run_farm_merge(std::span<const std::string> arguments, std::ostream& out, st
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto plan = load_own_plan(output);
   if (!plan.ok()) return fail_farm(err, "farm merge", plan.error());
+  std::optional<InFolder> in_folder;
+  if (plan->names_files()) in_folder.emplace(plan->folder);
   // A scheduler that runs a merge again must not plan the round after the next.
   if (plan->rounds.round > 1 && is_untouched(*plan)) {
     fmt::print(err, "  round    {} is planned, and nothing of it is traced: {}\n",

@@ -32,13 +32,6 @@ std::string megabytes_up(std::uint64_t bytes) {
   return std::to_string((bytes + 999'999) / 1'000'000) + "MB";
 }
 
-// Whether the options may name files relative to a folder.
-bool names_files(const std::vector<std::string>& options) {
-  return std::any_of(options.begin(), options.end(), [](const std::string& word) {
-    return word == "--emitter" || word == "--acoustics";
-  });
-}
-
 // The options of the shards of this round, in the form of their notes.
 std::string note_options(const FarmPlan& plan) {
   std::string options;
@@ -170,6 +163,12 @@ std::string FarmPlan::file_of_group(std::uint32_t group) const {
   return fmt::format("{}/group.{}.shard", folder_of(output), group + 1);
 }
 
+bool FarmPlan::names_files() const {
+  return std::any_of(options.begin(), options.end(), [](const std::string& word) {
+    return word == "--emitter" || word == "--acoustics";
+  });
+}
+
 std::vector<std::string> FarmPlan::words() const {
   if (goal_db == 0) return options;
   // In the order of BakeRequest::words(), as a bake on one machine names them.
@@ -186,7 +185,7 @@ std::vector<std::string> FarmPlan::words() const {
 
 std::string FarmPlan::shard_command(std::uint32_t shard) const {
   std::vector<std::string> line;
-  if (names_files(options)) line = {"env", "-C", folder};
+  if (names_files()) line = {"env", "-C", folder};
   line.insert(line.end(), {program, "bake", level, "-o", file_of_shard(shard), "--shard",
                            fmt::format("{}/{}", shard + 1, shards)});
   const auto bake_words = words();
@@ -214,7 +213,7 @@ std::string FarmPlan::group_command(std::uint32_t group) const {
 
 std::string FarmPlan::merge_command() const {
   std::vector<std::string> line;
-  if (names_files(options)) line = {"env", "-C", folder};
+  if (names_files()) line = {"env", "-C", folder};
   line.insert(line.end(), {program, "farm", "merge", output});
   return joined_for_shell(line);
 }

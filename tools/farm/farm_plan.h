@@ -54,6 +54,9 @@ struct FarmPlan {
   std::vector<std::uint32_t> shards_of_group(std::uint32_t group) const;
   std::string file_of_group(std::uint32_t group) const;
 
+  // Whether the options may name files relative to the folder.
+  bool names_files() const;
+
   // The words that the bake is asked for in this round, and that its file will name.
   std::vector<std::string> words() const;
 

@@ -182,6 +182,21 @@ TEST_F(Farm, PrintsLinesThatNeedNeitherAFolderNorAnEnvironment) {
   EXPECT_EQ(status()["counts"]["waiting"], 3);
 }
 
+TEST_F(Farm, MergesInAnyFolderWhatNamesFilesRelativeToOne) {
+  folder_.write("side.json", R"({"materials": {"*": {"absorption": 0.5}}})");
+  std::string words_of_plan;
+  for (const std::string& word : words({"--acoustics", "side.json"}))
+    words_of_plan += " '" + word + "'";
+  const auto lines = sh("cd '" + folder_.path() + "' && " + kProgram + words_of_plan);
+  ASSERT_EQ(lines.code, 0) << lines.out;
+  EXPECT_EQ(sh("cd / && { " + lines.out + "}").code, 0);
+  const auto before = fs::current_path();
+  const auto merge = clamor({"farm", "merge", output()});
+  EXPECT_EQ(merge.code, 0) << merge.err;
+  EXPECT_EQ(fs::current_path(), before);
+  EXPECT_TRUE(status()["merged"]);
+}
+
 TEST_F(Farm, RunsUnderGnuParallel) {
   if (sh("parallel --version").out.find("GNU parallel") == std::string::npos)
     GTEST_SKIP() << "GNU parallel is not installed";
