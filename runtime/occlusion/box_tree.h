@@ -33,6 +33,21 @@ inline double distance_m(const Vec3& point_m, const Box& box) {
   return length(glm::max(glm::max(low_m - point_m, point_m - high_m), Vec3(0)));
 }
 
+// Lower bound of the lengths of paths from one point by way of the box to another. The sum of the
+// distances from both is convex, so it is nowhere below its tangent in the middle of the box.
+inline double min_path_m(const Vec3& from_m, const Vec3& to_m, const Box& box) {
+  constexpr double kRounding = 1e-12;
+  const Vec3 low_m(box.low_m), high_m(box.high_m), middle_m = 0.5 * (low_m + high_m);
+  const Vec3 before_m = middle_m - from_m, beyond_m = middle_m - to_m;
+  const double first_m = length(before_m), second_m = length(beyond_m);
+  const double straight_m = distance_m(from_m, box) + distance_m(to_m, box);
+  if (!(first_m > 0 && second_m > 0)) return straight_m;
+  const Vec3 slope = before_m / first_m + beyond_m / second_m;
+  const double tangent_m = (1 - kRounding) * (first_m + second_m) -
+                           (1 + kRounding) * dot(glm::abs(slope), 0.5 * (high_m - low_m));
+  return std::max(straight_m, tangent_m);
+}
+
 class BoxTree {
  public:
   BoxTree() = default;
@@ -59,32 +74,39 @@ class BoxTree {
   }
 
   // Calls visit(item, distance) in the order of distances until it returns false or distances
-  // exceed `limit`. distance_to_box(box) is a lower bound of the distances of the items within, and
-  // distance_to_item(item) is nothing for items to be left out.
-  template <class ToBox, class ToItem, class Visit>
-  void find_nearest(double limit, const ToBox& distance_to_box, const ToItem& distance_to_item,
-                    const Visit& visit) const {
+  // exceed `limit`. bound_of_box(box) and bound_of_item(item) are lower bounds of the distances of
+  // items, and distance_to_item(item) is nothing for items to be left out. That is asked only for
+  // items whose bound is among the smallest.
+  template <class OfBox, class OfItem, class ToItem, class Visit>
+  void find_nearest(double limit, const OfBox& bound_of_box, const OfItem& bound_of_item,
+                    const ToItem& distance_to_item, const Visit& visit) const {
     if (levels_.empty()) return;
-    using Next = std::tuple<double, std::size_t, std::size_t>;  // distance, level, index
+    // What is at a distance: a visit, an item with a bound, or a box of a level from kBox on.
+    enum : std::uint32_t { kVisit, kItem, kBox };
+    using Next = std::tuple<double, std::uint32_t, std::uint32_t>;  // distance, what, index
     std::priority_queue<Next, std::vector<Next>, std::greater<>> queue;
-    queue.push({0, levels_.size(), 0});
+    const auto add = [&](double distance, std::size_t what, std::size_t index) {
+      if (distance <= limit)
+        queue.push({distance, static_cast<std::uint32_t>(what), static_cast<std::uint32_t>(index)});
+    };
+    add(0, kBox + levels_.size() - 1, 0);
     while (!queue.empty()) {
-      const auto [distance, level, index] = queue.top();
+      const auto [distance, what, index] = queue.top();
       queue.pop();
-      if (distance > limit) return;
-      if (level == 0) {
-        if (!visit(index, distance)) return;
-        continue;
+      if (what == kVisit) {
+        if (!visit(std::size_t{index}, distance)) return;
+      } else if (what == kItem) {
+        if (const std::optional<double> exact = distance_to_item(std::size_t{index}))
+          add(*exact, kVisit, index);
+      } else {
+        const std::size_t level = what - kBox + 1;
+        for_children(level, index, [&](std::size_t child) {
+          if (level > 1)
+            add(bound_of_box(levels_[level - 2][child]), what - 1, child);
+          else
+            add(bound_of_item(std::size_t{items_[child]}), kItem, items_[child]);
+        });
       }
-      for_children(level, index, [&, level = level](std::size_t child) {
-        if (level > 1) {
-          queue.push({distance_to_box(levels_[level - 2][child]), level - 1, child});
-          return;
-        }
-        const std::size_t item = items_[child];
-        if (const std::optional<double> to_item = distance_to_item(item))
-          queue.push({*to_item, 0, item});
-      });
     }
   }
 

@@ -159,6 +159,19 @@ double shortest_path_m(const DiffractingEdge& edge, const Vec3& from_m, const Ve
   return points.path_m(std::clamp(points.apex_m(), 0.0, end_m));
 }
 
+// The same length, or less by no more than rounding, in a fraction of the time.
+double min_path_m(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m) {
+  constexpr double kRounding = 1e-12;
+  const PointsAroundEdge points(edge, from_m, to_m);
+  const double end_m = length(Vec3(edge.to_m) - Vec3(edge.from_m));
+  const double z = std::clamp(points.apex_m(), 0.0, end_m);
+  const auto leg_m = [](double r_m, double along_m) {
+    return std::sqrt(r_m * r_m + along_m * along_m);
+  };
+  return (1 - kRounding) *
+         (leg_m(points.r_from_m, z - points.z_from_m) + leg_m(points.r_to_m, z - points.z_to_m));
+}
+
 bool is_corner(const DiffractingEdge& edge) {
   return edge.air_rad > kCornerLow_rad && edge.air_rad < kCornerHigh_rad;
 }
@@ -340,8 +353,8 @@ void DiffractingEdges::find_nearest(const Vec3& from_m, const Vec3& to_m, std::s
   const double straight_m = length(to_m - from_m);
   const std::size_t end = found.size() + count;
   tree_.find_nearest(
-      straight_m + longest_m,
-      [&](const Box& box) { return distance_m(from_m, box) + distance_m(to_m, box); },
+      straight_m + longest_m, [&](const Box& box) { return min_path_m(from_m, to_m, box); },
+      [&](std::size_t edge) { return min_path_m(edges_[edge], from_m, to_m); },
       [&](std::size_t edge) {
         return may_bend(edges_[edge], from_m, to_m)
                    ? std::optional(shortest_path_m(edges_[edge], from_m, to_m))
