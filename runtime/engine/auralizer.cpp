@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -328,6 +329,17 @@ void Auralizer::make_keyframe(const Listener& at) {
   if (!state.mixes_voices) keyframe->voices.clear();
   state.mixer.publish(*keyframe);
   state.slots.made(*keyframe, state.made - state.mixer.waiting());
+}
+
+void Auralizer::warm_up(const Listener& listener) {
+  State& state = *state_;
+  assert(state.made == 0);
+  state.schedule.warm_up(listener, Reception(state.receivers, listener), next_keyframe_time_s());
+}
+
+void Auralizer::skip(std::uint64_t frames) {
+  assert(state_->made == 0);
+  state_->mixer.skip(frames);
 }
 
 bool Auralizer::load() {

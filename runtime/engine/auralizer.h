@@ -68,6 +68,13 @@ class Auralizer {
   double next_keyframe_time_s() const;
   void make_keyframe(const Listener& listener);
 
+  // Before the first keyframe, for an auralizer that another one hands over to. warm_up() samples
+  // what the first keyframes will, until all pages have arrived and new sources are tested for
+  // occlusion, at most kMaxWarmUps times. Takes up to as long as so many keyframes, and for the
+  // disk. skip() leaves out so many frames of the output, as if they had been mixed. Sampler thread.
+  void warm_up(const Listener& listener);
+  void skip(std::uint64_t frames);
+
   // Without threads of its own: loads the most urgent page or piece of a sound; false if nothing is
   // requested. Takes a millisecond or, where the disk is slow, longer. Sampler thread.
   bool load();

@@ -42,6 +42,18 @@ std::span<const SampledSource> SampleSchedule::sample(std::uint64_t number,
   return sample_;
 }
 
+void SampleSchedule::warm_up(const Listener& listener, const Reception& reception, double time_s) {
+  const auto untested = [this] {
+    return pipeline_.occlusion() == nullptr ? 0 : pipeline_.occlusion()->statistics().late;
+  };
+  for (int i = 0; i < kMaxWarmUps; ++i) {
+    const std::uint64_t untested_before = untested();
+    (void)sample(0, listener, reception, time_s);
+    next_ = 0;
+    if (pipeline_.sampler().complete() && untested() == untested_before) return;
+  }
+}
+
 void SampleSchedule::stop_when(const std::atomic<bool>* stop) {
   stop_ = stop;
   pipeline_.sampler().stop_when(stop);

@@ -21,6 +21,9 @@ namespace clamor {
 // Returns how many keyframes one sample of so many voices serves.
 std::size_t keyframes_per_sample(std::size_t voices);
 
+// As many keyframes find most of what is heard in a room (0.3 s).
+inline constexpr int kMaxWarmUps = 16;
+
 class SampleSchedule {
  public:
   // `pipeline` must outlive this.
@@ -29,6 +32,9 @@ class SampleSchedule {
   // The sample for keyframe `number`, new or from a few keyframes before.
   std::span<const SampledSource> sample(std::uint64_t number, const Listener& listener,
                                         const Reception& reception, double time_s);
+  // Before the first keyframe: samples until all pages have arrived and all new sources were tested
+  // for occlusion, at most kMaxWarmUps times.
+  void warm_up(const Listener& listener, const Reception& reception, double time_s);
   // Movable parts must be heard at once, so that their changes need a new sample.
   bool is_due(std::uint64_t number) const { return number >= next_ || pipeline_.has_new_parts(); }
 

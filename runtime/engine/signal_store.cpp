@@ -40,7 +40,7 @@ std::unique_ptr<SoundLoader> stream(const BakeFile& file, const AuralizerInput& 
   const std::uint64_t bytes = std::min(SoundLoader::bytes_of(descriptions, mode),
                                        std::max(options.memory_bytes / 2, kMinSoundMemory_bytes));
   return std::make_unique<SoundLoader>(
-      descriptions, file.emitters(), mode,
+      descriptions, std::span(input.emitters).first(file.emitters().size()), mode,
       [&file, &input, report = options.report](std::size_t signal,
                                                std::size_t block) -> Result<std::vector<float>> {
         if (signal < file.signal_count()) {

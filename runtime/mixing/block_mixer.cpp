@@ -1,6 +1,7 @@
 #include "runtime/mixing/block_mixer.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace clamor {
@@ -62,13 +63,19 @@ void BlockMixer::KeyframeDemand::expect(std::size_t block_frames) noexcept REALT
                       std::memory_order_relaxed);
 }
 
+void BlockMixer::skip(std::uint64_t frames) {
+  assert(published_ == 0);
+  counters_.held_frames.fetch_add(frames, std::memory_order_relaxed);
+  if (sounds_ != nullptr) sounds_->mark_quiescent(static_cast<std::int64_t>(held_frames()));
+}
+
 void BlockMixer::publish(const Keyframe& written) {
   if (published_ == 2) {
     queue_.publish();
     return;
   }
-  if (published_++ == 0) {
-    mixer_.begin(written, -mixer_.lead_frames());  // the limiter's delay makes no keyframe later
+  if (published_++ == 0) {  // the limiter's delay makes no keyframe later
+    mixer_.begin(written, static_cast<std::int64_t>(held_frames()) - mixer_.lead_frames());
     return;
   }
   if (sounds_ != nullptr) sounds_->mark_quiescent(mixer_.clock_frames());

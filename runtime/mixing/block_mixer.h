@@ -79,6 +79,10 @@ class BlockMixer {
   std::uint64_t held_blocks() const {
     return counters_.held_blocks.load(std::memory_order_relaxed);
   }
+  // Before the first keyframe: leaves out so many frames of the output, as if the mixer had held
+  // for as long before it.
+  void skip(std::uint64_t frames);
+
   Keyframe* writable() { return queue_.writable(); }     // null if none is free
   std::size_t waiting() const { return queue_.size(); }  // keyframes that the mixer has not loaded
   void publish(const Keyframe& written);
@@ -90,7 +94,7 @@ class BlockMixer {
   void mix(std::span<float> interleaved) noexcept REALTIME;
   Mixer::Work work() const noexcept REALTIME { return mixer_.work(); }  // audio thread
 
-  // Total time held for missing keyframes, by which all later keyframes are delayed.
+  // Total time held for missing keyframes, or skipped, by which all later keyframes are delayed.
   std::uint64_t held_frames() const {
     return counters_.held_frames.load(std::memory_order_relaxed);
   }

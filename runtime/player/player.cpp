@@ -38,8 +38,19 @@ constexpr std::size_t kMeterFrames = kSampleRate_hz;
 constexpr auto kSamplerNap = std::chrono::milliseconds(1);
 constexpr auto kWriterNap = std::chrono::milliseconds(20);
 constexpr auto kFadeNap = std::chrono::milliseconds(5);
-constexpr std::uint64_t kHandOver_frames = kSampleRate_hz / 10;  // by which a fade is ordered ahead
-constexpr auto kMaxFade = std::chrono::seconds(2);               // unless the output stands still
+// How far ahead a fade is ordered, and what must be left of that when it is.
+constexpr std::uint64_t kHandOver_frames = kSampleRate_hz / 10,
+                        kMinHandOver_frames = kHandOver_frames / 2;
+// At most so much is mixed unheard, in steps.
+constexpr std::uint64_t kMaxCatchUp_frames = kSampleRate_hz / 2, kCatchUpStep_frames = 256;
+constexpr auto kMaxFade = std::chrono::seconds(2);  // unless the output stands still
+
+// The first frame of a keyframe at or after this one.
+std::uint64_t keyframe_after(std::uint64_t frame) {
+  return (frame + kKeyframeFrames - 1) / kKeyframeFrames * kKeyframeFrames;
+}
+
+double seconds(std::uint64_t frames) { return static_cast<double>(frames) / kSampleRate_hz; }
 
 // An auralizer and the player's time at which it began.
 struct Playing {
@@ -174,10 +185,6 @@ struct Player::State {
     }
   }
 
-  double played_s() const {
-    return static_cast<double>(callback.counters().frames) / kSampleRate_hz;
-  }
-
   // Waits for the end of a fade and frees the old auralizer. False if the output stands still and
   // may still mix it.
   bool end_fade() {
@@ -285,42 +292,46 @@ void Player::move(const Listener& listener) {
   state_->auralizers.current.auralizer->turn_head(listener);
 }
 
-Player::Prepared::Prepared(std::unique_ptr<Auralizer> made, double from_s)
-    : auralizer(std::move(made)), begun_s(from_s) {}
+Player::Prepared::Prepared(std::unique_ptr<Auralizer> made, std::uint64_t frame)
+    : auralizer(std::move(made)), begins_at_frame(frame) {}
 Player::Prepared::~Prepared() = default;
 
 Result<std::unique_ptr<Player::Prepared>> Player::prepare(std::shared_ptr<const BakeFile> file,
-                                                          AuralizerOptions options) const {
-  // Both auralizers make keyframes for the same moments.
-  const double keyframes = std::ceil(state_->played_s() / kKeyframe_s);
-  options.begins_s = keyframes * kKeyframeFrames / kSampleRate_hz;
-  auto next =
-      Auralizer::create(std::move(file), tracking_head(options, state_->options.walk.has_value()));
+                                                          AuralizerOptions options,
+                                                          const Listener& listener) const {
+  const auto& walk = state_->options.walk;
+  const std::uint64_t begin = keyframe_after(state_->callback.counters().frames);
+  options.begins_s = seconds(begin);
+  auto next = Auralizer::create(std::move(file), tracking_head(options, walk.has_value()));
   if (!next.ok()) return next.error();
   assert((*next)->channels() == state_->channels());
-  return std::make_unique<Prepared>(std::move(*next), options.begins_s);
+  (*next)->warm_up(walk ? walk->at(options.begins_s) : listener);
+  return std::make_unique<Prepared>(std::move(*next), begin);
 }
 
 Result<void> Player::replace(std::unique_ptr<Prepared> prepared) {
   State& state = *state_;
   if (!state.end_fade())
     return Error("the sound output stands still, so another bake cannot be faded in. Try again.");
-  Playing incoming{std::move(prepared->auralizer), prepared->begun_s};
+  Playing incoming{std::move(prepared->auralizer), seconds(prepared->begins_at_frame)};
   incoming.auralizer->turn_head(state.moved_to);
   incoming.auralizer->stop_when(&state.stopping);
   incoming.auralizer->set_focus(state.focus);
+  const auto played = [&] { return state.callback.counters().frames; };
+  std::uint64_t from_frame = keyframe_after(played() + kHandOver_frames);
+  incoming.auralizer->skip(from_frame - prepared->begins_at_frame);
   const auto make_keyframes = [&] {
     while (state.make_wanted_keyframe(incoming, state.moved_to)) {
     }
   };
-  // It mixes what was played while it was being prepared, which nobody hears, and is in step from
-  // its first audible sample on.
-  auto from_frame = static_cast<std::uint64_t>(std::llround(incoming.begun_s * kSampleRate_hz));
-  std::vector<float> passed(std::size_t{256} * static_cast<std::size_t>(state.channels()));
   make_keyframes();
-  while (from_frame < state.callback.counters().frames + kHandOver_frames) {
+  // Where that took too long, it mixes what was played meanwhile, which nobody hears. A machine
+  // that mixes slower than it plays would never be done.
+  std::vector<float> passed(kCatchUpStep_frames * static_cast<std::size_t>(state.channels()));
+  const std::uint64_t last_frame = from_frame + kMaxCatchUp_frames;
+  while (from_frame < std::min(played() + kMinHandOver_frames, last_frame)) {
     incoming.auralizer->mix(passed);
-    from_frame += 256;
+    from_frame += kCatchUpStep_frames;
     make_keyframes();
   }
   {
@@ -333,7 +344,7 @@ Result<void> Player::replace(std::unique_ptr<Prepared> prepared) {
 
 Result<void> Player::replace(std::shared_ptr<const BakeFile> file,
                              const AuralizerOptions& options) {
-  auto prepared = prepare(std::move(file), options);
+  auto prepared = prepare(std::move(file), options, state_->moved_to);
   if (!prepared.ok()) return prepared.error();
   if (auto replaced = replace(std::move(*prepared)); !replaced.ok()) return replaced;
   (void)state_->end_fade();  // if the output stands still, the next call frees the old auralizer

@@ -11,6 +11,7 @@
 // offline render, sample for sample.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -52,18 +53,26 @@ class Player {
   // one plays on, and memory for both. After an error the old bake plays on. For the thread that
   // calls move() and statistics(), after start(). statistics().auralizer then counts from the
   // change on, and the result of moving() is no longer valid.
+  //
+  // A machine that is too busy to have the new bake ready in time mixes what was missed unheard,
+  // but no more than half a second, because one that mixes slower than it plays would never be
+  // done. Beyond that the crossfade is heard as ever, but looping sounds jump back by what is
+  // missing.
   Result<void> replace(std::shared_ptr<const BakeFile> file, const AuralizerOptions& options);
 
-  // The same in two steps. prepare() takes as long as opening a bake, on any thread. replace()
-  // takes milliseconds and returns before the crossfade; the next call waits for its end.
+  // The same in two steps. prepare() takes as long as opening a bake, on any thread, and makes
+  // ready for a listener at this place or, with a walk, there. replace() makes the first keyframes,
+  // which takes some ten milliseconds, and returns before the crossfade; the next call waits for
+  // its end.
   struct Prepared {
-    Prepared(std::unique_ptr<Auralizer> made, double from_s);
+    Prepared(std::unique_ptr<Auralizer> made, std::uint64_t frame);
     ~Prepared();
     std::unique_ptr<Auralizer> auralizer;
-    double begun_s;
+    std::uint64_t begins_at_frame;  // its time 0, of all that is played
   };
   Result<std::unique_ptr<Prepared>> prepare(std::shared_ptr<const BakeFile> file,
-                                            AuralizerOptions options) const;
+                                            AuralizerOptions options,
+                                            const Listener& listener) const;
   Result<void> replace(std::unique_ptr<Prepared> prepared);
 
   // Listens to a part of the sound (Auralizer::set_focus()), also after replace(). For the thread

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <span>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -236,6 +237,77 @@ TEST(Player, GoesOnWithLoopsWhenItsBakeIsReplaced) {
   // While it fades, its first samples may be coarse, because pages and visibilities are new.
   EXPECT_LT(difference(0.35), 0.2 * loudest) << "a gap, or sounds that began anew";
   EXPECT_LT(difference(kSeconds - 0.3), 1e-5 * loudest);
+}
+
+// A simulated machine on which a thread makes keyframes and mixes slower than the device plays.
+class SlowThread {
+ public:
+  static constexpr std::uint64_t kBlock_frames = 256;
+
+  LoadClock sampler_clock() {
+    return {[](void* self) noexcept { return of(self).sampled(); }, this};
+  }
+  LoadClock audio_clock() {
+    return {[](void* self) noexcept { return of(self).mixed(); }, this};
+  }
+
+  // The calling thread is slow from now on, while `player` plays.
+  void begin(Player& player) {
+    thread_ = std::this_thread::get_id();
+    player_ = &player;
+  }
+  void end() { player_ = nullptr; }
+  std::uint64_t mixed_frames() const { return clock_reads_ / 2 * kBlock_frames; }
+
+ private:
+  static SlowThread& of(void* self) { return *static_cast<SlowThread*>(self); }
+  bool is_slow() const { return player_ != nullptr && std::this_thread::get_id() == thread_; }
+
+  void let_play(std::uint64_t frames) const {
+    const double until_s =
+        player_.load()->statistics().time_s + static_cast<double>(frames) / kSampleRate_hz;
+    while (player_.load()->statistics().time_s < until_s)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  // The first keyframes take so long that something must be mixed to catch up.
+  double sampled() const {
+    if (is_slow() && clock_reads_ == 0) let_play(10 * kBlock_frames);
+    return 0;
+  }
+  // Read before and after each block.
+  double mixed() {
+    if (is_slow() && ++clock_reads_ % 2 == 0) let_play(kBlock_frames + kBlock_frames / 4);
+    return 0;
+  }
+
+  std::thread::id thread_;
+  std::atomic<Player*> player_{nullptr};
+  std::uint64_t clock_reads_ = 0;  // of the slow thread, for mixing
+};
+
+// Whatever it mixes to catch up, it is farther behind after that.
+TEST(Player, ReplacesItsBakeOnAMachineThatMixesSlowerThanItPlays) {
+  PlayerOptions options = standing();
+  options.device = "none";
+  options.seconds = 0;
+  SlowThread slow;
+  const auto file = testing::as_file(testing::baked_contents(300));
+  auto player = Player::create(file, options);
+  ASSERT_TRUE(player.ok() && (*player)->start().ok());
+  AuralizerOptions next = options.auralizer;
+  next.adapt = true;  // reads the clock
+  next.sampler_clock = slow.sampler_clock();
+  next.audio_clock = slow.audio_clock();
+  slow.begin(**player);
+  EXPECT_TRUE((*player)->replace(file, next).ok());
+  slow.end();
+  EXPECT_GT(slow.mixed_frames(), 0u);
+  EXPECT_LE(slow.mixed_frames(), kSampleRate_hz / 2 + SlowThread::kBlock_frames);
+  // The new bake is heard, and can be replaced in its turn.
+  EXPECT_TRUE(
+      testing::comes_true([&] { return (*player)->statistics().auralizer.peak[0] > 0.001f; }));
+  EXPECT_TRUE((*player)->replace(file, options.auralizer).ok());
+  EXPECT_TRUE((*player)->stop().ok());
 }
 
 TEST(Player, FollowsAListenerWhoIsMoved) {

@@ -29,13 +29,13 @@ void LiveSound::submit(Request next) {
 
 void LiveSound::play(const std::string& path, const std::string& name) {
   path_ = path;
-  submit({path, name, options_.auralizer});
+  submit({path, name, options_.auralizer, listener_});
 }
 
 void LiveSound::set_options(const AuralizerOptions& options) {
   options_.auralizer = options;
   options_.auralizer.keeps_sample = true;
-  if (!path_.empty()) submit({path_, name_, options_.auralizer});
+  if (!path_.empty()) submit({path_, name_, options_.auralizer, listener_});
 }
 
 void LiveSound::move(const Listener& listener) {
@@ -79,7 +79,7 @@ LiveSound::Opened LiveSound::open(Request request, const Player* playing) const 
   }
   opened.file = std::make_shared<const BakeFile>(std::move(*file));
   if (playing != nullptr) {
-    auto prepared = playing->prepare(opened.file, opened.request.options);
+    auto prepared = playing->prepare(opened.file, opened.request.options, opened.request.listener);
     if (prepared.ok())
       opened.prepared = std::move(*prepared);
     else

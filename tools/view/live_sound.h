@@ -67,6 +67,7 @@ class LiveSound {
   struct Request {
     std::string path, name;
     AuralizerOptions options;
+    Listener listener;
   };
   // The player for the first request, a prepared bake for others.
   struct Opened {

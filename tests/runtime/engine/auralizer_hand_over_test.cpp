@@ -14,6 +14,7 @@
 #include "runtime/engine/sound_focus.h"
 #include "runtime/voices/keyframe.h"
 #include "tests/baked_room.h"
+#include "tests/temporary_file.h"
 
 namespace clamor::testing {
 namespace {
@@ -59,29 +60,58 @@ double loudest(std::span<const float> samples) {
   return greatest;
 }
 
-// A fade to an auralizer that plays the same, and is in step, changes nothing.
+// A fade to an auralizer that plays the same, and is in step, changes nothing: one that begins with
+// the fade, or that began before and has skipped what was played since.
 TEST(AuralizerHandOver, GoesOnWhereLoopsAre) {
   constexpr std::size_t kFrames = 24'000, kFrom = 8 * kKeyframeFrames;
   const auto undisturbed = auralizer_of({});
   const std::vector<float> expected = played(*undisturbed, kFrames);
-
-  const auto first = auralizer_of({});
-  const auto second = auralizer_of({}, static_cast<double>(kFrom) / kSampleRate_hz);
-  AuralizerCrossfade crossfade(*first);
-  std::vector<float> heard(kFrames * kChannels);
-  for (std::size_t at = 0; at < kFrames; at += 240) {
-    make_keyframes(*first);
-    make_keyframes(*second);
-    if (at == 6'000) crossfade.fade_to(*second, kFrom);
-    crossfade.mix(std::span(heard).subspan(at * kChannels, 240 * kChannels));
-  }
-  EXPECT_TRUE(crossfade.has_faded());
-  // Samples are drawn for the same moments, so that only rounding differs.
-  EXPECT_LT(difference(heard, expected), 1e-4 * loudest(expected));
   EXPECT_GT(difference(std::span(expected).subspan(2 * kFrom),
                        std::span(expected).first(2 * (kFrames - kFrom))),
             0.2 * loudest(expected))
       << "the test would not see a sound that begins anew";
+
+  for (const std::size_t skipped : {std::size_t{0}, std::size_t{5} * kKeyframeFrames}) {
+    const auto first = auralizer_of({});
+    const auto second = auralizer_of({}, static_cast<double>(kFrom - skipped) / kSampleRate_hz);
+    second->warm_up(kListener);
+    second->skip(skipped);
+    AuralizerCrossfade crossfade(*first);
+    std::vector<float> heard(kFrames * kChannels);
+    for (std::size_t at = 0; at < kFrames; at += 240) {
+      make_keyframes(*first);
+      make_keyframes(*second);
+      if (at == 6'000) crossfade.fade_to(*second, kFrom);
+      crossfade.mix(std::span(heard).subspan(at * kChannels, 240 * kChannels));
+    }
+    EXPECT_TRUE(crossfade.has_faded());
+    // Samples are drawn for the same moments, so that only rounding differs.
+    EXPECT_LT(difference(heard, expected), 1e-4 * loudest(expected)) << skipped << " skipped";
+  }
+}
+
+std::vector<std::uint64_t> first_sample(Auralizer& auralizer) {
+  auralizer.make_keyframe(kListener);
+  std::vector<std::uint64_t> numbers;
+  for (const HeardSource& heard : auralizer.newest_sample()) numbers.push_back(heard.number);
+  return numbers;
+}
+
+// One that waits for pages chooses from all sources, as does one that was warmed up.
+TEST(AuralizerHandOver, HasAllPagesInItsFirstKeyframeOnceItIsWarmedUp) {
+  const auto file = as_file(baked_contents(3000));
+  AuralizerOptions options;
+  options.voices = 300;
+  options.visibility = false;
+  options.keeps_sample = true;
+  const auto cold = Auralizer::create(file, options), warm = Auralizer::create(file, options);
+  options.wait_for_pages = true;
+  const auto waiting = Auralizer::create(file, options);
+  ASSERT_TRUE(cold.ok() && warm.ok() && waiting.ok());
+  (*warm)->warm_up(kListener);
+  const auto expected = first_sample(**waiting);
+  EXPECT_EQ(first_sample(**warm), expected);
+  EXPECT_NE(first_sample(**cold), expected) << "the test would not see pages that are missing";
 }
 
 std::vector<float> focused(const SoundFocus& focus) {
