@@ -290,8 +290,9 @@ TEST(Player, ReplacesItsBakeOnAMachineThatMixesSlowerThanItPlays) {
   PlayerOptions options = standing();
   options.device = "none";
   options.seconds = 0;
+  options.auralizer.voices = 50;
   SlowThread slow;
-  const auto file = testing::as_file(testing::baked_contents(300));
+  const auto file = testing::as_file(testing::baked_contents(50));
   auto player = Player::create(file, options);
   ASSERT_TRUE(player.ok() && (*player)->start().ok());
   AuralizerOptions next = options.auralizer;
