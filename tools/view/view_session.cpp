@@ -129,13 +129,19 @@ void ViewSession::frame(const WalkKeys& keys, double seconds) {
   follow_edits();
   take_events();
   follow_file();
-  if (sound_->update() && waits_for_sound_ && !plays_other_) {
+  if (sound_->update() && waits_for_sound_ && plays_last_edit()) {
     waits_for_sound_ = false;
     edit_to_sound_s_ = std::chrono::duration<double>(Clock::now() - edited_).count();
   }
   take_findings();
   sound_->history().update();
   sound_->copy_heard(heard_);
+}
+
+// A bake of the edit before may begin to play after this one.
+bool ViewSession::plays_last_edit() const {
+  const std::string& path = sound_->file()->path();
+  return (first_ && path == first_->path) || (newest_ && path == newest_->path);
 }
 
 void ViewSession::bake_now(bool only_last) {

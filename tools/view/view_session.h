@@ -153,6 +153,7 @@ class ViewSession {
   void take_events();
   void take_findings();
   void check_selection();
+  bool plays_last_edit() const;
   Listener viewpoint(const Vec3& place_m, double size_m) const;
   void bake_now(bool only_last = false);
 
