@@ -92,24 +92,27 @@ BakeStatistics statistics_of(const TraceTally& tally, const PhotonTracer& tracer
 
 // Everything needed to trace a level.
 struct TraceSetup {
-  // `reweighed`: photons that are not traced again, or null.
+  // `reweighed`: photons that are not traced again, or null. `kept`: where those of the last bake
+  // are, or null.
   TraceSetup(const Level& level, const BakeSettings& settings,
-             const ReweighedPhotons* reweighed = nullptr)
+             const ReweighedPhotons* reweighed = nullptr, const PathCache* kept = nullptr)
       : scene(level.mesh, reweighed != nullptr ? Scene::Build::kQuick : Scene::Build::kThorough),
         early_order(settings.early_order < 0 ? image_order_for(level.emitters.size())
                                              : std::min(settings.early_order, kMaxImageOrder)),
         trace(trace_settings(settings)),
-        plan(reweighed != nullptr ? reweighed->plan
+        plan(reweighed != nullptr ? reweighed->plan()
                                   : make_bake_plan(scene, level, settings, trace)),
-        tracer(scene, level, complete(level, reweighed)) {
+        tracer(scene, level, complete(level, reweighed, kept)) {
     if (reweighed != nullptr && settings.sources > 0) plan.sources = settings.sources;
   }
 
-  const TraceSettings& complete(const Level& level, const ReweighedPhotons* reweighed) {
+  const TraceSettings& complete(const Level& level, const ReweighedPhotons* reweighed,
+                                const PathCache* kept) {
+    if (kept != nullptr) keep_estimates(plan, kept->plan());
     trace.deposit_threshold = plan.deposit_threshold;
     trace.decay = plan.decay;
     if (reweighed != nullptr)
-      trace.images = reweighed->images;
+      trace.images = reweighed->images();
     else if (auto images = find_images(scene, level, early_order); !images.empty())
       trace.images = std::make_shared<const ImageIndex>(images);
     if (has_closed_state(level)) trace.first_portals = PortalSet::of_state(PortalSet::kStateOpen);
@@ -215,9 +218,11 @@ Result<TraceJournal> open_shard(const Level& level, const std::string& path) {
 }
 
 // Opens the journal to append to, if any, followed by the shards.
-Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOptions& options) {
-  std::vector<TraceJournal> journals;
-  if (!options.journal.empty()) {
+Result<OpenJournals> open_journals(const Level& level, const BakeOptions& options) {
+  OpenJournals journals;
+  journals.writes = !options.journal.empty();
+  journals.has_all = !options.shards.empty();
+  if (journals.writes) {
     auto opened = TraceJournal::open(options.journal, deposit_materials(level.materials).size(),
                                      level.portals.size());
     if (!opened.ok()) return opened.error();
@@ -225,7 +230,7 @@ Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOp
     // A complete shard stays the same bytes when its command is run again.
     if (!options.note.empty() && opened->note() != options.complete_note)
       if (const auto noted = opened->set_note(options.note); !noted.ok()) return noted.error();
-    journals.push_back(std::move(*opened));
+    journals.list.push_back(std::move(*opened));
   }
   std::vector<std::optional<Result<TraceJournal>>> shards(options.shards.size());
   tbb::parallel_for(std::size_t{0}, shards.size(), [&](std::size_t i) {
@@ -234,7 +239,7 @@ Result<std::vector<TraceJournal>> open_journals(const Level& level, const BakeOp
   for (auto& shard : shards) {
     if (!shard) break;
     if (!shard->ok()) return shard->error();
-    journals.push_back(std::move(**shard));
+    journals.list.push_back(std::move(**shard));
   }
   return journals;
 }
@@ -353,8 +358,11 @@ std::optional<ReweighedPhotons> reweigh(const Level& level, const BakeOptions& o
 
 Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& options,
                                         BakeReport& report) {
-  const auto reweighed = reweigh(level, options, report);
-  const TraceSetup setup(level, options.settings, reweighed ? &*reweighed : nullptr);
+  auto reweighed = reweigh(level, options, report);
+  PathCache* const kept = reweighed || !options.probes_m.empty() || has_closed_state(level)
+                              ? nullptr
+                              : options.keeps_paths;
+  const TraceSetup setup(level, options.settings, reweighed ? &*reweighed : nullptr, kept);
   if (options.is_stopped()) return BakeContents{};
   BakePlan all_states = setup.plan;
   if (has_closed_state(level)) all_states.sources *= 2;
@@ -363,20 +371,20 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   if (!sorted.ok()) return sorted.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
-  if (!options.journal.empty()) report.journal_runs = journals->front().runs();
-  JournalSet journal_set(*journals, !options.journal.empty(), level, setup.tracer,
-                         scene_hash(level, setup.trace));
+  if (!options.journal.empty()) report.journal_runs = journals->list.front().runs();
+  const RunKeys keys(level, setup.tracer, scene_hash(level, setup.trace));
+  JournalSet journal_set(*journals, keys);
+  std::optional<KeptPaths> kept_paths;
+  RunSource* source = &journal_set;
+  if (reweighed) source = &*reweighed;
+  if (kept != nullptr) {
+    kept->begin(level, options.settings, setup.plan, setup.trace, keys.scene());
+    source = &kept_paths.emplace(*kept, journal_set, keys);
+  }
   DecayEstimate decay = setup.decay_estimate(level, reweighed.has_value());
   const bool on_disk = sorted->storage == SortStorage::kFiles;
-  BatchTracing tracing(setup.tracer, level, setup.plan, options, journal_set, {}, &decay);
+  BatchTracing tracing(setup.tracer, setup.plan, options, *source, {}, &decay);
   if (on_disk) tracing.thin_on_disk(options.spill);
-  if (reweighed) {
-    tracing.take_from(*reweighed);
-  } else if (options.keeps_paths != nullptr && options.probes_m.empty() &&
-             !has_closed_state(level)) {
-    options.keeps_paths->begin(level, options.settings, setup.plan, setup.trace);
-    tracing.keep_paths(*options.keeps_paths);
-  }
   auto traced = tracing.run();
   if (!traced.ok()) return traced.error();
   report.photons = tracing.progress().photons_done;
@@ -393,9 +401,8 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
     if (const auto done = number_portals(*state, portal_sets, max_sets, portals.emitters);
         !done.ok())
       return done.error();
-  auto probes =
-      bake_probes(setup.scene, level, options, setup.trace, probe_photons(setup.plan, options),
-                  *journals, !options.journal.empty(), portal_sets);
+  auto probes = bake_probes(setup.scene, level, options, setup.trace,
+                            probe_photons(setup.plan, options), *journals, portal_sets);
   if (!probes.ok()) return probes.error();
   report.probe_photons = probes->photons;
   report.photons_reused += probes->photons_reused;
@@ -446,7 +453,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   } else {
     sort_sources(std::move(traced->sources), instances, contents);
   }
-  if (!options.journal.empty()) compact(journals->front(), options, report);
+  if (!options.journal.empty()) compact(journals->list.front(), options, report);
   return contents;
 }
 
@@ -457,28 +464,27 @@ Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& op
     return fits.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
-  JournalSet journal_set(*journals, true, level, setup.tracer, scene_hash(level, setup.trace));
+  JournalSet journal_set(*journals, RunKeys(level, setup.tracer, scene_hash(level, setup.trace)));
   DecayEstimate decay = setup.decay_estimate(level, false);
-  BatchTracing tracing(setup.tracer, level, setup.plan, options, journal_set, shard, &decay);
+  BatchTracing tracing(setup.tracer, setup.plan, options, journal_set, shard, &decay);
   if (const auto traced = tracing.run(); !traced.ok()) return traced.error();
   BakeReport report;
   const auto closed = trace_closed_state(level, setup.trace, options, *journals, shard, report);
   if (!closed.ok()) return closed.error();
   PortalSetTable portals;
-  const auto probes =
-      bake_probes(setup.scene, level, options, setup.trace, probe_photons(setup.plan, options),
-                  *journals, true, portals, shard);
+  const auto probes = bake_probes(setup.scene, level, options, setup.trace,
+                                  probe_photons(setup.plan, options), *journals, portals, shard);
   if (!probes.ok()) return probes.error();
   if (!options.complete_note.empty() && !options.is_stopped())
-    if (const auto noted = journals->front().set_note(options.complete_note); !noted.ok())
+    if (const auto noted = journals->list.front().set_note(options.complete_note); !noted.ok())
       return noted.error();
-  if (const auto synced = journals->front().sync(); !synced.ok()) return synced.error();
+  if (const auto synced = journals->list.front().sync(); !synced.ok()) return synced.error();
   report.photons += tracing.progress().photons_done;
   report.probe_photons = probes->photons;
   report.photons_reused += tracing.progress().photons_reused + probes->photons_reused;
-  report.journal_bytes = journals->front().bytes();
-  if (journals->front().damaged() > 0 && !options.is_stopped())
-    if (const auto whole = journals->front().compact(true); !whole.ok()) return whole.error();
+  report.journal_bytes = journals->list.front().bytes();
+  if (journals->list.front().damaged() > 0 && !options.is_stopped())
+    if (const auto whole = journals->list.front().compact(true); !whole.ok()) return whole.error();
   return report;
 }
 

@@ -41,7 +41,8 @@ struct BakeOptions {
   SceneGroups groups{};  // groups of the level's emitters; congruent ones become instances
   // Re-weighs the photons of this cache instead of tracing, where it can; null: traces.
   const PathCache* reweighs = nullptr;
-  // Keeps all photons that are traced, and their paths, here instead of in the journal; null: none.
+  // Keeps all photons and their paths here, and finds those of earlier bakes; null: none. The plan
+  // then depends on them a little (keep_estimates()). The journal is used where the cache is full.
   // Without effect for bakes with probes or with portals that are baked closed.
   PathCache* keeps_paths = nullptr;
   // Journals that together contain all photons; nothing is traced.

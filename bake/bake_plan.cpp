@@ -24,6 +24,13 @@ double one_digit_up(double value) {
   while (value / step >= 10) step *= 10;
   return std::ceil(value / step) * step;
 }
+
+bool are_within(const Bands& values, const Bands& others, float factor) {
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    if (values[b] > factor * others[b] || others[b] > factor * values[b]) return false;
+  return true;
+}
+
 }  // namespace
 
 std::uint64_t BakePlan::all_photons() const {
@@ -132,6 +139,19 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
   plan.deposit_threshold =
       pilot.threshold(static_cast<double>(plan.all_photons()), kKeptDepositsPerSource * sources);
   return plan;
+}
+
+void keep_estimates(BakePlan& plan, const BakePlan& earlier) {
+  constexpr double kThresholdStep = 2;  // Pilot::threshold()
+  constexpr float kDecayStep = 1.51f;   // decay_model() rounds to 1, 1.5, 2, 3, ...
+  if (plan.deposit_threshold > kThresholdStep * earlier.deposit_threshold ||
+      earlier.deposit_threshold > kThresholdStep * plan.deposit_threshold ||
+      !are_within(plan.decay.early_m, earlier.decay.early_m, kDecayStep) ||
+      !are_within(plan.decay.knee_m, earlier.decay.knee_m, kDecayStep) ||
+      !are_within(plan.decay.late_m, earlier.decay.late_m, kDecayStep))
+    return;
+  plan.deposit_threshold = earlier.deposit_threshold;
+  plan.decay = earlier.decay;
 }
 
 }  // namespace clamor

@@ -48,6 +48,11 @@ inline constexpr std::uint64_t kMinPhotons = 4, kMaxSources = 200'000'000;
 BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettings& settings,
                         const TraceSettings& trace);
 
+// Takes what the pilot of an earlier plan has estimated, if that differs by no more than a step of
+// its rounding. The pilot's noise takes such a step whenever an emitter moves, and all photons of a
+// plan depend on the estimates.
+void keep_estimates(BakePlan& plan, const BakePlan& earlier);
+
 // Upper estimate of the peak memory of a bake: 65 MB for the program and the thinning's buffers,
 // 300 bytes per triangle, 215 per source (sorting takes 2.5 times the 88 bytes of a source), 150
 // per 1024 photons, and the batches in flight. Measured in the violin room: 123 to 159 MB for 300

@@ -1,14 +1,10 @@
 #include "bake/batch_tracing.h"
 
 #include <memory>
-#include <mutex>
 #include <utility>
 
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
-
-#include "bake/path_cache.h"
-#include "formats/level/level.h"
 
 namespace clamor {
 
@@ -44,18 +40,17 @@ struct BatchTracing::Batch {
   DecayEnergies received_found, received_traced;
 };
 
-BatchTracing::BatchTracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
-                           const BakeOptions& options, JournalSet& journals, const Shard& shard,
+BatchTracing::BatchTracing(const PhotonTracer& tracer, const BakePlan& plan,
+                           const BakeOptions& options, RunSource& source, const Shard& shard,
                            DecayEstimate* decay, RunSink sink)
     : tracer_(tracer),
-      level_(level),
       plan_(plan),
       options_(options),
-      journals_(journals),
+      source_(source),
       decay_(decay),
       sink_(std::move(sink)),
       batches_(batches_of(plan, shard)),
-      portals_(level.emitters.size()) {
+      portals_(plan.photons.size()) {
   if (shard.count == 1 && !sink_) thinning_.emplace(plan.sources);
   progress_.stage = sink_ ? "probes" : "tracing";
   for (const auto& batch : batches_)
@@ -122,31 +117,22 @@ Result<BatchTracing::Output> BatchTracing::run() {
   return output;
 }
 
+// Stages may fail at the same time; the first failure counts.
 void BatchTracing::fail(std::string message) {
-  failure_ = std::move(message);
-  failed_ = true;
+  if (!failed_.exchange(true)) failure_ = std::move(message);
 }
 
 void BatchTracing::look_up(Batch& batch) {
   batch.missing.clear();
   batch.found.clear();
   batch.traced.clear();
-  if (reweighed_ != nullptr) {
-    const TracedRuns& reweighed = reweighed_->batches[batch.index];
-    for (const TracedRun& run : reweighed.runs())
-      batch.found.append(run.run, run.tally, reweighed.deposits_of(run));
-    return;
+  const std::lock_guard lock(source_mutex_);
+  if (source_.records_paths()) batch.traced.record_paths();
+  for (const PhotonRun& run : batches_[batch.index]) {
+    const auto has = source_.find(run, batch.found);
+    if (!has.ok()) return fail(has.error().message);
+    if (!*has) batch.missing.push_back(run);
   }
-  if (path_cache_ != nullptr) {
-    batch.traced.record_paths();
-    batch.missing = batches_[batch.index];
-    return;
-  }
-  journals_.find(batches_[batch.index], batch.found, batch.missing);
-  if (!options_.shards.empty() && !batch.missing.empty() && !failed_)
-    fail("photons of emitter " + in_quotes(level_.emitters[batch.missing[0].emitter].name) +
-         " are in none of the shards; was one left out, was it stopped before its end, or "
-         "made from another level or with other settings?");
 }
 
 BatchTracing::DecayEnergies BatchTracing::measure_decay(const TracedRuns& runs) const {
@@ -159,10 +145,11 @@ BatchTracing::DecayEnergies BatchTracing::measure_decay(const TracedRuns& runs) 
 
 void BatchTracing::accumulate(Batch& batch) {
   if (stopped() || failed_) return;
-  if (path_cache_ != nullptr)
-    path_cache_->add(batch.traced);
-  else if (const auto kept = journals_.append(batch.traced); !kept.ok())
-    return fail(kept.error().message);
+  {
+    const std::lock_guard lock(source_mutex_);
+    if (const auto recorded = source_.record(batch.traced); !recorded.ok())
+      return fail(recorded.error().message);
+  }
 
   // Merges found and traced runs in the order of emitters and photons.
   const auto found = batch.found.runs(), traced = batch.traced.runs();
@@ -179,11 +166,13 @@ void BatchTracing::accumulate(Batch& batch) {
       ++t;
     }
   }
-  // Estimating the error takes longer than re-weighing.
-  if (decay_ != nullptr && reweighed_ == nullptr && progress_.photons_done >= next_error_) {
+  if (decay_ != nullptr && !source_.is_instant() && progress_.photons_done >= next_error_) {
     progress_.error_db = decay_->error_db().value_or(0);
     next_error_ = progress_.photons_done + progress_.photons_done / 8;
-    if (progress_.error_db > 0) journals_.set_error_db(progress_.error_db);
+    if (progress_.error_db > 0) {
+      const std::lock_guard lock(source_mutex_);
+      source_.set_error_db(progress_.error_db);
+    }
   }
   if (options_.on_progress) options_.on_progress(progress_);
 }

@@ -1,16 +1,17 @@
-// batch_tracing.h: gets all photons of a bake, from the journal or by tracing, and thins their
-// deposits to the sources of the file.
+// batch_tracing.h: gets all photons of a bake, from a source of traced runs or by tracing, and
+// thins their deposits to the sources of the file.
 //
 // A batch is one or more runs, of at most 1024 photons together. Batches are fixed by the plan, and
-// pass through a pipeline: look up in the journal (in order), trace (in parallel, in any order),
+// pass through a pipeline: look up in the source (in order), trace (in parallel, in any order),
 // accumulate (in order). Neither sources nor sums therefore depend on the number of threads or on
-// the contents of the journal.
+// which runs were found.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -18,19 +19,15 @@
 
 #include "bake/bake_options.h"
 #include "bake/bake_plan.h"
-#include "bake/journal/journal_set.h"
 #include "bake/octree/source_thinning.h"
 #include "bake/octree/thinning_on_disk.h"
 #include "bake/portals/portal_sets.h"
 #include "bake/report/decay_estimate.h"
 #include "bake/trace/photon_tracer.h"
+#include "bake/trace/run_source.h"
 #include "common/result.h"
 
 namespace clamor {
-
-class PathCache;
-struct Level;
-struct ReweighedPhotons;  // bake/path_cache.h
 
 class BatchTracing {
  public:
@@ -49,23 +46,17 @@ class BatchTracing {
   using RunSink = std::function<void(const TracedRun& run, std::span<const Deposit> deposits,
                                      std::uint64_t order)>;
 
-  // Without options.shards, runs that the journals lack are traced; with them, nothing is traced.
   // `decay` may be null; otherwise it receives the runs that it wants. All arguments must outlive
   // the object.
-  BatchTracing(const PhotonTracer& tracer, const Level& level, const BakePlan& plan,
-               const BakeOptions& options, JournalSet& journals, const Shard& shard,
-               DecayEstimate* decay = nullptr, RunSink sink = {});
+  BatchTracing(const PhotonTracer& tracer, const BakePlan& plan, const BakeOptions& options,
+               RunSource& source, const Shard& shard, DecayEstimate* decay = nullptr,
+               RunSink sink = {});
 
   // Keeps the sources on disk. Call before run().
   void thin_on_disk(const std::string& beside);
 
-  // Takes all runs from there, or keeps the paths of all runs there; neither uses the journals.
-  // Call before run(). The argument must outlive the object.
-  void take_from(const ReweighedPhotons& photons) { reweighed_ = &photons; }
-  void keep_paths(PathCache& cache) { path_cache_ = &cache; }
-
-  // Runs in the calling TBB arena. Fails if the journal cannot be written or if shards lack
-  // photons. Returns a partial result when options.stop is set.
+  // Runs in the calling TBB arena. Fails if the source does, which then lacks photons or cannot
+  // record them. Returns a partial result when options.stop is set.
   Result<Output> run();
 
   const BakeProgress& progress() const { return progress_; }
@@ -83,18 +74,16 @@ class BatchTracing {
   void fail(std::string message);
 
   const PhotonTracer& tracer_;
-  const Level& level_;
   const BakePlan& plan_;
   const BakeOptions& options_;
-  JournalSet& journals_;
+  RunSource& source_;
+  std::mutex source_mutex_;  // stages of the pipeline overlap
   DecayEstimate* decay_;
   const RunSink sink_;
   std::vector<std::vector<PhotonRun>> batches_;  // of this shard
   std::optional<SourceThinning> thinning_;       // not for a shard or with a sink
   std::unique_ptr<ThinningOnDisk> on_disk_;      // instead of thinning_
-  const ReweighedPhotons* reweighed_ = nullptr;
-  PathCache* path_cache_ = nullptr;
-  std::vector<Source> sources_;  // of the current run
+  std::vector<Source> sources_;                  // of the current run
   PortalPairs portals_;
   TraceTally tally_;
   BakeProgress progress_;

@@ -32,8 +32,7 @@ bool has_closed_state(const Level& level) {
 }
 
 Result<BatchTracing::Output> trace_closed_state(const Level& level, const TraceSettings& open,
-                                                const BakeOptions& options,
-                                                std::span<TraceJournal> journals,
+                                                const BakeOptions& options, OpenJournals& journals,
                                                 const Shard& shard, BakeReport& report,
                                                 bool thins_on_disk) {
   if (!has_closed_state(level)) return BatchTracing::Output{};
@@ -45,9 +44,8 @@ Result<BatchTracing::Output> trace_closed_state(const Level& level, const TraceS
   trace.decay = plan.decay;
   trace.first_portals = PortalSet::of_state(PortalSet::kStateClosed);
   const PhotonTracer tracer(scene, closed, trace);
-  JournalSet journal_set(journals, !options.journal.empty(), closed, tracer,
-                         scene_hash(closed, trace));
-  BatchTracing tracing(tracer, closed, plan, options, journal_set, shard);
+  JournalSet journal_set(journals, RunKeys(closed, tracer, scene_hash(closed, trace)));
+  BatchTracing tracing(tracer, plan, options, journal_set, shard);
   if (thins_on_disk) tracing.thin_on_disk(options.spill);
   auto traced = tracing.run();
   report.photons += tracing.progress().photons_done;

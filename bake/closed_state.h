@@ -5,13 +5,11 @@
 // in a second state of the level, to which the runtime fades (formats/bake_file/baked_portals.h).
 #pragma once
 
-#include <span>
-
 #include "bake/bake.h"
 #include "bake/bake_options.h"
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
-#include "bake/journal/trace_journal.h"
+#include "bake/journal/journal_set.h"
 #include "bake/trace/photon_tracer.h"
 #include "common/result.h"
 
@@ -25,12 +23,11 @@ bool has_closed_state(const Level& level);
 Level closed_level(const Level& level);
 
 // Traces the level with closed portals by a plan of its own. `open` are the settings with open
-// portals. The first of `journals` receives new runs if there is options.journal. Adds the photons
+// portals. Adds the photons
 // to the report. Empty without a closed state. `thins_on_disk` needs options.spill. Runs in the
 // calling TBB arena. Memory: a copy of the mesh.
 Result<BatchTracing::Output> trace_closed_state(const Level& level, const TraceSettings& open,
-                                                const BakeOptions& options,
-                                                std::span<TraceJournal> journals,
+                                                const BakeOptions& options, OpenJournals& journals,
                                                 const Shard& shard, BakeReport& report,
                                                 bool thins_on_disk = false);
 

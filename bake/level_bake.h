@@ -44,7 +44,7 @@ struct LevelBakeOptions {
   std::vector<std::string> shards;          // shards to merge
   BakeCache* cache = nullptr;               // of earlier bakes, which spares work; null: none
   bool reweighs = false;     // takes photons from the cache if only absorption has changed
-  bool keeps_paths = false;  // keeps photons in the cache, not in the journal, where it can
+  bool keeps_paths = false;  // keeps photons in the cache, and finds them there, where it can
   std::string tool;          // for the provenance; "": this program
   const std::atomic<bool>* stop = nullptr;
 };

@@ -1,36 +1,29 @@
-// path_cache.h: keeps traced photons in memory, to re-weigh them when absorption changes.
+// path_cache.h: keeps traced photons and their paths in memory, for the next bakes of a level that
+// is being edited.
 //
-// The directions of photons do not depend on absorption. If only absorption has changed, a path
-// that has met materials 1, 2, ... n_1, n_2, ... times carries, in each band, the power
+// Photons are re-weighed when only absorption has changed (reweighed_photons.h). When an emitter
+// has changed, the runs of the others are found by their keys, as in a journal (run_key.h). A
+// journal keeps no paths, so that it only serves where the cache is full.
 //
-//     new power = old power * product over materials m of ((1 - new a_m) / (1 - old a_m)) ^ n_m.
-//
-// Russian roulette, splitting and thinning stay as they were traced: their probabilities are part
-// of the old powers and nothing has to be drawn again. The estimate is unbiased wherever the old
-// reflectance is above zero. (Correlated sampling: H. Kahn. Use of Different Monte Carlo Sampling
-// Techniques. Symposium on Monte Carlo Methods, 1956.)
-//
-// The variance grows: paths were ended where the old level was quiet, and a less absorbing one may
-// be loud there. Re-weighed photons are therefore used only if, in each band,
-// enough deposits carry the power of each stretch of the decay down to -30 dB (enough_deposits()).
-// That choice looks at the same deposits, so that it is only without it that the mean is exact.
-//
-// Threads: const functions may be called concurrently. Memory: 96 bytes for each deposit, 8 for
-// each reflection and 40 for each power without a deposit, with a bound; re-weighed deposits are
-// copies.
+// Threads: one at a time; const functions may be called concurrently. Memory: 96 bytes for each
+// deposit, 8 for each reflection and 40 for each power without a deposit, with a bound; re-weighed
+// deposits are copies.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
-#include <optional>
 #include <span>
-#include <string>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "bake/bake_plan.h"
-#include "bake/trace/image_index.h"
-#include "bake/trace/photon_tracer.h"
+#include "bake/journal/run_key.h"
+#include "bake/kept_run.h"
+#include "bake/reweighed_photons.h"
+#include "bake/trace/run_source.h"
 #include "common/material.h"
 #include "common/result.h"
 #include "formats/bake_file/bake_metadata.h"
@@ -38,13 +31,6 @@
 namespace clamor {
 
 struct Level;
-
-// The photons of a bake, with other powers than they were traced with.
-struct ReweighedPhotons {
-  BakePlan plan;                             // by which they were traced
-  std::shared_ptr<const ImageIndex> images;  // as in TraceSettings
-  std::vector<TracedRuns> batches;           // those of plan.batches()
-};
 
 class PathCache {
  public:
@@ -57,12 +43,20 @@ class PathCache {
   explicit PathCache(std::uint64_t max_bytes = kMaxBytes, double min_deposits = kMinDeposits)
       : max_bytes_(max_bytes), min_deposits_(min_deposits) {}
 
-  // Forgets all paths, and begins with those of a bake. `trace` are its complete settings. Keeps
-  // nothing of a level with portals that are baked closed.
+  // Begins with the runs of a bake. `trace` are its complete settings, `scene` is their
+  // scene_hash(). Runs of the bakes before may be found until it has all of its own.
   void begin(const Level& level, const BakeSettings& settings, const BakePlan& plan,
-             const TraceSettings& trace);
-  // Takes the next of plan.batches(), with recorded paths. Forgets all paths if they are too many.
-  void add(const TracedRuns& batch);
+             const TraceSettings& trace, std::uint64_t scene);
+  // Appends a run of an earlier bake to `found`, or returns false.
+  bool find(std::uint64_t key, const PhotonRun& run, TracedRuns& found);
+  // Takes runs with recorded paths. Returns false if they are too many; the cache is full then.
+  bool add(std::span<const std::uint64_t> keys, const TracedRuns& traced);
+
+  // A full cache has no runs, and takes none until another scene begins.
+  bool is_full() const { return is_full_; }
+
+  // The plan of the last bake.
+  const BakePlan& plan() const { return plan_; }
 
   // The photons in a level that differs from that of begin() in absorption alone. Fails, with a
   // reason for people, if it differs in more, if paths are missing, or if the variance would be too
@@ -72,36 +66,44 @@ class PathCache {
   std::uint64_t bytes() const { return bytes_; }
 
  private:
-  struct Batch {
-    std::vector<TracedRun> runs;
-    std::vector<Deposit> deposits;
-    PathRecord paths;
+  struct Entry {
+    std::uint64_t key = 0;
+    KeptRun run;
   };
 
-  TracedRuns reweigh(const Batch& batch, std::span<const Bands> ratios) const;
+  void put(std::uint64_t key, KeptRun run);
+  void forget_earlier();
 
   std::uint64_t max_bytes_;
   double min_deposits_;
   std::uint64_t bytes_ = 0;
-  std::uint64_t key_ = 0;  // hash of everything but the absorption
+  bool is_full_ = false;
+  std::uint64_t scene_ = 0;
+  std::uint64_t paths_ = 0;  // hash of everything but the absorption
   std::vector<Material> materials_;
   BakePlan plan_;
   std::shared_ptr<const ImageIndex> images_;
-  std::size_t all_batches_ = 0;
-  std::vector<Batch> batches_;
+  std::size_t all_runs_ = 0;                                       // of the plan
+  std::map<std::pair<std::uint32_t, std::uint64_t>, Entry> runs_;  // by emitter and first photon
+  std::unordered_map<std::uint64_t, KeptRun> earlier_;             // of bakes before, by key
 };
 
-// By material, the factor of the power of a path that meets it once. Fails if a path of the new
-// materials cannot be made of one of the old.
-Result<std::vector<Bands>> reweighing_ratios(std::span<const Material> old_materials,
-                                             std::span<const Material> new_materials);
+// The runs of a bake that keeps its paths.
+class KeptPaths final : public RunSource {
+ public:
+  // The cache has begun with the bake. `journals` serve where it is full. All must outlive the
+  // object.
+  KeptPaths(PathCache& cache, RunSource& journals, const RunKeys& keys)
+      : cache_(cache), journals_(journals), keys_(keys) {}
 
-// Whether, in each band, the power of the deposits decays by 30 dB before fewer than `least` of
-// them carry it, or by 20 dB before there are none. The deposits are divided by their delay into
-// stretches of half their mean delay, in which the power of a room falls by 2.2 dB. n deposits of
-// powers p count as (sum p)^2 / sum p^2, the effective sample size, which is n if the powers are
-// equal.
-bool enough_deposits(std::span<const TracedRuns> batches, std::span<const double> photon_shares,
-                     double least);
+  Result<bool> find(const PhotonRun& run, TracedRuns& found) override;
+  Result<void> record(const TracedRuns& traced) override;
+  bool records_paths() const override { return !cache_.is_full(); }
+
+ private:
+  PathCache& cache_;
+  RunSource& journals_;
+  const RunKeys keys_;
+};
 
 }  // namespace clamor

@@ -20,8 +20,7 @@ struct ProbeSetting {
   const BakeOptions& options;
   const TraceSettings& trace;
   std::uint64_t photons;
-  std::span<TraceJournal> journals;
-  bool writes;
+  OpenJournals& journals;
   PortalSetTable& portals;
   const Shard& shard;
 };
@@ -36,15 +35,14 @@ Result<std::optional<ProbeSources>> trace_probes(const Scene& scene, const Level
   ProbePlan plan = plan_probes(scene, probes, zones, sources, with.photons, with.trace);
   plan.trace.first_portals = first_portals;
   const PhotonTracer tracer(scene, probes, plan.trace);
-  JournalSet journal_set(with.journals, with.writes, probes, tracer, scene_hash(level, plan.trace));
+  JournalSet journal_set(with.journals, RunKeys(probes, tracer, scene_hash(level, plan.trace)));
   ProbeCollector collector(scene, probes, zones, tracer, plan.photons, sources, with.portals);
   BatchTracing::RunSink sink;
   if (with.shard.count == 1)
     sink = [&](const TracedRun& run, std::span<const Deposit> deposits, std::uint64_t order) {
       collector.add(run, deposits, order);
     };
-  BatchTracing tracing(tracer, probes, plan.photons, with.options, journal_set, with.shard, nullptr,
-                       sink);
+  BatchTracing tracing(tracer, plan.photons, with.options, journal_set, with.shard, nullptr, sink);
   if (const auto traced = tracing.run(); !traced.ok()) return traced.error();
   result.photons += tracing.progress().photons_done;
   result.photons_reused += tracing.progress().photons_reused;
@@ -56,15 +54,14 @@ Result<std::optional<ProbeSources>> trace_probes(const Scene& scene, const Level
 
 Result<ProbeBake> bake_probes(const Scene& scene, const Level& level, const BakeOptions& options,
                               const TraceSettings& trace, std::uint64_t photons,
-                              std::span<TraceJournal> journals, bool writes,
-                              PortalSetTable& portals, const Shard& shard) {
+                              OpenJournals& journals, PortalSetTable& portals, const Shard& shard) {
   ProbeBake result;
   if (options.probes_m.empty()) return result;
   const ProbeZones zones = group_probes(scene, level.portals, options.probes_m);
   const Level probes = level_of_probes(level, options.probes_m, zones);
   TraceSettings of_probes = trace;
   of_probes.images = nullptr;  // those are of the level's emitters
-  const ProbeSetting with{options, of_probes, photons, journals, writes, portals, shard};
+  const ProbeSetting with{options, of_probes, photons, journals, portals, shard};
   auto open = trace_probes(scene, level, probes, zones, trace.first_portals, with, result);
   if (!open.ok()) return open.error();
   std::vector<ProbeSources> states;

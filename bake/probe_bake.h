@@ -2,11 +2,10 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "bake/bake_options.h"
-#include "bake/journal/trace_journal.h"
+#include "bake/journal/journal_set.h"
 #include "bake/portals/portal_sets.h"
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
@@ -25,11 +24,11 @@ struct ProbeBake {
 // Traces options.probes_m, or the shard's part of them, in both states of the level if it has two
 // (closed_state.h). `trace` and `photons` are those of the
 // level's emitters; their thinning does not apply here. The sets of portals that paths have passed
-// are added to `portals`. The first of `journals` receives new runs if `writes`. Returns a partial
-// result when options.stop is set. Runs in the calling TBB arena.
+// are added to `portals`. Returns a partial result when options.stop is set. Runs in the calling
+// TBB arena.
 Result<ProbeBake> bake_probes(const Scene& scene, const Level& level, const BakeOptions& options,
                               const TraceSettings& trace, std::uint64_t photons,
-                              std::span<TraceJournal> journals, bool writes,
-                              PortalSetTable& portals, const Shard& shard = {});
+                              OpenJournals& journals, PortalSetTable& portals,
+                              const Shard& shard = {});
 
 }  // namespace clamor

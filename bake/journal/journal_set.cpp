@@ -1,56 +1,37 @@
 #include "bake/journal/journal_set.h"
 
-#include "bake/journal/run_key.h"
-#include "formats/level/level.h"
+#include <cstdint>
+
+#include "formats/level/emitter.h"
 
 namespace clamor {
 
-JournalSet::JournalSet(std::span<TraceJournal> journals, bool writes, const Level& level,
-                       const PhotonTracer& tracer, std::uint64_t scene)
-    : journals_(journals), writes_(writes), level_(level), tracer_(tracer), scene_(scene) {}
-
-std::uint64_t JournalSet::key_of(const PhotonRun& run) const {
-  return run_key(scene_, level_.emitters[run.emitter], tracer_.emitter_key(run.emitter),
-                 tracer_.settings().images.get(), run);
-}
-
-void JournalSet::find(std::span<const PhotonRun> runs, TracedRuns& found,
-                      std::vector<PhotonRun>& missing) {
-  if (journals_.empty()) {
-    missing.insert(missing.end(), runs.begin(), runs.end());
-    return;
-  }
-  const std::lock_guard lock(mutex_);
-  for (const PhotonRun& run : runs)
-    if (!find_one(run, found)) missing.push_back(run);
-}
-
 // Consecutive runs are in one shard or in consecutive ones. One record is kept in memory, not one
 // for each shard.
-bool JournalSet::find_one(const PhotonRun& run, TracedRuns& found) {
-  const std::uint64_t key = key_of(run);
-  for (std::size_t i = 0; i < journals_.size(); ++i) {
-    const std::size_t at = (last_found_ + i) % journals_.size();
-    if (!journals_[at].find(key, run, found)) continue;
-    if (at != last_found_) journals_[last_found_].release();
+Result<bool> JournalSet::find(const PhotonRun& run, TracedRuns& found) {
+  const std::uint64_t key = keys_.of(run);
+  std::vector<TraceJournal>& list = journals_.list;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const std::size_t at = (last_found_ + i) % list.size();
+    if (!list[at].find(key, run, found)) continue;
+    if (at != last_found_) list[last_found_].release();
     last_found_ = at;
     return true;
   }
+  if (journals_.has_all)
+    return Error("photons of emitter " + in_quotes(keys_.emitter_of(run).name) +
+                 " are in none of the shards; was one left out, was it stopped before its end, or "
+                 "made from another level or with other settings?");
   return false;
 }
 
-void JournalSet::set_error_db(double error_db) {
-  if (!writes_) return;
-  const std::lock_guard lock(mutex_);
-  journals_.front().set_error_db(error_db);
+Result<void> JournalSet::record(const TracedRuns& traced) {
+  if (!journals_.writes || traced.runs().empty()) return {};
+  return journals_.list.front().append(keys_.of_all(traced), traced);
 }
 
-Result<void> JournalSet::append(const TracedRuns& traced) {
-  if (!writes_ || traced.runs().empty()) return {};
-  std::vector<std::uint64_t> keys;
-  for (const TracedRun& run : traced.runs()) keys.push_back(key_of(run.run));
-  const std::lock_guard lock(mutex_);
-  return journals_.front().append(keys, traced);
+void JournalSet::set_error_db(double error_db) {
+  if (journals_.writes) journals_.list.front().set_error_db(error_db);
 }
 
 }  // namespace clamor

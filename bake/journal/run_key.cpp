@@ -114,4 +114,22 @@ std::uint64_t run_key(std::uint64_t scene, const Emitter& emitter, std::uint64_t
       .hash();
 }
 
+RunKeys::RunKeys(const Level& level, const PhotonTracer& tracer, std::uint64_t scene)
+    : level_(&level), tracer_(&tracer), scene_(scene) {}
+
+const Emitter& RunKeys::emitter_of(const PhotonRun& run) const {
+  return level_->emitters[run.emitter];
+}
+
+std::uint64_t RunKeys::of(const PhotonRun& run) const {
+  return run_key(scene_, emitter_of(run), tracer_->emitter_key(run.emitter),
+                 tracer_->settings().images.get(), run);
+}
+
+std::vector<std::uint64_t> RunKeys::of_all(const TracedRuns& traced) const {
+  std::vector<std::uint64_t> keys;
+  for (const TracedRun& run : traced.runs()) keys.push_back(of(run.run));
+  return keys;
+}
+
 }  // namespace clamor

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "bake/trace/photon_tracer.h"
 
@@ -29,5 +30,22 @@ std::uint64_t paths_hash(const Level& level, const BakeSettings& settings);
 // Key of a run. `scene` is scene_hash(), `emitter_key` is PhotonTracer::emitter_key().
 std::uint64_t run_key(std::uint64_t scene, const Emitter& emitter, std::uint64_t emitter_key,
                       const ImageIndex* images, const PhotonRun& run);
+
+// The keys of the runs that a tracer traces.
+class RunKeys {
+ public:
+  // `scene` is scene_hash(). `level` has the emitters. Level and tracer must outlive the object.
+  RunKeys(const Level& level, const PhotonTracer& tracer, std::uint64_t scene);
+
+  std::uint64_t of(const PhotonRun& run) const;
+  std::vector<std::uint64_t> of_all(const TracedRuns& traced) const;
+  std::uint64_t scene() const { return scene_; }
+  const Emitter& emitter_of(const PhotonRun& run) const;
+
+ private:
+  const Level* level_;
+  const PhotonTracer* tracer_;
+  std::uint64_t scene_;
+};
 
 }  // namespace clamor

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "bake/batch_tracing.h"
+#include "bake/journal/journal_set.h"
 #include "bake/journal/run_key.h"
 #include "bake/journal/shard_note.h"
 #include "bake/trace/deposit.h"
@@ -109,6 +111,32 @@ TEST(BakePlan, BatchesContainEveryPhotonOnceWithinTheirLimit) {
   EXPECT_EQ(next, some.photons);
 }
 
+BakePlan estimated(double threshold, float decay_m) {
+  BakePlan plan;
+  plan.deposit_threshold = threshold;
+  plan.decay.early_m = plan.decay.knee_m = plan.decay.late_m = same_in_all_bands(decay_m);
+  return plan;
+}
+
+TEST(BakePlan, KeepsEstimatesThatDifferByAStepOfTheirRounding) {
+  const auto kept_with = [](const BakePlan& earlier, BakePlan plan) {
+    keep_estimates(plan, earlier);
+    return std::pair(plan.deposit_threshold, plan.decay.late_m[3]);
+  };
+  const BakePlan earlier = estimated(4, 20);
+  EXPECT_EQ(kept_with(earlier, estimated(2, 15)), std::pair(4.0, 20.0f));
+  EXPECT_EQ(kept_with(earlier, estimated(8, 30)), std::pair(4.0, 20.0f));
+  EXPECT_EQ(kept_with(earlier, estimated(4, 10)), std::pair(4.0, 10.0f)) << "another room";
+  EXPECT_EQ(kept_with(earlier, estimated(16, 30)), std::pair(16.0, 30.0f)) << "more photons";
+  BakePlan one_band = estimated(4, 20);
+  one_band.decay.knee_m[7] = 40;
+  EXPECT_EQ(kept_with(earlier, one_band), std::pair(4.0, 20.0f));
+  EXPECT_EQ(one_band.decay.knee_m[7], 40);
+  // What has not been estimated is not kept.
+  EXPECT_EQ(kept_with({}, estimated(4, 20)), std::pair(4.0, 20.0f));
+  EXPECT_EQ(kept_with(earlier, {}), std::pair(0.0, 0.0f));
+}
+
 // --- The arithmetic of large bakes: a thousand million photons and more, of which none is traced
 // --
 
@@ -129,10 +157,11 @@ TEST(BatchTracing, SharesAThousandMillionPhotonsOutAmongShardsWithoutLosingOne) 
   plan.photons = {kThousandMillion + 7};
   plan.sources = 1000;
   const BakeOptions options;
-  JournalSet journals({}, false, room.level, room.tracer, 0);
+  OpenJournals none;
+  JournalSet journals(none, RunKeys(room.level, room.tracer, 0));
   std::uint64_t all = 0;
   for (const std::uint32_t shard : {0u, 1u, 2u}) {
-    const BatchTracing tracing(room.tracer, room.level, plan, options, journals, {shard, 3});
+    const BatchTracing tracing(room.tracer, plan, options, journals, {shard, 3});
     const std::uint64_t photons = tracing.progress().photons_total;
     // Shards differ by one batch at most, and by what is left of the last.
     EXPECT_NEAR(static_cast<double>(photons), kThousandMillion / 3.0, 2 * kRunPhotons);

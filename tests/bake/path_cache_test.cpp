@@ -2,6 +2,9 @@
 
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +12,8 @@
 #include <gtest/gtest.h>
 
 #include "bake/bake.h"
+#include "bake/journal/journal_set.h"
+#include "bake/journal/run_key.h"
 #include "bake/trace/pilot.h"
 #include "formats/bake_file/bake_contents.h"
 #include "tests/rooms.h"
@@ -59,14 +64,15 @@ Traced trace(const Level& level, const TraceSettings& settings, PathCache cache)
   Traced traced{{}, std::move(cache)};
   const Scene scene(level.mesh);
   const PhotonTracer tracer(scene, level, settings);
+  const RunKeys keys(level, tracer, scene_hash(level, settings));
   BakePlan plan;
   plan.photons = {kSettings.photons};
-  traced.cache.begin(level, kSettings, plan, settings);
+  traced.cache.begin(level, kSettings, plan, settings, keys.scene());
   for (const auto& batch : plan.batches()) {
     TracedRuns& runs = traced.batches.emplace_back();
     runs.record_paths();
     tracer.trace(batch, runs);
-    traced.cache.add(runs);
+    traced.cache.add(keys.of_all(runs), runs);
   }
   return traced;
 }
@@ -75,7 +81,7 @@ Traced trace(const Level& level, const TraceSettings& settings = without_chance(
   return trace(level, settings, PathCache());
 }
 
-void expect_same(const std::vector<TracedRuns>& is, const std::vector<TracedRuns>& expected,
+void expect_same(std::span<const TracedRuns> is, std::span<const TracedRuns> expected,
                  double tolerance) {
   ASSERT_EQ(is.size(), expected.size());
   for (std::size_t i = 0; i < is.size(); ++i) {
@@ -110,7 +116,7 @@ TEST(PathCache, GivesThePhotonsBackIfNothingHasChanged) {
   const Traced traced = trace(open_room());
   const auto same = traced.cache.reweigh(open_room(), kSettings);
   ASSERT_TRUE(same.ok()) << same.error().message;
-  expect_same(same->batches, traced.batches, 1e-7);
+  expect_same(same->runs(), traced.batches, 1e-7);
 }
 
 TEST(PathCache, ReweighsToThePowersOfAFreshTrace) {
@@ -119,7 +125,7 @@ TEST(PathCache, ReweighsToThePowersOfAFreshTrace) {
     const Level edited = with_absorption(open_room(), 0, 0.6f - absorption);
     const auto reweighed = traced.cache.reweigh(edited, kSettings);
     ASSERT_TRUE(reweighed.ok()) << reweighed.error().message;
-    expect_same(reweighed->batches, trace(edited).batches, kRounding);
+    expect_same(reweighed->runs(), trace(edited).batches, kRounding);
   }
 }
 
@@ -130,10 +136,10 @@ TEST(PathCache, ReweighsTwoMaterialsThatAreEditedInTurn) {
   edited.materials[1].absorption = {0.6f, 0.5f, 0.4f, 0.3f, 0.2f, 0.1f, 0.3f, 0.5f};
   const auto reweighed = traced.cache.reweigh(edited, kSettings);
   ASSERT_TRUE(reweighed.ok()) << reweighed.error().message;
-  expect_same(reweighed->batches, trace(edited).batches, kRounding);
+  expect_same(reweighed->runs(), trace(edited).batches, kRounding);
   const auto back = traced.cache.reweigh(open_room(), kSettings);
   ASSERT_TRUE(back.ok());
-  expect_same(back->batches, traced.batches, 1e-7);
+  expect_same(back->runs(), traced.batches, 1e-7);
 }
 
 TEST(PathCache, RemovesDepositsThatNothingReflectsAnyMore) {
@@ -143,7 +149,7 @@ TEST(PathCache, RemovesDepositsThatNothingReflectsAnyMore) {
   const auto fresh = trace(with_absorption(open_room(), 1, 1)).batches;
   for (std::size_t i = 0; i < fresh.size(); ++i) {
     EXPECT_GT(fresh[i].deposits().size(), 0u);
-    EXPECT_EQ(reweighed->batches[i].deposits().size(), fresh[i].deposits().size());
+    EXPECT_EQ(reweighed->runs()[i].deposits().size(), fresh[i].deposits().size());
   }
 }
 
@@ -198,6 +204,134 @@ TEST(PathCache, ForgetsPathsBeyondItsMemory) {
   EXPECT_EQ(refusal(half, open_room()), "no complete bake has kept its paths");
 }
 
+// Three emitters whose runs share batches.
+Level with_three_emitters() {
+  Level level = open_room();
+  level.emitters.resize(3, level.emitters[0]);
+  level.emitters[1].name = "second";
+  level.emitters[1].position_m = {3, 2, 2};
+  level.emitters[2].name = "third";
+  level.emitters[2].gain = 0.5;
+  return level;
+}
+
+// A bake of three emitters that keeps its paths.
+class BakeOfThree {
+ public:
+  BakeOfThree(const Level& level, PathCache& cache)
+      : level_(level), source_(cache, journals_, keys_) {
+    for (const Emitter& emitter : level.emitters)
+      plan_.photons.push_back(emitter.name == "second"  ? 700
+                              : emitter.name == "third" ? 300
+                                                        : 1500);
+    cache.begin(level, kSettings, plan_, settings_, keys_.scene());
+  }
+
+  // Traces what the cache does not have, batch by batch. Returns the number of traced photons.
+  std::uint64_t trace(std::size_t batches = 100) {
+    std::uint64_t traced = 0;
+    for (const auto& batch : plan_.batches()) {
+      if (batches-- == 0) break;
+      TracedRuns found, runs;
+      std::vector<PhotonRun> missing;
+      for (const PhotonRun& run : batch)
+        if (!*source_.find(run, found)) missing.push_back(run);
+      EXPECT_TRUE(source_.records_paths());
+      runs.record_paths();
+      tracer_.trace(missing, runs);
+      EXPECT_TRUE(source_.record(runs).ok());
+      for (const PhotonRun& run : missing) traced += run.count;
+      expect_fresh(found);
+    }
+    return traced;
+  }
+
+ private:
+  // Runs that were found are those that would have been traced.
+  void expect_fresh(const TracedRuns& found) const {
+    for (const TracedRun& run : found.runs()) {
+      TracedRuns fresh;
+      tracer_.trace({&run.run, 1}, fresh);
+      const auto is = found.deposits_of(run), expected = fresh.deposits();
+      ASSERT_EQ(is.size(), expected.size());
+      EXPECT_EQ(std::memcmp(is.data(), expected.data(), is.size_bytes()), 0);
+      EXPECT_EQ(run.tally.bounces, fresh.runs()[0].tally.bounces);
+    }
+  }
+
+  const Level& level_;
+  TraceSettings settings_ = without_chance();
+  Scene scene_{level_.mesh};
+  PhotonTracer tracer_{scene_, level_, settings_};
+  RunKeys keys_{level_, tracer_, scene_hash(level_, settings_)};
+  OpenJournals none_;
+  JournalSet journals_{none_, keys_};
+  BakePlan plan_;
+  KeptPaths source_;
+};
+
+// Each run is re-weighed as if it had been traced alone.
+TEST(PathCache, TellsThePathsOfRunsApartThatAreTracedTogether) {
+  PathCache cache;
+  const Level level = with_three_emitters();
+  EXPECT_EQ(BakeOfThree(level, cache).trace(), 2500u);
+  const Level edited = with_absorption(level, 0, 0.4f);
+  const auto reweighed = cache.reweigh(edited, kSettings);
+  ASSERT_TRUE(reweighed.ok()) << reweighed.error().message;
+  std::vector<TracedRuns> fresh;
+  const Scene scene(edited.mesh);
+  const PhotonTracer tracer(scene, edited, without_chance());
+  for (const PhotonRun run :
+       {PhotonRun{0, 0, 1024}, PhotonRun{0, 1024, 476}, PhotonRun{1, 0, 700}, PhotonRun{2, 0, 300}})
+    tracer.trace({&run, 1}, fresh.emplace_back());
+  expect_same(reweighed->runs(), fresh, kRounding);
+}
+
+TEST(PathCache, TracesOnlyTheEmitterThatHasMovedAndReweighsAll) {
+  PathCache cache, fresh;
+  Level level = with_three_emitters();
+  EXPECT_EQ(BakeOfThree(level, cache).trace(), 2500u);
+  const std::uint64_t bytes = cache.bytes();
+  level.emitters[1].position_m.x += 0.3;
+  EXPECT_EQ(BakeOfThree(level, cache).trace(), 700u);
+  EXPECT_EQ(BakeOfThree(level, fresh).trace(), 2500u);
+  EXPECT_EQ(cache.bytes(), fresh.bytes()) << "of the emitter's old place nothing is left";
+  EXPECT_NEAR(static_cast<double>(bytes), static_cast<double>(fresh.bytes()), 0.1 * bytes);
+
+  const Level edited = with_absorption(level, 0, 0.4f);
+  const auto one = cache.reweigh(edited, kSettings), two = fresh.reweigh(edited, kSettings);
+  ASSERT_TRUE(one.ok() && two.ok());
+  expect_same(one->runs(), two->runs(), 0);
+}
+
+TEST(PathCache, FindsThePhotonsOfEmittersThatAreNumberedAnew) {
+  PathCache cache;
+  Level level = with_three_emitters();
+  EXPECT_EQ(BakeOfThree(level, cache).trace(), 2500u);
+  std::swap(level.emitters[0], level.emitters[2]);
+  EXPECT_EQ(BakeOfThree(level, cache).trace(), 0u);
+  level.emitters.pop_back();
+  EXPECT_EQ(BakeOfThree(level, cache).trace(), 0u);
+  EXPECT_TRUE(cache.reweigh(level, kSettings).ok());
+}
+
+TEST(PathCache, ContinuesABakeThatWasStopped) {
+  PathCache cache;
+  const Level level = with_three_emitters();
+  EXPECT_EQ(BakeOfThree(level, cache).trace(1), 1024u);
+  EXPECT_FALSE(cache.reweigh(level, kSettings).ok());
+  EXPECT_EQ(BakeOfThree(level, cache).trace(1), 0u);
+  EXPECT_EQ(BakeOfThree(level, cache).trace(), 1476u);
+  EXPECT_TRUE(cache.reweigh(level, kSettings).ok());
+}
+
+TEST(PathCache, FindsNothingWhenAMaterialHasChanged) {
+  PathCache cache;
+  const Level level = with_three_emitters(), softer = with_absorption(level, 0, 0.4f);
+  EXPECT_EQ(BakeOfThree(level, cache).trace(), 2500u);
+  EXPECT_EQ(BakeOfThree(softer, cache).trace(), 2500u);
+}
+
 Level closed_room(float absorption) {
   return testing::shoebox({5, 4, 3}, testing::uniform_material(absorption, 0.5f, 20),
                           {1.3, 1.7, 1.1});
@@ -234,6 +368,46 @@ TEST(PathCache, LeavesPhotonsThatItCannotKeepToTheJournal) {
   EXPECT_EQ(again.photons_reused, again.photons);
 }
 
+Level with_two_emitters() {
+  Level level = closed_room(0.2f);
+  level.emitters.resize(2, level.emitters[0]);
+  level.emitters[1].name = "other";
+  level.emitters[1].position_m = {4, 3, 2};
+  return level;
+}
+
+// The pilot's noise changes the plan whenever an emitter moves, and with it all photons.
+TEST(PathCache, LetsABakeTraceOnlyTheEmitterThatHasMoved) {
+  PathCache cache;
+  Level level = with_two_emitters();
+  BakeOptions options{.settings = {.photons = 6000, .sources = 20'000}, .keeps_paths = &cache};
+  ASSERT_TRUE(bake(level, options).ok());
+  for (const double step_m : {0.01, 0.1, 0.4, -0.8, -0.5, 0.79}) {
+    level.emitters[1].position_m.x += step_m;
+    BakeReport report;
+    ASSERT_TRUE(bake(level, options, &report).ok());
+    EXPECT_EQ(report.photons, 6000u);
+    EXPECT_EQ(report.photons_reused, 3000u) << "moved by " << step_m;
+  }
+  BakeReport report;
+  level.materials[0].absorption[2] += 0.02f;
+  ASSERT_TRUE(bake(level, {.settings = options.settings, .reweighs = &cache}, &report).ok());
+  EXPECT_TRUE(report.is_reweighed) << report.why_traced;
+}
+
+TEST(PathCache, LeavesPhotonsToTheJournalWhenItIsFull) {
+  const testing::TemporaryFile journal("room.journal");
+  PathCache cache(100'000);
+  BakeOptions options{.settings = {.photons = 6000, .sources = 20'000}, .keeps_paths = &cache};
+  options.journal = journal.path();
+  BakeReport report;
+  ASSERT_TRUE(bake(with_two_emitters(), options).ok());
+  EXPECT_TRUE(cache.is_full());
+  ASSERT_TRUE(bake(with_two_emitters(), options, &report).ok());
+  EXPECT_EQ(report.photons_reused, 6000u);
+  EXPECT_EQ(cache.bytes(), 0u);
+}
+
 // Energy that leaves the room's surfaces per band, in three spans of time.
 using Energies = std::array<std::array<double, kBandCount>, 3>;
 void add(Energies& energies, float delay_s, const Bands& power, double share) {
@@ -242,7 +416,7 @@ void add(Energies& energies, float delay_s, const Bands& power, double share) {
     energies[span][b] += share * static_cast<double>(power[b]);
 }
 
-Energies energies_of(const std::vector<TracedRuns>& batches) {
+Energies energies_of(std::span<const TracedRuns> batches) {
   Energies energies{};
   for (const TracedRuns& batch : batches)
     for (const Deposit& deposit : batch.deposits())
@@ -293,7 +467,7 @@ TEST(PathCache, IsUnbiasedAgainstAFreshTrace) {
       const Traced traced = trace(before, settings, PathCache(PathCache::kMaxBytes, 0));
       const auto one = traced.cache.reweigh(after, kSettings);
       ASSERT_TRUE(one.ok()) << one.error().message;
-      reweighed.add(energies_of(one->batches));
+      reweighed.add(energies_of(one->runs()));
       fresh.add(energies_of(trace(after, with_chance(after, seed + 1000)).batches));
     }
     double chi2 = 0;

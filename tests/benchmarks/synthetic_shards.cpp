@@ -64,20 +64,21 @@ class SyntheticShards::Writer {
 
   // Writes a shard and returns its size.
   Result<std::uint64_t> write(const std::string& path, const ShardNote& note) const {
-    std::vector<TraceJournal> journals;
+    OpenJournals journals;
+    journals.writes = true;
     auto journal = TraceJournal::open(path, level_.materials.size());
     if (!journal.ok()) return journal.error();
-    journals.push_back(std::move(*journal));
-    JournalSet set(journals, true, level_, tracer_, scene_hash(level_, tracer_.settings()));
+    journals.list.push_back(std::move(*journal));
+    JournalSet set(journals, RunKeys(level_, tracer_, scene_hash(level_, tracer_.settings())));
     TracedRuns traced;
     for (std::uint64_t run = note.shards[0]; run * kRunPhotons < photons_; run += note.count) {
       traced.clear();
       draw_run(run, traced);
-      if (auto added = set.append(traced); !added.ok()) return added.error();
+      if (auto added = set.record(traced); !added.ok()) return added.error();
     }
-    if (auto noted = journals[0].set_note(note.text()); !noted.ok()) return noted.error();
-    if (auto synced = journals[0].sync(); !synced.ok()) return synced.error();
-    return journals[0].bytes();
+    if (auto noted = journals.list.front().set_note(note.text()); !noted.ok()) return noted.error();
+    if (auto synced = journals.list.front().sync(); !synced.ok()) return synced.error();
+    return journals.list.front().bytes();
   }
 
  private:

@@ -4,9 +4,9 @@
 //   request() -> quick -> better -> final;  another request() stops the stage in progress
 //
 // If only absorption has changed since a better stage was traced, its photons are re-weighed
-// instead (bake/path_cache.h): the stages are then re-weighed -> final. The other stages keep
-// their traced photons in journals, so that a bake of a level in which one emitter changed traces
-// only that one. Files lie in a folder of the object's own, but for the last stage of a request
+// instead (bake/path_cache.h): the stages are then re-weighed -> final. If one emitter has changed,
+// the better stage traces only that one. The other stages keep their traced photons in journals,
+// which spares tracing as in any bake. Files lie in a folder of the object's own, but for the last stage of a request
 // that names an output.
 //
 // Threads: all functions on one thread; bakes run on another.

@@ -1,0 +1,116 @@
+#include "bake/kept_run.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace clamor {
+
+namespace {
+
+// A factor beyond it belongs to photons whose power single precision no longer tells from zero.
+constexpr float kMaxFactor = 1e30f;
+
+// By node, the product of the ratios on the path to it.
+std::vector<Bands> factors_of(std::span<const PathNode> nodes, std::span<const Bands> ratios) {
+  std::vector<Bands> factors(nodes.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    factors[i] = ratios[nodes[i].material];
+    if (nodes[i].before == PathNode::kNone) continue;
+    const Bands& before = factors[nodes[i].before];
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      factors[i][b] = std::min(factors[i][b] * before[b], kMaxFactor);
+  }
+  return factors;
+}
+
+// By node, the run that has a power there or after it, or kNone.
+std::vector<std::uint32_t> runs_of_nodes(const TracedRuns& traced) {
+  const PathRecord& paths = traced.paths();
+  std::vector<std::uint32_t> runs(paths.nodes.size(), PathNode::kNone);
+  for (std::uint32_t r = 0; r < traced.runs().size(); ++r) {
+    const TracedRun& run = traced.runs()[r];
+    for (std::size_t d = 0; d < run.deposits; ++d) runs[paths.deposits[run.first_deposit + d]] = r;
+  }
+  for (const PathTally& tally : paths.tallies)
+    if (tally.node != PathNode::kNone) runs[tally.node] = tally.run;
+  for (std::size_t i = runs.size(); i-- > 0;)
+    if (const std::uint32_t before = paths.nodes[i].before;
+        runs[i] != PathNode::kNone && before != PathNode::kNone)
+      runs[before] = runs[i];
+  return runs;
+}
+
+}  // namespace
+
+std::uint64_t KeptRun::bytes() const {
+  return sizeof(KeptRun) + deposits.size() * (sizeof(Deposit) + sizeof(std::uint32_t)) +
+         paths.nodes.size() * sizeof(PathNode) + paths.tallies.size() * sizeof(PathTally);
+}
+
+TracedRuns KeptRun::reweighed(std::span<const Bands> ratios) const {
+  const std::vector<Bands> factors = factors_of(paths.nodes, ratios);
+  TraceTally sums = tally;
+  sums.power_escaped = sums.power_unfinished = sums.power_of_images = {};
+  for (const PathTally& power : paths.tallies) {
+    std::uint32_t node = power.node;
+    if (power.kind == PathTally::Kind::kUnfinished && node != PathNode::kNone)
+      node = paths.nodes[node].before;
+    auto& sum = power.kind == PathTally::Kind::kEscaped      ? sums.power_escaped
+                : power.kind == PathTally::Kind::kUnfinished ? sums.power_unfinished
+                                                             : sums.power_of_images;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      sum[b] += static_cast<double>(power.power[b]) *
+                static_cast<double>(node == PathNode::kNone ? 1.0f : factors[node][b]);
+  }
+
+  std::vector<Deposit> weighed;
+  for (std::size_t i = 0; i < deposits.size(); ++i) {
+    Deposit deposit = deposits[i];
+    float loudest = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      deposit.power[b] *= factors[paths.deposits[i]][b];
+      loudest = std::max(loudest, deposit.power[b]);
+    }
+    if (loudest > 0) weighed.push_back(deposit);
+  }
+  TracedRuns result;
+  result.append(run, sums, weighed);
+  return result;
+}
+
+std::vector<KeptRun> kept_runs(const TracedRuns& traced) {
+  std::vector<KeptRun> kept;
+  for (const TracedRun& run : traced.runs()) {
+    const auto deposits = traced.deposits_of(run);
+    kept.push_back({run.run, run.tally, {deposits.begin(), deposits.end()}, {}});
+  }
+  // Runs that are traced together share one list of nodes, in which a parent precedes its children.
+  const PathRecord& paths = traced.paths();
+  const std::vector<std::uint32_t> runs = runs_of_nodes(traced);
+  std::vector<std::uint32_t> places(paths.nodes.size(), PathNode::kNone);  // in the run's own list
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (runs[i] == PathNode::kNone) continue;
+    auto& nodes = kept[runs[i]].paths.nodes;
+    places[i] = static_cast<std::uint32_t>(nodes.size());
+    PathNode node = paths.nodes[i];
+    if (node.before != PathNode::kNone) node.before = places[node.before];
+    nodes.push_back(node);
+  }
+  for (std::size_t r = 0; r < kept.size(); ++r) {
+    const TracedRun& run = traced.runs()[r];
+    for (std::size_t d = 0; d < run.deposits; ++d)
+      kept[r].paths.deposits.push_back(places[paths.deposits[run.first_deposit + d]]);
+  }
+  for (PathTally tally : paths.tallies) {
+    if (tally.node != PathNode::kNone) tally.node = places[tally.node];
+    kept[tally.run].paths.tallies.push_back(tally);
+  }
+  for (KeptRun& run : kept) {
+    run.paths.nodes.shrink_to_fit();
+    run.paths.deposits.shrink_to_fit();
+    run.paths.tallies.shrink_to_fit();
+  }
+  return kept;
+}
+
+}  // namespace clamor
