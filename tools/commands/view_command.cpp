@@ -36,12 +36,10 @@ std::string read_whole(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// The bake that made the file, if the level lies beside it.
-std::optional<BakeRequest> request_of(const std::string& bake) {
-  const auto file = BakeFile::open(bake);
-  if (!file.ok()) return std::nullopt;
-  const Provenance& made = file->provenance();
-  const auto level = std::filesystem::path(bake).parent_path() / made.level;
+// What made the bake, if the level lies beside it.
+std::optional<BakeRequest> request_of(const BakeFile& bake) {
+  const Provenance& made = bake.provenance();
+  const auto level = std::filesystem::path(bake.path()).parent_path() / made.level;
   std::error_code none;
   if (!std::filesystem::exists(level, none)) return std::nullopt;
   std::string note = level.string();
@@ -61,7 +59,7 @@ Result<void> read_files(ViewRequest& request, const MixArguments& mix,
     if (!target.empty())
       if (const auto safe = OutputTarget::find(target, inputs); !safe.ok()) return safe.error();
   options.access = mix.access();
-  if (options.path.ends_with(".clamor")) options.made_by = request_of(options.path);
+  options.made_by = request_of;
   return {};
 }
 

@@ -67,8 +67,8 @@ Result<void> ViewSession::open_bake() {
 // Takes over what the window shows of a bake: its level to edit, if that lies beside it, or else
 // the surfaces and emitters in the file.
 Result<void> ViewSession::take_level_of(const BakeFile& file) {
-  if (options_.made_by) {
-    request_ = *options_.made_by;
+  if (auto made_by = options_.made_by ? options_.made_by(file) : std::nullopt) {
+    request_ = std::move(*made_by);
     if (request_.seed) request_.import.seed = *whole_number(*request_.seed);  // as LevelBake does
     if (auto level = EditedLevel::open(request_.level_path, request_.import); level.ok()) {
       level_ = std::move(*level);

@@ -11,6 +11,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,11 +31,12 @@
 namespace clamor {
 
 struct ViewOptions {
-  std::string path;                    // a level or a bake
-  BakeRequest request;                 // for the level; level_path is set by the session
-  std::optional<BakeRequest> made_by;  // of a bake, if its level lies beside it
-  std::string output;                  // for the bake of the saved level; "": none
-  std::string compare;                 // another bake; "": none
+  std::string path;     // a level or a bake
+  BakeRequest request;  // for the level; level_path is set by the session
+  // Tells what made a bake, if its level lies beside it: that of `path`, and each that replaces it.
+  std::function<std::optional<BakeRequest>(const BakeFile&)> made_by;
+  std::string output;   // for the bake of the saved level; "": none
+  std::string compare;  // another bake; "": none
   PlayerOptions player;
   std::optional<Listener> listener;  // at the start
   std::optional<Vec3> at_m;          // a place to look at, and to mark, at the start

@@ -13,9 +13,11 @@
 namespace clamor::testing {
 namespace {
 
+const std::string kEmitter = "name=hiss,signal=noise,at=1,1,1";
+
 void bake_box(const std::string& level, const std::string& output, const std::string& seed) {
   ASSERT_EQ(clamor({"bake", level, "-o", output, "--quiet", "--photons", "200", "--sources", "200",
-                    "--emitter", "name=hiss,signal=noise,at=1,1,1", "--seed", seed, "--no-journal"})
+                    "--emitter", kEmitter, "--seed", seed, "--no-journal"})
                 .code,
             0);
 }
@@ -29,6 +31,23 @@ void draw_until(ViewSession& session, const Condition& condition) {
   }
 }
 
+// A window that shows a bake of bake_box().
+ViewOptions options_of(const std::string& bake, const std::string& level) {
+  ViewOptions options;
+  options.path = bake;
+  options.player.device = "none";
+  options.made_by = [level](const BakeFile& file) {
+    BakeRequest request;
+    request.level_path = level;
+    request.import.emitters = {kEmitter};
+    request.photons = "200";
+    request.sources = "200";
+    request.seed = std::to_string(file.settings().seed);
+    return request;
+  };
+  return options;
+}
+
 TEST(ViewSession, BakesEditsOfALevelThatCouldNotBeReadAtFirst) {
   const Folder folder;
   const std::string level = box_level(folder), bake = folder / "box.clamor",
@@ -36,15 +55,7 @@ TEST(ViewSession, BakesEditsOfALevelThatCouldNotBeReadAtFirst) {
   bake_box(level, bake, "1");
   bake_box(level, next, "2");
   folder.write("box.gltf", "half of a file");
-  ViewOptions options;
-  options.path = bake;
-  options.player.device = "none";
-  options.made_by.emplace();
-  options.made_by->level_path = level;
-  options.made_by->import.emitters = {"name=hiss,signal=noise,at=1,1,1"};
-  options.made_by->photons = "200";
-  options.made_by->sources = "200";
-  const auto session = ViewSession::open(options);
+  const auto session = ViewSession::open(options_of(bake, level));
   ASSERT_TRUE(session.ok()) << session.error().message;
   ViewSession& view = **session;
   EXPECT_FALSE(view.is_editable());
@@ -56,6 +67,24 @@ TEST(ViewSession, BakesEditsOfALevelThatCouldNotBeReadAtFirst) {
   ASSERT_TRUE(view.level().set_preset(0, "brick").ok());
   draw_until(view, [&] { return view.newest_bake().has_value(); });
   EXPECT_EQ(view.newest_bake()->error, "");
+}
+
+TEST(ViewSession, BakesEditsWithTheOptionsOfTheBakeThatItFollows) {
+  const Folder folder;
+  const std::string level = box_level(folder), bake = folder / "box.clamor",
+                    next = folder / "next.clamor";
+  bake_box(level, bake, "1");
+  bake_box(level, next, "2");
+  const auto session = ViewSession::open(options_of(bake, level));
+  ASSERT_TRUE(session.ok()) << session.error().message;
+  ViewSession& view = **session;
+  std::filesystem::rename(next, bake);
+  draw_until(view, [&] { return view.followed() > 0; });
+  ASSERT_TRUE(view.level().set_preset(0, "brick").ok());
+  draw_until(view, [&] { return view.newest_bake().has_value(); });
+  const auto edited = BakeFile::open(view.newest_bake()->path);
+  ASSERT_TRUE(edited.ok()) << view.newest_bake()->error;
+  EXPECT_EQ(edited->settings().seed, 2u);
 }
 
 }  // namespace
