@@ -9,7 +9,6 @@
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
-#include <time.h>
 
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
@@ -33,6 +32,7 @@
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
 #include "common/random.h"
+#include "common/thread_time.h"
 #include "common/version.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_writer.h"
@@ -488,14 +488,8 @@ Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& op
   return report;
 }
 
-// CPU time of this thread, so that a busy machine does not look slow.
-double thread_seconds() {
-  timespec time{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-// Photons of a plan, traced on one thread to see what they cost.
+// Photons of a plan, traced on one thread to see what they cost. Its processor time counts, so that
+// a busy machine does not look slow.
 struct TracedPart {
   double photons = 0, seconds = 0, bytes = 0;
 };
@@ -513,12 +507,12 @@ TracedPart trace_part(const PhotonTracer& tracer, const BakePlan& plan) {
     const auto& batch = batches[static_cast<std::size_t>((place - std::floor(place)) *
                                                          static_cast<double>(batches.size()))];
     traced.clear();
-    const double start_s = thread_seconds();
+    const double start_s = thread_time_s();
     tracer.trace(batch, traced);
     part.bytes += static_cast<double>(
         packed(std::as_bytes(std::span(traced.deposits().data(), traced.deposits().size())))
             .size());
-    part.seconds += thread_seconds() - start_s;
+    part.seconds += thread_time_s() - start_s;
     for (const PhotonRun& run : batch) part.photons += run.count;
   }
   return part;
@@ -554,10 +548,10 @@ Result<BakeCost> bake_cost(const Level& level, const BakeOptions& options) {
   BakeOptions on_one_thread = options;
   on_one_thread.threads = 1;
   return on_arena(level, on_one_thread, [&]() -> Result<BakeCost> {
-    const double start_s = thread_seconds();
+    const double start_s = thread_time_s();
     const TraceSetup setup(level, options.settings);
     BakeCost cost;
-    cost.preparing_s = thread_seconds() - start_s;
+    cost.preparing_s = thread_time_s() - start_s;
     cost.triangles = level.mesh.triangles.size();
     cost.settings = options.settings;
     cost.settings.photons = setup.plan.wanted_photons;

@@ -14,10 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include <time.h>
 #include <unistd.h>
 
 #include "bake/journal/journal_file.h"
+#include "common/process_time.h"
 #include "formats/files/atomic_file.h"
 
 namespace clamor {
@@ -60,13 +60,6 @@ std::optional<std::string> text_of(const JournalFile::Record& record) {
   return std::string(reinterpret_cast<const char*>(record.bytes.data()), record.bytes.size());
 }
 
-// Time of processors that this process has taken.
-double core_seconds() {
-  timespec time{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
 std::string name_of_host() {
   std::array<char, 256> name{};
   if (::gethostname(name.data(), name.size() - 1) != 0 || name[0] == 0) return "unknown";
@@ -95,13 +88,13 @@ struct TraceJournal::State {
   bool tells_progress = false;
   ShardProgress progress;
   Clock::time_point opened = Clock::now(), told = opened;
-  double opened_core_s = core_seconds(), core_before_s = 0;
+  double opened_core_s = process_time_s(), core_before_s = 0;
 
   // Stores how far the shard is, if that is wanted.
   Result<void> store_progress() {
     if (!tells_progress) return {};
     told = Clock::now();
-    progress.core_s = core_before_s + core_seconds() - opened_core_s;
+    progress.core_s = core_before_s + process_time_s() - opened_core_s;
     progress.seconds = std::chrono::duration<double>(told - opened).count();
     const std::string text = progress.text();
     const auto record = file.append(0, std::as_bytes(std::span(text)));

@@ -5,7 +5,8 @@
 #include <fstream>
 
 #include <pthread.h>
-#include <time.h>
+
+#include "common/process_time.h"
 
 namespace clamor {
 
@@ -16,12 +17,6 @@ struct ThreadTime {
   std::string name;
   double cpu_s = 0;
 };
-
-double process_cpu_s() {
-  timespec now{};
-  if (::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now) != 0) return 0;
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 // Threads may end while they are being listed.
 std::vector<ThreadTime> all_threads() {
@@ -44,7 +39,7 @@ std::vector<ThreadTime> all_threads() {
 void name_thread(const char* name) { ::pthread_setname_np(::pthread_self(), name); }
 
 ThreadCpuMeter::ThreadCpuMeter()
-    : start_(std::chrono::steady_clock::now()), process_s_(process_cpu_s()) {
+    : start_(std::chrono::steady_clock::now()), process_s_(process_time_s()) {
   for (const ThreadTime& thread : all_threads()) before_s_[thread.id] = thread.cpu_s;
 }
 
@@ -57,7 +52,7 @@ std::vector<ThreadCpuUsage> ThreadCpuMeter::now() const {
     if (it == shares.end()) it = shares.insert(it, {name, 0});
     it->share += cpu_s / passed.count();
   };
-  double rest_s = process_cpu_s() - process_s_;
+  double rest_s = process_time_s() - process_s_;
   for (const ThreadTime& thread : all_threads()) {
     const auto before = before_s_.find(thread.id);
     const double cpu_s = thread.cpu_s - (before == before_s_.end() ? 0 : before->second);

@@ -13,7 +13,6 @@
 // without emitters gets noise at (0, 1.5, 0).
 #include <algorithm>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -23,18 +22,13 @@
 #include "bake/bake_cache.h"
 #include "bake/bake_observer.h"
 #include "bake/level_bake.h"
+#include "common/process_time.h"
 #include "formats/bake_file/bake_contents.h"
 #include "formats/gltf/level_import.h"
 #include "tests/build_paths.h"
 
 namespace clamor {
 namespace {
-
-double process_cpu_s() {
-  timespec time{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 // A level beside whose sidecar nothing is written: that of an edit lies in a temporary file.
 class EditedRoom {
@@ -78,12 +72,12 @@ class EditedRoom {
     options.reweighs = reweighs;
     options.keeps_paths = cache != nullptr && !is_quick;
     BakeObserver observer;
-    const double start_s = process_cpu_s();
+    const double start_s = process_time_s();
     LevelBake bake(wanted, options, observer);
     auto done = bake.read();
     if (done.ok()) done = bake.prepare();
     if (done.ok()) done = bake.write();
-    cpu_s = process_cpu_s() - start_s;
+    cpu_s = process_time_s() - start_s;
     std::error_code none;
     std::filesystem::remove(options.output, none);
     if (!done.ok()) {

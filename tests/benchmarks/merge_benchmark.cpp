@@ -36,6 +36,7 @@
 #include <unistd.h>
 
 #include "bake/octree/octree_streaming.h"
+#include "common/process_time.h"
 #include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_writer.h"
@@ -153,13 +154,11 @@ Result<WritingCost> write_again(const BakeFile& file, const std::string& output,
   contents.stream_octree = [&](OctreeSink& sink) {
     return stream_octree(std::move(*list), (memory_MB - 60) * 600'000, sink);
   };
-  rusage before{}, after{};
-  ::getrusage(RUSAGE_SELF, &before);
+  const double before_s = process_time_s();
   const auto start = Clock::now();
   if (auto written = write_bake(output, contents, 0); !written.ok()) return written.error();
   const double wall_s = seconds_since(start);
-  ::getrusage(RUSAGE_SELF, &after);
-  return WritingCost{wall_s, core_seconds_of(after) - core_seconds_of(before)};
+  return WritingCost{wall_s, process_time_s() - before_s};
 }
 
 void merge(benchmark::State& state) {

@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <numbers>
@@ -25,6 +24,7 @@
 #include "bake/octree/octree_builder.h"
 #include "common/air.h"
 #include "common/material.h"
+#include "common/process_time.h"
 #include "common/random.h"
 #include "common/thread_time.h"
 #include "formats/bake_file/signal_envelope.h"
@@ -188,9 +188,9 @@ class SponzaListener {
 double time_without_occlusion_ms(const SponzaScene& scene) {
   SponzaListener listener(scene, nullptr);
   listener.load(100);
-  const std::clock_t start = std::clock();
+  const double start_s = process_time_s();
   for (int i = 0; i < 200; ++i) listener.next();
-  return 1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / 200;
+  return 1e3 * (process_time_s() - start_s) / 200;
 }
 
 void occlusion(benchmark::State& state) {

@@ -13,7 +13,6 @@
 // with the page cache).
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <fstream>
 #include <memory>
 #include <string>
@@ -24,6 +23,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "common/process_time.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/page.h"
 #include "runtime/engine/auralizer.h"
@@ -121,8 +121,6 @@ double read_mb() {
   return static_cast<double>(usage.ru_inblock) * 512 / (1 << 20);
 }
 
-double processor_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
 void pages_of_file(benchmark::State& state) {
   static const char* const bake = testing::bake_to_measure();
   static const testing::HallFile hall(bake != nullptr ? 1000 : 4'000'000);
@@ -154,7 +152,7 @@ void pages_of_file(benchmark::State& state) {
     state.PauseTiming();
     if (cold) forget(path);
     const double private_before = resident_mb("RssAnon:"), shared_before = resident_mb("RssFile:");
-    const double start_s = processor_s(), read_before = read_mb();
+    const double start_s = process_time_s(), read_before = read_mb();
     state.ResumeTiming();
     const auto file = BakeFile::open(path, access);
     for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -164,7 +162,7 @@ void pages_of_file(benchmark::State& state) {
         return state.SkipWithError("a page cannot be read");
     }
     state.PauseTiming();
-    took_s += processor_s() - start_s;
+    took_s += process_time_s() - start_s;
     from_disk_mb += read_mb() - read_before;
     private_mb = resident_mb("RssAnon:") - private_before;
     shared_mb = resident_mb("RssFile:") - shared_before;

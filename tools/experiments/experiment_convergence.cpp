@@ -7,12 +7,12 @@
 //   L2         |X - f| / |f| = sqrt(sum (S_i - 1)^2 A_i^2 / sum A_i^2)
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <numeric>
 #include <ostream>
 
 #include <fmt/format.h>
 
+#include "common/process_time.h"
 #include "tools/experiments/baked_level.h"
 #include "tools/experiments/experiments.h"
 
@@ -69,10 +69,9 @@ double sample_ms(Sampler& sampler, const Vec3& place) {
   std::vector<double> took_ms;
   for (int keyframe = 0; keyframe < 25; ++keyframe) {
     const Vec3 here = place + Vec3(0.03 * keyframe, 0, 0.01 * keyframe);
-    const std::clock_t start = std::clock();  // CPU time, as other programs may run
+    const double start_s = process_time_s();  // as other programs may run
     sampler.sample(here);
-    if (keyframe > 0)
-      took_ms.push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+    if (keyframe > 0) took_ms.push_back(1e3 * (process_time_s() - start_s));
   }
   std::nth_element(took_ms.begin(), took_ms.begin() + 12, took_ms.end());
   return took_ms[12];
