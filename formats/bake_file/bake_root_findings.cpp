@@ -15,6 +15,8 @@ constexpr std::uint8_t kOpeningInFile = 0, kGapInFile = 1;
 using bake_root::read_vector;
 using bake_root::write_vector;
 
+bool is_size(double size_m) { return size_m >= 0 && size_m < kMaxCoordinateInFile_m; }
+
 }  // namespace
 
 Result<LevelFindings> read_findings(BakeRoot::Reader root) {
@@ -38,7 +40,7 @@ Result<LevelFindings> read_findings(BakeRoot::Reader root) {
       finding.place_m = *place_m;
     }
     if (!is_finite(finding.direction) || !is_finite(finding.place_m.value_or(Vec3(0))) ||
-        !(finding.size_m >= 0 && finding.size_m < kMaxCoordinateInFile_m))
+        !is_size(finding.size_m))
       return Error("a finding is out of range");
     findings.list.push_back(std::move(finding));
   }
@@ -58,10 +60,12 @@ void write_findings(BakeRoot::Builder root, const LevelFindings& findings) {
     const LevelFinding& finding = findings.list[i];
     list[i].setKind(finding.kind == LevelFinding::Kind::kOpening ? kOpeningInFile : kGapInFile);
     list[i].setText(finding.text);
-    list[i].setHasPlace(finding.place_m.has_value());
-    if (finding.place_m) write_vector(list[i].initPlaceM(3), *finding.place_m);
-    list[i].setSizeM(finding.size_m);
-    write_vector(list[i].initDirection(3), finding.direction);
+    const bool has_place = finding.place_m && is_finite(*finding.place_m);
+    list[i].setHasPlace(has_place);
+    if (has_place) write_vector(list[i].initPlaceM(3), *finding.place_m);
+    list[i].setSizeM(is_size(finding.size_m) ? finding.size_m : 0);
+    write_vector(list[i].initDirection(3),
+                 is_finite(finding.direction) ? finding.direction : Vec3(0));
   }
 }
 

@@ -12,6 +12,8 @@ namespace clamor {
 // Leaves out kinds of findings that it does not know. The Error is a clause.
 Result<LevelFindings> read_findings(BakeRoot::Reader root);
 
+// Writes sizes, places and directions that a file cannot hold as unknown ones, so that no finding
+// makes a file unreadable.
 void write_findings(BakeRoot::Builder root, const LevelFindings& findings);
 
 }  // namespace clamor

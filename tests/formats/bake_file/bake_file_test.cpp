@@ -1,6 +1,7 @@
 #include "formats/bake_file/bake_file.h"
 
 #include <csignal>
+#include <limits>
 
 #include <sys/resource.h>
 
@@ -153,6 +154,30 @@ TEST(BakeFile, HasNoFewerThinGapsThanItLists) {
   const auto bytes = bake_bytes("room", bake, 1);
   ASSERT_FALSE(bytes.ok());
   EXPECT_NE(bytes.error().message.find("fewer thin gaps than are listed"), std::string::npos);
+}
+
+// A gap may be longer than any coordinate, in a level of 2000 km and more.
+TEST(BakeFile, KeepsFindingsWhoseNumbersItCannotHold) {
+  constexpr double kHuge_m = 3e6, kInfinite = std::numeric_limits<double>::infinity(),
+                   kNone = std::numeric_limits<double>::quiet_NaN();
+  using Kind = LevelFinding::Kind;
+  BakeContents bake = contents();
+  bake.statistics.findings = {"open", 1000, {}};
+  auto& list = bake.statistics.findings.list;
+  list.push_back({Kind::kOpening, "not a number", Vec3(1), kNone, Vec3(kNone, 0, 1)});
+  list.push_back({Kind::kOpening, "nowhere", Vec3(0, kInfinite, 0), 2, Vec3(0, 1, 0)});
+  for (int i = 0; i < 1000; ++i) list.push_back({Kind::kGap, "long", Vec3(1, 2, 3), kHuge_m, {}});
+  const std::string path = path_of("huge.clamor");
+  const auto done = write_bake(path, bake, 1);
+  ASSERT_TRUE(done.ok()) << done.error().message;
+  const auto file = BakeFile::open(path);
+  ASSERT_TRUE(file.ok()) << file.error().message;
+  LevelFindings kept = bake.statistics.findings;
+  for (LevelFinding& finding : kept.list)
+    if (finding.text != "nowhere") finding.size_m = 0;
+  kept.list[0].direction = Vec3(0);
+  kept.list[1].place_m.reset();
+  EXPECT_EQ(file->statistics().findings, kept);
 }
 
 TEST(BakeFile, MayHoldNoTrianglesAndNoSources) {
