@@ -217,20 +217,15 @@ Result<void> ApplicationLevel::set_air(const Air& air) {
   return {};
 }
 
-ApplicationLevel::Bounds ApplicationLevel::bounds() const {
-  Bounds bounds;
-  bool first = true;
-  for (const Mesh* mesh : {&file_.level.mesh, &added_.mesh})
-    for (const auto& triangle : mesh->triangles)
-      for (const std::uint32_t corner : triangle) {
-        const Vec3f& vertex = mesh->vertices_m[corner];
-        if (std::exchange(first, false)) bounds = {vertex, vertex};
-        for (int i = 0; i < 3; ++i) {
-          bounds.low_m[i] = std::min(bounds.low_m[i], vertex[i]);
-          bounds.high_m[i] = std::max(bounds.high_m[i], vertex[i]);
-        }
-      }
-  return bounds;
+Boundsf ApplicationLevel::bounds() const {
+  Boundsf all;
+  for (const Mesh* mesh : {&file_.level.mesh, &added_.mesh}) {
+    const Boundsf bounds = bounds_of(*mesh);
+    if (bounds.is_empty()) continue;
+    all.add(bounds.low_m);
+    all.add(bounds.high_m);
+  }
+  return all.is_empty() ? Boundsf{Vec3f(0), Vec3f(0)} : all;
 }
 
 void ApplicationLevel::append_mesh(ImportedLevel& whole) const {

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "common/bounds.h"
 #include "common/result.h"
 #include "formats/files/level_folder.h"
 #include "formats/gltf/level_import.h"
@@ -56,10 +57,7 @@ class ApplicationLevel {
   std::size_t triangles() const {
     return file_.level.mesh.triangles.size() + added_.mesh.triangles.size();
   }
-  struct Bounds {
-    Vec3f low_m{}, high_m{};
-  };
-  Bounds bounds() const;
+  Boundsf bounds() const;  // of the triangles; a point if there are none
 
   // The level to bake. Reads the level file again if the seed is not the one that its random delays
   // were drawn with. Sets `file_hash` to the input_hash of the file alone.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/bounds.h"
+
 namespace clamor {
 
 namespace {
@@ -24,11 +26,7 @@ std::uint64_t morton_code(const Vec3& steps) {
 }
 
 std::vector<std::size_t> morton_order(std::span<const Vec3> places) {
-  Vec3 low(1e300), high(-1e300);
-  for (const Vec3& place : places) {
-    low = glm::min(low, place);
-    high = glm::max(high, place);
-  }
+  const auto [low, high] = bounds_of(places);
   const double edge = std::max({high.x - low.x, high.y - low.y, high.z - low.z, 1e-9});
   std::vector<std::pair<std::uint64_t, std::size_t>> order;
   for (std::size_t i = 0; i < places.size(); ++i) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bake/octree/octree_summary.h"
+#include "common/bounds.h"
 #include "common/morton_order.h"
 #include "common/random.h"
 
@@ -99,12 +100,8 @@ struct PlacedInstance {
 std::array<InstanceRange, 2> split_at_median(std::span<PlacedInstance> placed,
                                              const InstanceRange& part) {
   const auto range = placed.subspan(part.first, part.count);
-  Vec3 low(1e300), high(-1e300);
-  for (const PlacedInstance& instance : range) {
-    low = glm::min(low, instance.middle_m);
-    high = glm::max(high, instance.middle_m);
-  }
-  const Vec3 size = high - low;
+  const Bounds middles = bounds_of(range, &PlacedInstance::middle_m);
+  const Vec3 size = middles.high_m - middles.low_m;
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
   const std::size_t half = part.count / 2;
   std::stable_sort(range.begin(), range.end(),

@@ -48,35 +48,28 @@ TriangleTree::TriangleTree(const Mesh& mesh) : mesh_(mesh), order_(mesh.triangle
 }
 
 void TriangleTree::build(std::uint32_t first, std::uint32_t last) {
-  const auto thrice_centre = [this](std::uint32_t triangle, int axis) {
+  const auto thrice_centre = [this](std::uint32_t triangle) {
     const auto& corners = mesh_.triangles[triangle];
-    return mesh_.vertices_m[corners[0]][axis] + mesh_.vertices_m[corners[1]][axis] +
-           mesh_.vertices_m[corners[2]][axis];
+    return mesh_.vertices_m[corners[0]] + mesh_.vertices_m[corners[1]] +
+           mesh_.vertices_m[corners[2]];
   };
-  Box box{mesh_.vertices_m[mesh_.triangles[order_[first]][0]], {}};
-  box.high_m = box.low_m;
-  Vec3f low(std::numeric_limits<float>::max()), high(std::numeric_limits<float>::lowest());
+  Box box;
+  Boundsf centres;
   for (std::uint32_t i = first; i < last; ++i) {
-    for (const std::uint32_t corner : mesh_.triangles[order_[i]]) {
-      box.low_m = glm::min(box.low_m, mesh_.vertices_m[corner]);
-      box.high_m = glm::max(box.high_m, mesh_.vertices_m[corner]);
-    }
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], thrice_centre(order_[i], axis));
-      high[axis] = std::max(high[axis], thrice_centre(order_[i], axis));
-    }
+    for (const std::uint32_t corner : mesh_.triangles[order_[i]]) box.add(mesh_.vertices_m[corner]);
+    centres.add(thrice_centre(order_[i]));
   }
   const std::size_t node = nodes_.size();
   nodes_.push_back({box, first, last - first <= kLeaf ? last - first : 0});
   if (last - first <= kLeaf) return;
 
-  const Vec3f spread = high - low;
+  const Vec3f spread = centres.high_m - centres.low_m;
   int axis = spread.y > spread.x ? 1 : 0;
   if (spread.z > spread[axis]) axis = 2;
   const std::uint32_t middle = first + (last - first) / 2;
   std::nth_element(order_.begin() + first, order_.begin() + middle, order_.begin() + last,
                    [&](std::uint32_t a, std::uint32_t b) {
-                     const float at_a = thrice_centre(a, axis), at_b = thrice_centre(b, axis);
+                     const float at_a = thrice_centre(a)[axis], at_b = thrice_centre(b)[axis];
                      return at_a != at_b ? at_a < at_b : a < b;
                    });
   build(first, middle);

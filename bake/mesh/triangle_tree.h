@@ -13,6 +13,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/bounds.h"
 #include "formats/level/mesh.h"
 
 namespace clamor {
@@ -40,8 +41,7 @@ class TriangleTree {
       std::size_t max_tests = std::numeric_limits<std::size_t>::max()) const;
 
  private:
-  struct Box {
-    Vec3f low_m, high_m;
+  struct Box : Boundsf {
     double distance2_m2(const Vec3& p) const;
   };
   struct Node {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "bake/mesh/mesh_preparation.h"
+#include "common/bounds.h"
 
 namespace clamor {
 
@@ -78,20 +79,14 @@ class Grid {
 
 double weld_distance_m(const Mesh& mesh) {
   if (mesh.triangles.empty()) return 1e-4;
-  Vec3f low = mesh.vertices_m[mesh.triangles[0][0]], high = low;
-  for (const auto& triangle : mesh.triangles)
-    for (const auto corner : triangle) {
-      low = glm::min(low, mesh.vertices_m[corner]);
-      high = glm::max(high, mesh.vertices_m[corner]);
-    }
+  const Boundsf bounds = bounds_of(mesh);
   double largest_m = 0;
   for (int axis = 0; axis < 3; ++axis)
-    largest_m = std::max({largest_m, std::abs(static_cast<double>(low[axis])),
-                          std::abs(static_cast<double>(high[axis]))});
+    largest_m = std::max({largest_m, std::abs(static_cast<double>(bounds.low_m[axis])),
+                          std::abs(static_cast<double>(bounds.high_m[axis]))});
   const double rounding_m = 4 * 0x1p-23 * largest_m;
-  const double extent_m = length(Vec3(high) - Vec3(low));
   // All vertices at the origin: any distance works.
-  return std::max({std::min(1e-4, 1e-5 * extent_m), rounding_m, 1e-30});
+  return std::max({std::min(1e-4, 1e-5 * bounds.diagonal_m()), rounding_m, 1e-30});
 }
 
 Welding weld_vertices(const Mesh& mesh, double distance_m) {

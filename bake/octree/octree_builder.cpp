@@ -12,6 +12,7 @@
 
 #include "bake/octree/highest_ranks.h"
 #include "bake/octree/octree_summary.h"
+#include "common/bounds.h"
 
 namespace clamor {
 
@@ -204,22 +205,14 @@ void summarise_all(SourceOctree& tree, const std::vector<std::size_t>& depth_beg
 }
 
 OctreeCube cube_around(std::span<const Source> sources) {
-  struct Box {
-    Vec3f low_m, high_m;
-  };
-  std::vector<Box> boxes((sources.size() + kPart - 1) / kPart);
+  std::vector<Boundsf> boxes((sources.size() + kPart - 1) / kPart);
   for_parts(sources.size(), [&](std::size_t part, std::size_t first, std::size_t last) {
-    Box box{sources[first].position_m, sources[first].position_m};
-    for (const Source& source : sources.subspan(first, last - first)) {
-      box.low_m = glm::min(box.low_m, source.position_m);
-      box.high_m = glm::max(box.high_m, source.position_m);
-    }
-    boxes[part] = box;
+    boxes[part] = bounds_of(sources.subspan(first, last - first), &Source::position_m);
   });
-  Box all = boxes[0];
-  for (const Box& box : boxes) {
-    all.low_m = glm::min(all.low_m, box.low_m);
-    all.high_m = glm::max(all.high_m, box.high_m);
+  Boundsf all;
+  for (const Boundsf& box : boxes) {
+    all.add(box.low_m);
+    all.add(box.high_m);
   }
   return OctreeCube::around(Vec3(all.low_m), Vec3(all.high_m));
 }

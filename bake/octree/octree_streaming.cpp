@@ -48,7 +48,7 @@ class Streamer {
   Result<Part> build(SourceSpill sources, const OctreeCube& cube) {
     if (const auto done = sources.flush(); !done.ok()) return done.error();
     if (sources.count() <= max_in_memory_) return build_in_memory(std::move(sources), cube);
-    if (cube.depth >= OctreeCube::kDeepest || sources.low_m() == sources.high_m())
+    if (cube.depth >= OctreeCube::kDeepest || sources.bounds().low_m == sources.bounds().high_m)
       return build_chain(std::move(sources), cube);
     std::vector<Source> own;
     auto octants = divide(std::move(sources), cube, own);
@@ -142,7 +142,7 @@ class Streamer {
   Result<Part> build_chain(SourceSpill sources, OctreeCube cube) {
     std::vector<std::size_t> octants;  // octants along the chain; further nodes use octant 0
     for (; cube.depth < OctreeCube::kDeepest; cube = cube.child(octants.back()))
-      octants.push_back(cube.octant_of(Vec3(sources.low_m())));
+      octants.push_back(cube.octant_of(Vec3(sources.bounds().low_m)));
     SourceSpill sorted(beside_, 1);
     const auto run_begins = sort_runs(std::move(sources), cube, sorted);
     if (!run_begins.ok()) return run_begins.error();
@@ -249,7 +249,7 @@ class Streamer {
 Result<std::optional<std::size_t>> stream_octree(SourceSpill sources, std::uint64_t memory_bytes,
                                                  OctreeSink& sink) {
   if (sources.count() == 0) return std::optional<std::size_t>();
-  const auto cube = OctreeCube::around(Vec3(sources.low_m()), Vec3(sources.high_m()));
+  const auto cube = OctreeCube::around(Vec3(sources.bounds().low_m), Vec3(sources.bounds().high_m));
   Streamer streamer(sources.beside(), memory_bytes, sink);
   const auto root = streamer.build(std::move(sources), cube);
   if (!root.ok()) return root.error();

@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_sort.h>
 
+#include "common/bounds.h"
 #include "common/morton_order.h"
 
 namespace clamor {
@@ -20,19 +21,15 @@ struct MortonKey {
 
 std::vector<MortonKey> in_morton_order(std::span<const PowerPoint> points) {
   constexpr double kSteps = (1 << 21) - 1;
-  Vec3f low_m = points.empty() ? Vec3f(0) : points[0].position_m, high_m = low_m;
-  for (const PowerPoint& point : points) {
-    low_m = glm::min(low_m, point.position_m);
-    high_m = glm::max(high_m, point.position_m);
-  }
-  const Vec3 extent_m = Vec3(high_m) - Vec3(low_m);
+  const Boundsf bounds = bounds_of(points, &PowerPoint::position_m);
+  const Vec3 low_m(bounds.low_m), extent_m = Vec3(bounds.high_m) - low_m;
   const double largest_m = std::max({extent_m.x, extent_m.y, extent_m.z});
   const double steps_per_m = largest_m > 0 ? kSteps / largest_m : 0;
   std::vector<MortonKey> keys(points.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 4096),
                     [&](const auto& range) {
                       for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                        const Vec3 steps = (Vec3(points[i].position_m) - Vec3(low_m)) * steps_per_m;
+                        const Vec3 steps = (Vec3(points[i].position_m) - low_m) * steps_per_m;
                         keys[i] = {morton_code(steps), static_cast<std::uint32_t>(i)};
                       }
                     });

@@ -17,8 +17,7 @@ SourceSpill::SourceSpill(SourceSpill&& other) noexcept
       buffered_sources_(other.buffered_sources_),
       buffer_(std::move(other.buffer_)),
       count_(std::exchange(other.count_, 0)),
-      low_m_(other.low_m_),
-      high_m_(other.high_m_),
+      bounds_(std::exchange(other.bounds_, {})),
       highest_(other.highest_) {}
 
 SourceSpill& SourceSpill::operator=(SourceSpill&& other) noexcept {
@@ -26,8 +25,7 @@ SourceSpill& SourceSpill::operator=(SourceSpill&& other) noexcept {
   std::swap(buffered_sources_, other.buffered_sources_);
   std::swap(buffer_, other.buffer_);
   std::swap(count_, other.count_);
-  std::swap(low_m_, other.low_m_);
-  std::swap(high_m_, other.high_m_);
+  std::swap(bounds_, other.bounds_);
   std::swap(highest_, other.highest_);
   return *this;
 }
@@ -37,10 +35,8 @@ Result<void> SourceSpill::append(std::span<const Source> sources) {
     return Error(beside() + ": would hold " + std::to_string(count_ + sources.size()) +
                  " sources, and an octree of more than 4294967294 cannot be built; keep fewer with "
                  "--sources, or use instances");
-  if (count_ == 0 && !sources.empty()) low_m_ = high_m_ = sources.front().position_m;
   for (const Source& source : sources) {
-    low_m_ = glm::min(low_m_, source.position_m);
-    high_m_ = glm::max(high_m_, source.position_m);
+    bounds_.add(source.position_m);
     highest_.offer(octree_rank(key_bits(octree_key(source)), static_cast<std::uint32_t>(count_++)));
   }
   if (buffer_.size() + sources.size() <= buffered_sources_) {

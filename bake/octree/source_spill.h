@@ -14,6 +14,7 @@
 
 #include "bake/octree/highest_ranks.h"
 #include "bake/octree/scratch_file.h"
+#include "common/bounds.h"
 #include "common/result.h"
 #include "formats/bake_file/source.h"
 
@@ -37,8 +38,7 @@ class SourceSpill {
 
   const std::string& beside() const { return file_.beside(); }
   std::uint64_t count() const { return count_; }
-  const Vec3f& low_m() const { return low_m_; }
-  const Vec3f& high_m() const { return high_m_; }
+  const Boundsf& bounds() const { return bounds_; }
 
   // The highest octree_rank() values of the list, at most kNodeSources, in descending order.
   std::span<const std::uint64_t> highest_ranks() { return highest_.descending(); }
@@ -48,7 +48,7 @@ class SourceSpill {
   std::size_t buffered_sources_;
   std::vector<Source> buffer_;
   std::uint64_t count_ = 0;
-  Vec3f low_m_{}, high_m_{};
+  Boundsf bounds_;
   HighestRanks highest_;
 };
 

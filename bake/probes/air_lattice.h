@@ -18,13 +18,10 @@
 #include <vector>
 
 #include "bake/trace/scene.h"
+#include "common/bounds.h"
 #include "common/vec.h"
 
 namespace clamor {
-
-struct Bounds {
-  Vec3 low_m{}, high_m{};
-};
 
 // Integer coordinates, counted from the lattice's lowest corner.
 using LatticeCell = std::array<int, 3>;

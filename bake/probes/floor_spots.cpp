@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "common/bounds.h"
+
 namespace clamor {
 
 namespace {
@@ -92,12 +94,8 @@ class FloorFinder {
 
   // The area of a patch over its length.
   double width_m(const std::vector<std::size_t>& patch) const {
-    Vec3 low_m = spots_[patch.front()].ear_m, high_m = low_m;
-    for (const std::size_t spot : patch) {
-      low_m = glm::min(low_m, spots_[spot].ear_m);
-      high_m = glm::max(high_m, spots_[spot].ear_m);
-    }
-    const Vec3 size_m = high_m - low_m + lattice_.cell_m();
+    const Bounds ears = bounds_of(patch, [&](std::size_t spot) { return spots_[spot].ear_m; });
+    const Vec3 size_m = ears.high_m - ears.low_m + lattice_.cell_m();
     return area_m2(patch.size()) / std::sqrt(size_m.x * size_m.x + size_m.z * size_m.z);
   }
 

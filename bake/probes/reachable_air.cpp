@@ -14,15 +14,9 @@ namespace {
 constexpr std::size_t kMaxSeeds = 4096, kMaxJudged = 128;
 constexpr double kLeastSky_m = 3, kGreatestSky_m = 10, kSkyOfWidth = 0.15;
 
-Bounds bounds_of(const Mesh& mesh) {
-  Bounds bounds;
-  bounds.low_m = bounds.high_m = Vec3(mesh.vertices_m[mesh.triangles[0][0]]);
-  for (const auto& triangle : mesh.triangles)
-    for (const auto corner : triangle) {
-      bounds.low_m = glm::min(bounds.low_m, Vec3(mesh.vertices_m[corner]));
-      bounds.high_m = glm::max(bounds.high_m, Vec3(mesh.vertices_m[corner]));
-    }
-  return bounds;
+Bounds bounds_in_double(const Mesh& mesh) {
+  const Boundsf bounds = bounds_of(mesh);
+  return {Vec3(bounds.low_m), Vec3(bounds.high_m)};
 }
 
 Bounds with_sky(Bounds bounds, bool is_closed, double sky_m) {
@@ -45,7 +39,7 @@ ReachableAir::ReachableAir(const Scene& scene, const Level& level, double sky_m)
     : scene_(scene),
       level_(level),
       space_(scene, level.mesh, level.materials),
-      bounds_(bounds_of(level.mesh)),
+      bounds_(bounds_in_double(level.mesh)),
       lattice_(scene, with_sky(bounds_, space_.is_closed(), sky_m)) {
   std::vector<Vec3> seeds_m = level.probes_m;
   for (const Emitter& emitter : level.emitters) seeds_m.push_back(emitter.position_m);

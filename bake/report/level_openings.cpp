@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "bake/trace/diffuse_directions.h"
+#include "common/bounds.h"
 #include "common/disjoint_sets.h"
 #include "common/random.h"
 #include "common/sphere.h"
@@ -238,17 +239,12 @@ LevelOpenings find_openings(const Scene& scene, const Level& level, std::span<co
   if (walks.legs > 0) found.mean_free_path_m = walks.legs_m / static_cast<double>(walks.legs);
   if (walks.escapes.empty()) return found;
 
-  Vec3f low(level.mesh.vertices_m[level.mesh.triangles[0][0]]), high(low);
-  for (const auto& triangle : level.mesh.triangles)
-    for (const auto corner : triangle) {
-      low = glm::min(low, level.mesh.vertices_m[corner]);
-      high = glm::max(high, level.mesh.vertices_m[corner]);
-    }
+  const Boundsf bounds = bounds_of(level.mesh);
   const auto chains = chains_of(level.mesh, free_edges);
   for (const Bundle& bundle : bundles_of(walks.escapes)) {
     LevelOpening opening;
     opening.share = bundle.escaped / kOpeningWalks;
-    opening.place_m = glm::clamp(bundle.point_m, Vec3(low), Vec3(high));
+    opening.place_m = glm::clamp(bundle.point_m, Vec3(bounds.low_m), Vec3(bounds.high_m));
     opening.direction = bundle.flow / bundle.escaped;
     // Lines through a disc of radius R, distributed by Lambert's law, have a mean squared distance
     // of 3/8 R^2 from its centre.

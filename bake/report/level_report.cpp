@@ -9,6 +9,7 @@
 #include "bake/mesh/triangle_tree.h"
 #include "bake/report/audibility_messages.h"
 #include "bake/trace/scene.h"
+#include "common/bounds.h"
 #include "common/result.h"
 #include "formats/level/level.h"
 
@@ -42,12 +43,7 @@ double area_of(const Mesh& mesh) {
 
 double extent_of(const Mesh& mesh) {
   if (mesh.vertices_m.empty()) return 0;
-  Vec3f low = mesh.vertices_m[0], high = low;
-  for (const Vec3f& vertex : mesh.vertices_m) {
-    low = glm::min(low, vertex);
-    high = glm::max(high, vertex);
-  }
-  return length(Vec3(high) - Vec3(low));
+  return bounds_of(mesh.vertices_m).diagonal_m();
 }
 
 void simplify(PreparedMesh& prepared, const Level& level, double tolerance_m, LevelReport& report) {

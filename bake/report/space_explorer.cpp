@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "bake/trace/diffuse_directions.h"
+#include "common/bounds.h"
 #include "common/random.h"
 #include "common/sphere.h"
 
@@ -38,12 +39,9 @@ SpaceExplorer::SpaceExplorer(const Scene& scene, const Mesh& mesh,
                              std::span<const Material> materials)
     : scene_(scene), materials_(materials), empty_(mesh.triangles.empty()) {
   if (empty_) return;
-  low_m_ = high_m_ = Vec3(mesh.vertices_m[mesh.triangles[0][0]]);
-  for (const auto& triangle : mesh.triangles)
-    for (const auto corner : triangle) {
-      low_m_ = glm::min(low_m_, Vec3(mesh.vertices_m[corner]));
-      high_m_ = glm::max(high_m_, Vec3(mesh.vertices_m[corner]));
-    }
+  const Boundsf bounds = bounds_of(mesh);
+  low_m_ = Vec3(bounds.low_m);
+  high_m_ = Vec3(bounds.high_m);
 
   constexpr std::uint32_t kRays = 24;
   std::size_t closed_in = 0;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/bounds.h"
+
 namespace clamor {
 
 namespace {
@@ -24,13 +26,9 @@ PortalCrossings::PortalCrossings(std::span<const Portal> portals, double offset_
 
 // Halves the portals along the longest axis of their centres' box, down to groups.
 void PortalCrossings::divide(std::span<const Portal> portals, std::span<std::uint16_t> indices) {
-  Vec3 low_m = portals[indices[0]].centre_m, high_m = low_m;
-  for (const std::uint16_t i : indices) {
-    low_m = glm::min(low_m, portals[i].centre_m);
-    high_m = glm::max(high_m, portals[i].centre_m);
-  }
+  const Bounds centres = bounds_of(indices, [&](std::uint16_t i) { return portals[i].centre_m; });
   if (indices.size() > kGroup) {
-    const Vec3 extent_m = high_m - low_m;
+    const Vec3 extent_m = centres.high_m - centres.low_m;
     int axis = 0;
     for (int other : {1, 2})
       if (extent_m[other] > extent_m[axis]) axis = other;

@@ -41,13 +41,7 @@ std::string embree_version() { return RTC_VERSION_STRING; }
 Scene::Scene(const Mesh& mesh, Build build) : mesh_(mesh) {
   if (mesh.triangles.empty()) return;  // free field
 
-  Vec3f low = mesh.vertices_m[mesh.triangles[0][0]], high = low;
-  for (const auto& triangle : mesh.triangles)
-    for (const auto corner : triangle) {
-      low = glm::min(low, mesh.vertices_m[corner]);
-      high = glm::max(high, mesh.vertices_m[corner]);
-    }
-  offset_m_ = 1e-5 * length(Vec3(high) - Vec3(low));
+  offset_m_ = 1e-5 * bounds_of(mesh).diagonal_m();
 
   embree_ = std::make_unique<EmbreeMesh>(
       mesh, EmbreeMesh::Options{.device = kDevice,

@@ -8,6 +8,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "common/bounds.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/level/mesh.h"
 
@@ -101,9 +102,7 @@ void pack_pages(const Mesh& mesh, const Vec3& low_m, std::size_t first, std::siz
 PackedGeometry pack_geometry(const Mesh& mesh) {
   PackedGeometry packed;
   if (mesh.triangles.empty()) return packed;
-  Vec3f low(mesh.vertices_m[0]);
-  for (const Vec3f& vertex : mesh.vertices_m) low = glm::min(low, vertex);
-  packed.low_m = Vec3(low);
+  packed.low_m = Vec3(bounds_of(mesh.vertices_m).low_m);
   const std::size_t triangles = mesh.triangles.size();
   std::vector<std::vector<PackedGeometryPage>> parts((triangles + kPageTriangles - 1) /
                                                      kPageTriangles);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "common/bounds.h"
 #include "formats/gltf/gltf_marks.h"
 #include "formats/gltf/gltf_mesh.h"
 #include "formats/level/emitter_spec.h"
@@ -40,13 +41,9 @@ Axes axes_of(const Mesh& mesh) {
 Result<Portal> rectangle_of(const Mesh& mesh) {
   const Axes axes = axes_of(mesh);
   if (axes[2] == Vec3{}) return Error("the mesh of the portal has no area; give it some.");
-  Vec3 low_m(1e30), high_m(-1e30);
-  for (const Vec3f& vertex : mesh.vertices_m) {
-    const Vec3 at(dot(Vec3(vertex), axes[0]), dot(Vec3(vertex), axes[1]),
-                  dot(Vec3(vertex), axes[2]));
-    low_m = glm::min(low_m, at);
-    high_m = glm::max(high_m, at);
-  }
+  const auto [low_m, high_m] = bounds_of(mesh.vertices_m, [&](const Vec3f& vertex) {
+    return Vec3(dot(Vec3(vertex), axes[0]), dot(Vec3(vertex), axes[1]), dot(Vec3(vertex), axes[2]));
+  });
   const Vec3 half_m = (high_m - low_m) / 2.0, centre_m = (high_m + low_m) / 2.0;
   if (half_m.z > kFlat * std::min(half_m.x, half_m.y))
     return Error("the mesh of the portal is not flat; a portal is a rectangle in an opening.");

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/bounds.h"
 #include "common/vec.h"
 
 namespace clamor {
@@ -17,5 +18,13 @@ struct Mesh {
 
   bool operator==(const Mesh&) const = default;
 };
+
+// Bounds of the triangles. Vertices that no triangle uses do not count.
+inline Boundsf bounds_of(const Mesh& mesh) {
+  Boundsf bounds;
+  for (const auto& triangle : mesh.triangles)
+    for (const std::uint32_t corner : triangle) bounds.add(mesh.vertices_m[corner]);
+  return bounds;
+}
 
 }  // namespace clamor

@@ -13,7 +13,7 @@ namespace clamor {
 namespace {
 
 PartBounds bounds_of(const PartShape& shape, const Matrix& axes, const Vec3& position_m) {
-  const Vec3 low(shape.low_m()), high(shape.high_m());
+  const Vec3 low(shape.bounds().low_m), high(shape.bounds().high_m);
   const Vec3 centre_m = position_m + axes * (0.5 * (low + high));
   const Vec3 half_m = 0.5 * (high - low);
   const Vec3 reach_m =

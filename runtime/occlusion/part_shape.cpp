@@ -15,16 +15,12 @@ Result<std::shared_ptr<const PartShape>> PartShape::make(const Mesh& mesh,
 }
 
 PartShape::PartShape(const Mesh& mesh, std::span<const Material> materials)
-    : edges_(mesh), materials_(mesh.materials), low_m_(mesh.vertices_m.front()), high_m_(low_m_) {
+    : edges_(mesh), materials_(mesh.materials), bounds_(bounds_of(mesh.vertices_m)) {
   for (const Material& material : materials) transmission_.push_back(material.transmission);
   for (const std::uint16_t material : materials_)
     for (const float share : transmission_[material]) transmits_ |= share > 0;
   planes_.reserve(mesh.triangles.size());
   for (const auto& triangle : mesh.triangles) planes_.push_back(plane_of(mesh, triangle));
-  for (const Vec3f& vertex : mesh.vertices_m) {
-    low_m_ = glm::min(low_m_, vertex);
-    high_m_ = glm::max(high_m_, vertex);
-  }
   bvh_ = std::make_unique<EmbreeMesh>(
       mesh, EmbreeMesh::Options{
                 .robust = true, .alone = true, .shared_device = EmbreeInstances::device()});

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/bands.h"
+#include "common/bounds.h"
 #include "common/material.h"
 #include "common/result.h"
 #include "common/vec.h"
@@ -39,8 +40,7 @@ class PartShape {
   std::size_t triangles() const { return planes_.size(); }
 
   // The corners of the bounding box, in the part's coordinates.
-  const Vec3f& low_m() const { return low_m_; }
-  const Vec3f& high_m() const { return high_m_; }
+  const Boundsf& bounds() const { return bounds_; }
 
  private:
   PartShape(const Mesh& mesh, std::span<const Material> materials);
@@ -51,7 +51,7 @@ class PartShape {
   std::vector<std::uint16_t> materials_;  // per triangle
   std::vector<Bands> transmission_;       // per material
   bool transmits_ = false;
-  Vec3f low_m_{}, high_m_{};
+  Boundsf bounds_;
 };
 
 }  // namespace clamor

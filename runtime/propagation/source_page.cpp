@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "common/bounds.h"
 #include "runtime/propagation/source_page_kernel.h"
 
 namespace clamor {
@@ -69,13 +70,9 @@ SourcePage::SourcePage(const RadiationModel& radiation, std::span<const Bands> w
       blocks_((size() + kCullBlock - 1) / kCullBlock),
       bounds_((blocks_.size() + kCullBlock - 1) / kCullBlock) {
   if (sources_.empty()) return;
-  Vec3 low(sources_[0].position_m), high(low);
-  for (const Source& source : sources_) {
-    low = glm::min(low, Vec3(source.position_m));
-    high = glm::max(high, Vec3(source.position_m));
-  }
-  middle_m_ = (low + high) / 2.0;
-  extent_m_ = length(high - low) / 2;
+  const Boundsf bounds = bounds_of(sources_, &Source::position_m);
+  middle_m_ = (Vec3(bounds.low_m) + Vec3(bounds.high_m)) / 2.0;
+  extent_m_ = bounds.diagonal_m() / 2;
   for (std::size_t i = 0; i < size(); ++i) {
     const Source& source = bounding.empty() ? sources_[i] : bounding[i];
     CullBlock& block = blocks_[i / kCullBlock];

@@ -20,6 +20,7 @@
 #include <fmt/format.h>
 
 #include "bake/bake.h"
+#include "common/bounds.h"
 #include "common/random.h"
 #include "formats/bake_file/expanded_sources.h"
 #include "formats/level/level.h"
@@ -48,11 +49,8 @@ using SeedResults = std::vector<std::vector<SeedResult>>;
 // Places that are drawn in the bounds of the level.
 std::vector<Vec3> listening_places(const OcclusionGeometry& surfaces, const Mesh& mesh,
                                    const Vec3& emitter_m, std::size_t count) {
-  Vec3 low_m(1e9), high_m(-1e9);
-  for (const Vec3f& vertex_m : mesh.vertices_m) {
-    low_m = glm::min(low_m, Vec3(vertex_m));
-    high_m = glm::max(high_m, Vec3(vertex_m));
-  }
+  const auto [low_m, high_m] =
+      bounds_of(mesh.vertices_m, [](const Vec3f& vertex_m) { return Vec3(vertex_m); });
   std::vector<Vec3> places_m;
   for (std::uint32_t draw = 0; places_m.size() < count && draw < 1'000'000; ++draw) {
     const RandomBits bits = philox(0x73656564, {draw, 0, 0, 0});

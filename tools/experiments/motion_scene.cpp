@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
+#include "common/bounds.h"
 #include "common/random.h"
 #include "runtime/engine/auralizer_input.h"
 #include "tools/strategies/all_sampler.h"
@@ -46,11 +46,8 @@ std::size_t slots_for(const std::string& strategy, const Sampler& sampler) {
 }  // namespace
 
 ListenerPath::ListenerPath(const std::vector<Source>& sources, const Vec3& start) : start_(start) {
-  Vec3 low(std::numeric_limits<double>::max()), high(-low);
-  for (const Source& source : sources) {
-    low = glm::min(low, Vec3(source.position_m));
-    high = glm::max(high, Vec3(source.position_m));
-  }
+  const auto [low, high] =
+      bounds_of(sources, [](const Source& source) { return Vec3(source.position_m); });
   const Vec3 room = glm::min(high - start, start - low);
   const double half_m = std::clamp(0.6 * std::min(room.x, room.z), 0.5, 40.0);
   large_m_ = 0.7 * half_m;

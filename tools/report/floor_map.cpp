@@ -7,6 +7,7 @@
 
 #include "bake/probes/floor_spots.h"
 #include "bake/probes/reachable_air.h"
+#include "common/bounds.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/level/level.h"
 #include "tools/experiments/experiment_scene.h"
@@ -45,11 +46,7 @@ FloorMap floor_grid(const Room& room, std::size_t max_cells) {
   if (room.mesh.triangles.empty()) return map;
   const std::vector<FloorSpot> spots = spots_of(room);
   if (spots.empty()) return map;
-  Vec3 low_m = spots[0].ear_m, high_m = low_m;
-  for (const FloorSpot& spot : spots) {
-    low_m = glm::min(low_m, spot.ear_m);
-    high_m = glm::max(high_m, spot.ear_m);
-  }
+  const auto [low_m, high_m] = bounds_of(spots, &FloorSpot::ear_m);
   // Steps are whole numbers of quarters of a metre, the least that leaves few enough cells.
   using Key = std::tuple<int, int, int>;  // storey, row, column
   std::map<Key, std::pair<double, const FloorSpot*>> best;

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/mesh/mesh_preparation.h"
+#include "common/bounds.h"
 #include "common/reflection.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/baked_portals.h"
@@ -62,30 +63,14 @@ ViewJson rounded(const std::optional<double>& value) {
   return std::round(*value * 1000) / 1000;
 }
 
-struct Extent {
-  Vec3f low_m{0}, high_m{0};
-};
-
-Extent extent_of(const Room& room) {
-  if (room.mesh.vertices_m.empty()) {
-    if (room.sources.empty()) return {};
-    Extent extent{room.sources[0].position_m, room.sources[0].position_m};
-    for (const Source& source : room.sources) {
-      extent.low_m = glm::min(extent.low_m, source.position_m);
-      extent.high_m = glm::max(extent.high_m, source.position_m);
-    }
-    return extent;
-  }
-  Extent extent{room.mesh.vertices_m[0], room.mesh.vertices_m[0]};
-  for (const Vec3f& vertex_m : room.mesh.vertices_m) {
-    extent.low_m = glm::min(extent.low_m, vertex_m);
-    extent.high_m = glm::max(extent.high_m, vertex_m);
-  }
-  return extent;
+Boundsf extent_of(const Room& room) {
+  if (!room.mesh.vertices_m.empty()) return bounds_of(room.mesh.vertices_m);
+  if (!room.sources.empty()) return bounds_of(room.sources, &Source::position_m);
+  return {Vec3f(0), Vec3f(0)};
 }
 
 // Vertices in 65535 steps of the extent; of many triangles the largest.
-ViewJson mesh_of(const Room& room, const Extent& extent, std::size_t max_triangles,
+ViewJson mesh_of(const Room& room, const Boundsf& extent, std::size_t max_triangles,
                  ViewCounts& shown) {
   std::vector<std::size_t> kept(room.mesh.triangles.size());
   std::iota(kept.begin(), kept.end(), std::size_t{0});
@@ -364,7 +349,7 @@ Result<RoomView> view_of(const Room& room, std::span<const LevelFinding> finding
                          const FloorMap& map, std::span<const Vec3> listeners_m,
                          const ViewLimits& limits) {
   const BakeFile& file = *room.file;
-  const Extent extent = extent_of(room);
+  const Boundsf extent = extent_of(room);
   RoomView view;
   EmitterKinds kinds;
   ViewJson json;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <queue>
 
+#include "common/bounds.h"
 #include "formats/bake_file/source_octree.h"
 #include "tools/strategies/importance_sampling.h"
 
@@ -24,16 +24,15 @@ RepresentativeOctree::RepresentativeOctree(std::span<const Point> points, double
                                            std::uint64_t seed)
     : points_(points), fall_(fall) {
   std::vector<std::uint32_t> order;
-  Vec3 low(std::numeric_limits<double>::max()), high(-low);
+  Bounds bounds;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
     volumes_.push_back(points[i].volume);
     if (!(points[i].volume > 0)) continue;
     order.push_back(i);
-    low = glm::min(low, points[i].position_m);
-    high = glm::max(high, points[i].position_m);
+    bounds.add(points[i].position_m);
   }
   if (order.empty()) return;
-  const OctreeCube cube = OctreeCube::around(low, high);
+  const OctreeCube cube = OctreeCube::around(bounds.low_m, bounds.high_m);
   nodes_.emplace_back();
   build(0, order, cube.centre_m, cube.half_edge_m, 0);
   for (std::uint32_t node = static_cast<std::uint32_t>(nodes_.size()); node-- > 0;)

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "common/bounds.h"
 #include "tools/report/level_findings.h"
 #include "tools/report/room_summary.h"
 #include "tools/view/viewpoint.h"
@@ -230,11 +231,7 @@ Listener ViewSession::viewpoint(const Vec3& place_m, double size_m) const {
     if (inside_m.size() == 2) break;
   }
   if (inside_m.empty() && !mesh_.vertices_m.empty()) {
-    Vec3f low_m = mesh_.vertices_m[0], high_m = low_m;
-    for (const Vec3f& vertex : mesh_.vertices_m) {
-      low_m = glm::min(low_m, vertex);
-      high_m = glm::max(high_m, vertex);
-    }
+    const auto [low_m, high_m] = bounds_of(mesh_.vertices_m);
     inside_m.push_back(Vec3(0.5f * (low_m + high_m)));
   }
   if (sound_ != nullptr) inside_m.push_back(camera_.listener().position_m);

@@ -83,7 +83,7 @@ TEST(PartScript, AddsBoxes) {
   EXPECT_EQ(stage.pose(*script, 2, 1).position_m, Vec3(2, 0.5, 3));
   EXPECT_EQ(stage.parts.size(), 2u);
   const PartShape& shape = *stage.parts.latest().parts[1].shape;
-  EXPECT_EQ(shape.high_m() - shape.low_m(), Vec3f(1, 2, 3));
+  EXPECT_EQ(shape.bounds().high_m - shape.bounds().low_m, Vec3f(1, 2, 3));
   EXPECT_EQ(shape.transmission(0), same_in_all_bands(0.25f));
 }
 
