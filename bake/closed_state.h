@@ -23,9 +23,8 @@ bool has_closed_state(const Level& level);
 Level closed_level(const Level& level);
 
 // Traces the level with closed portals by a plan of its own. `open` are the settings with open
-// portals. Adds the photons
-// to the report. Empty without a closed state. `thins_on_disk` needs options.spill. Runs in the
-// calling TBB arena. Memory: a copy of the mesh.
+// portals. Adds the photons to the report. Empty without a closed state. `thins_on_disk` needs
+// options.spill. Runs in the calling TBB arena. Memory: a copy of the mesh.
 Result<BatchTracing::Output> trace_closed_state(const Level& level, const TraceSettings& open,
                                                 const BakeOptions& options, OpenJournals& journals,
                                                 const Shard& shard, BakeReport& report,

@@ -22,7 +22,7 @@ struct LateEnergy {
   double at_first = 0, at_last = 0;
 };
 
-double level_db(double ratio) { return 10 * std::log10(ratio); }
+double ratio_db(double ratio) { return 10 * std::log10(ratio); }
 
 LateEnergy late_energy(std::span<const Source> sources, std::span<const Material> materials) {
   const std::vector<Emitter> emitters(1);
@@ -70,8 +70,8 @@ TEST(ProbeDecay, IsThatOfAnEmitterBetweenSmoothWalls) {
   const std::vector<Material> diffuse = {diffuse_material("late reflections")};
   const LateEnergy probe = late_energy(late, diffuse);
   // By the cosine law alone they would be 1.1 and 2.1 dB too quiet. The noise is some 0.2 dB.
-  EXPECT_NEAR(level_db(probe.at_first / emitter.at_first), 0, 0.6);
-  EXPECT_NEAR(level_db(probe.at_last / emitter.at_last), 0, 0.6);
+  EXPECT_NEAR(ratio_db(probe.at_first / emitter.at_first), 0, 0.6);
+  EXPECT_NEAR(ratio_db(probe.at_last / emitter.at_last), 0, 0.6);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 namespace clamor {
 namespace {
 
-constexpr double kSpeed_mps = 343;
+constexpr double kSpeedOfSound_mps = 343;
 
 // On the floor, lit by a probe two metres above it.
 Source on_floor(const Vec3f& position_m, const Vec3& probe_m) {
@@ -18,7 +18,7 @@ Source on_floor(const Vec3f& position_m, const Vec3& probe_m) {
   source.normal = {0, 1, 0};
   const Vec3 arriving = normalize(Vec3(position_m) - probe_m);
   source.mirror = Vec3f(arriving - 2 * arriving.y * Vec3(0, 1, 0));
-  source.delay_s = static_cast<float>(length(Vec3(position_m) - probe_m) / kSpeed_mps);
+  source.delay_s = static_cast<float>(length(Vec3(position_m) - probe_m) / kSpeedOfSound_mps);
   source.power = same_in_all_bands(1);
   return source;
 }
@@ -28,9 +28,9 @@ TEST(ProbeSources, MoveAFirstReflectionToTheSourcesOwnPlace) {
   const Source stored = on_floor({1, 0, 0}, probe_m);
   MovingRadiator radiator;
   radiator.position_m = {2, 1, 0.5};
-  const Source moved = first_reflection(stored, probe_m, radiator, kSpeed_mps);
+  const Source moved = first_reflection(stored, probe_m, radiator, kSpeedOfSound_mps);
   const Vec3 path_m = Vec3(1, 0, 0) - radiator.position_m;
-  EXPECT_NEAR(moved.delay_s, length(path_m) / kSpeed_mps, 1e-7);
+  EXPECT_NEAR(moved.delay_s, length(path_m) / kSpeedOfSound_mps, 1e-7);
   const Vec3 arriving = normalize(path_m);
   EXPECT_NEAR(length(Vec3(moved.mirror) - Vec3(arriving.x, -arriving.y, arriving.z)), 0, 1e-6);
   // Irradiance: cosine over the squared distance, cos = height / distance.
@@ -43,7 +43,7 @@ TEST(ProbeSources, LeaveASourceAtTheProbeAsItIs) {
   MovingRadiator radiator;
   radiator.position_m = probe_m;
   const Source stored = on_floor({1, 0, 0}, probe_m);
-  const Source moved = first_reflection(stored, probe_m, radiator, kSpeed_mps);
+  const Source moved = first_reflection(stored, probe_m, radiator, kSpeedOfSound_mps);
   EXPECT_NEAR(moved.delay_s, stored.delay_s, 1e-8);
   EXPECT_NEAR(moved.power[3], 1, 1e-6);
   EXPECT_NEAR(length(moved.mirror - stored.mirror), 0, 1e-6);
@@ -54,7 +54,7 @@ TEST(ProbeSources, LightNoSurfaceFromBehind) {
   MovingRadiator radiator;
   radiator.position_m = {0, -1, 0};
   const Source moved =
-      first_reflection(on_floor({1, 0, 0}, probe_m), probe_m, radiator, kSpeed_mps);
+      first_reflection(on_floor({1, 0, 0}, probe_m), probe_m, radiator, kSpeedOfSound_mps);
   EXPECT_EQ(moved.power, Bands{});
 }
 
@@ -67,12 +67,12 @@ TEST(ProbeSources, LengthenLaterPathsByTheirFirstLegAndWeighTheDirectivity) {
   radiator.position_m = {-1, 1, 0};
   radiator.axis = {-1, 0, 0};
   radiator.directivity = same_in_all_bands(2);
-  const Source moved = early_reflection(stored, probe_m, radiator, kSpeed_mps);
+  const Source moved = early_reflection(stored, probe_m, radiator, kSpeedOfSound_mps);
   // A metre farther from the surface ahead; lengths are stored to 3 %, which cancels.
-  EXPECT_NEAR(moved.delay_s, 0.05 + 1 / kSpeed_mps, 1e-5);
+  EXPECT_NEAR(moved.delay_s, 0.05 + 1 / kSpeedOfSound_mps, 1e-5);
   EXPECT_NEAR(moved.power[0], 0, 1e-3);  // leaves backwards
   radiator.axis = {1, 0, 0};
-  const Source ahead = early_reflection(stored, probe_m, radiator, kSpeed_mps);
+  const Source ahead = early_reflection(stored, probe_m, radiator, kSpeedOfSound_mps);
   EXPECT_NEAR(ahead.power[0], 1, 2e-3);
   EXPECT_NEAR(late_reflection(stored, radiator, 7).power[0], 1, 2e-3);
   EXPECT_EQ(late_reflection(stored, radiator, 7).material, 7);
