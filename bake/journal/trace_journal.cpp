@@ -17,7 +17,7 @@
 #include <unistd.h>
 
 #include "bake/journal/journal_file.h"
-#include "common/process_time.h"
+#include "common/cpu_time.h"
 #include "formats/files/atomic_file.h"
 
 namespace clamor {

@@ -1,7 +1,7 @@
 // ray_timer.h: adds the CPU time that a thread spends on casting rays to a sum.
 #pragma once
 
-#include "common/thread_time.h"
+#include "common/cpu_time.h"
 
 namespace clamor {
 

@@ -6,7 +6,7 @@
 
 #include <pthread.h>
 
-#include "common/process_time.h"
+#include "common/cpu_time.h"
 
 namespace clamor {
 

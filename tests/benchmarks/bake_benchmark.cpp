@@ -30,9 +30,9 @@
 
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
+#include "common/cpu_time.h"
 #include "common/maths.h"
 #include "common/random.h"
-#include "common/thread_time.h"
 #include "formats/gltf/level_import.h"
 #include "formats/level/walk_file.h"
 #include "tests/benchmarks/bare_embree.h"

@@ -15,7 +15,7 @@
 #endif
 
 #include "bake/trace/scene.h"
-#include "common/thread_time.h"
+#include "common/cpu_time.h"
 
 namespace clamor::testing {
 

@@ -13,8 +13,8 @@
 
 #include <benchmark/benchmark.h>
 
+#include "common/cpu_time.h"
 #include "common/random.h"
-#include "common/thread_time.h"
 #include "formats/gltf/level_import.h"
 #include "runtime/occlusion/direct_sound.h"
 #include "runtime/occlusion/image_path.h"

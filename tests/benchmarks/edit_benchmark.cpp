@@ -22,7 +22,7 @@
 #include "bake/bake_cache.h"
 #include "bake/bake_observer.h"
 #include "bake/level_bake.h"
-#include "common/process_time.h"
+#include "common/cpu_time.h"
 #include "formats/bake_file/bake_contents.h"
 #include "formats/gltf/level_import.h"
 #include "tests/build_paths.h"

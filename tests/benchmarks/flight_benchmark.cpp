@@ -15,8 +15,8 @@
 
 #include <benchmark/benchmark.h>
 
+#include "common/cpu_time.h"
 #include "common/sample_rate.h"
-#include "common/thread_time.h"
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_options.h"

@@ -8,7 +8,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "common/thread_time.h"
+#include "common/cpu_time.h"
 #include "runtime/occlusion/visibility_cache.h"
 #include "runtime/voices/keyframe.h"
 #include "tests/benchmarks/memory_latency.h"

@@ -36,7 +36,7 @@
 #include <unistd.h>
 
 #include "bake/octree/octree_streaming.h"
-#include "common/process_time.h"
+#include "common/cpu_time.h"
 #include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_writer.h"

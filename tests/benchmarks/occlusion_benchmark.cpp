@@ -23,10 +23,9 @@
 
 #include "bake/octree/octree_builder.h"
 #include "common/air.h"
+#include "common/cpu_time.h"
 #include "common/material.h"
-#include "common/process_time.h"
 #include "common/random.h"
-#include "common/thread_time.h"
 #include "formats/bake_file/signal_envelope.h"
 #include "formats/gltf/level_import.h"
 #include "formats/level/emitter.h"

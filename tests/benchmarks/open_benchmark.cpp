@@ -23,7 +23,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "common/process_time.h"
+#include "common/cpu_time.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/page.h"
 #include "runtime/engine/auralizer.h"

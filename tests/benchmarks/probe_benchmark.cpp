@@ -18,9 +18,9 @@
 #include <benchmark/benchmark.h>
 
 #include "bake/level_bake.h"
+#include "common/cpu_time.h"
 #include "common/random.h"
 #include "common/sample_rate.h"
-#include "common/thread_time.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/files/random_access_file.h"
 #include "runtime/engine/auralizer.h"

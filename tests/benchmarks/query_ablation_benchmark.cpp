@@ -20,8 +20,8 @@
 #include <unistd.h>
 
 #include "bake/octree/octree_builder.h"
+#include "common/cpu_time.h"
 #include "common/random.h"
-#include "common/thread_time.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/signal_envelope.h"

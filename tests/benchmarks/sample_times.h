@@ -9,7 +9,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "common/thread_time.h"
+#include "common/cpu_time.h"
 
 namespace clamor::testing {
 

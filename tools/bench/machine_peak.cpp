@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "common/thread_time.h"
+#include "common/cpu_time.h"
 
 // Highway compiles what follows once per instruction set.
 #undef HWY_TARGET_INCLUDE

@@ -4,7 +4,7 @@
 #include <map>
 #include <memory>
 
-#include "common/thread_time.h"
+#include "common/cpu_time.h"
 #include "tools/bench/bench_voices.h"
 #include "tools/bench/machine_peak.h"
 

@@ -12,7 +12,7 @@
 
 #include <fmt/format.h>
 
-#include "common/process_time.h"
+#include "common/cpu_time.h"
 #include "tools/experiments/baked_level.h"
 #include "tools/experiments/experiments.h"
 

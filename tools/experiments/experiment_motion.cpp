@@ -23,7 +23,7 @@
 
 #include <fmt/format.h>
 
-#include "common/thread_time.h"
+#include "common/cpu_time.h"
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_input.h"

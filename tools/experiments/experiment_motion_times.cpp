@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "common/thread_time.h"
+#include "common/cpu_time.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
@@ -64,9 +64,8 @@ Result<ReportTable> keyframe_times(const ExperimentOptions& options, std::ostrea
   ReportTable table{"time", "Time per keyframe, walking, one core", {}, {}};
   table.columns = {"sources",          "k", "place", "occluded_percent", "median_ms", "p99_ms",
                    "no_rays_median_ms"};
-  std::vector<std::size_t> max_sources = options.quick
-                                             ? std::vector<std::size_t>{kQuickSources}
-                                             : std::vector<std::size_t>{2000, 10'000, 0};
+  std::vector<std::size_t> max_sources = options.quick ? std::vector<std::size_t>{kQuickSources}
+                                                       : std::vector<std::size_t>{2000, 10'000, 0};
   for (const std::size_t n : max_sources) {
     const auto scene = ExperimentScene::open(options.level, n);
     if (!scene.ok()) return scene.error();
