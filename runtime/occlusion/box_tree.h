@@ -102,7 +102,7 @@ class BoxTree {
         const std::size_t level = what - kBox + 1;
         for_children(level, index, [&](std::size_t child) {
           if (level > 1)
-            add(bound_of_box(levels_[level - 2][child]), what - 1, child);
+            add(bound_of_box(levels_[level - 2][child]), kBox + level - 2, child);
           else
             add(bound_of_item(std::size_t{items_[child]}), kItem, items_[child]);
         });
