@@ -25,7 +25,7 @@ namespace clamor::testing {
 namespace {
 
 constexpr std::size_t kMuchMemory = 4 << 20;
-constexpr int kFlips = kSanitized ? 3'000 : 8'000;
+constexpr int kFlips = kSanitized ? 1'500 : 8'000;
 
 // A bake with several pages and tiny signals.
 BakeContents small_contents() {
