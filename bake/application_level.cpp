@@ -219,12 +219,7 @@ Result<void> ApplicationLevel::set_air(const Air& air) {
 
 Boundsf ApplicationLevel::bounds() const {
   Boundsf all;
-  for (const Mesh* mesh : {&file_.level.mesh, &added_.mesh}) {
-    const Boundsf bounds = bounds_of(*mesh);
-    if (bounds.is_empty()) continue;
-    all.add(bounds.low_m);
-    all.add(bounds.high_m);
-  }
+  for (const Mesh* mesh : {&file_.level.mesh, &added_.mesh}) all.add(bounds_of(*mesh));
   return all.is_empty() ? Boundsf{Vec3f(0), Vec3f(0)} : all;
 }
 

@@ -22,10 +22,9 @@ struct ProbeBake {
 };
 
 // Traces options.probes_m, or the shard's part of them, in both states of the level if it has two
-// (closed_state.h). `trace` and `photons` are those of the
-// level's emitters; their thinning does not apply here. The sets of portals that paths have passed
-// are added to `portals`. Returns a partial result when options.stop is set. Runs in the calling
-// TBB arena.
+// (closed_state.h). `trace` and `photons` are those of the level's emitters; their thinning does
+// not apply here. The sets of portals that paths have passed are added to `portals`. Returns a
+// partial result when options.stop is set. Runs in the calling TBB arena.
 Result<ProbeBake> bake_probes(const Scene& scene, const Level& level, const BakeOptions& options,
                               const TraceSettings& trace, std::uint64_t photons,
                               OpenJournals& journals, PortalSetTable& portals,

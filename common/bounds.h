@@ -22,8 +22,18 @@ struct BasicBounds {
     low_m = glm::min(low_m, point_m);
     high_m = glm::max(high_m, point_m);
   }
+  void add(const BasicBounds& other) {
+    low_m = glm::min(low_m, other.low_m);
+    high_m = glm::max(high_m, other.high_m);
+  }
   bool is_empty() const { return low_m.x > high_m.x; }
   double diagonal_m() const { return length(Vec3(high_m) - Vec3(low_m)); }
+  // The squared distance of a point to the box; zero inside.
+  double distance2_m2(const Vec3& point_m) const {
+    const Vec3 outside_m =
+        glm::max(glm::max(Vec3(low_m) - point_m, point_m - Vec3(high_m)), Vec3(0));
+    return dot(outside_m, outside_m);
+  }
 };
 
 using Bounds = BasicBounds<Vec3>;

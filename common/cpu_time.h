@@ -13,10 +13,10 @@ inline double cpu_time_s(clockid_t clock) {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// Of the calling thread.
+// The CPU time of the calling thread.
 inline double thread_time_s() { return cpu_time_s(CLOCK_THREAD_CPUTIME_ID); }
 
-// Of all threads, also of those that have ended.
+// The CPU time of all threads, also of those that have ended.
 inline double process_time_s() { return cpu_time_s(CLOCK_PROCESS_CPUTIME_ID); }
 
 }  // namespace clamor

@@ -35,11 +35,6 @@ Vec3 nearest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3
   return nearest;
 }
 
-double TriangleTree::Box::distance2_m2(const Vec3& p) const {
-  const Vec3 outside = glm::max(glm::max(Vec3(low_m) - p, p - Vec3(high_m)), Vec3(0));
-  return dot(outside, outside);
-}
-
 TriangleTree::TriangleTree(const Mesh& mesh) : mesh_(mesh), order_(mesh.triangles.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
   if (order_.empty()) return;
@@ -53,7 +48,7 @@ void TriangleTree::build(std::uint32_t first, std::uint32_t last) {
     return mesh_.vertices_m[corners[0]] + mesh_.vertices_m[corners[1]] +
            mesh_.vertices_m[corners[2]];
   };
-  Box box;
+  Boundsf box;
   Boundsf centres;
   for (std::uint32_t i = first; i < last; ++i) {
     for (const std::uint32_t corner : mesh_.triangles[order_[i]]) box.add(mesh_.vertices_m[corner]);

@@ -41,11 +41,8 @@ class TriangleTree {
       std::size_t max_tests = std::numeric_limits<std::size_t>::max()) const;
 
  private:
-  struct Box : Boundsf {
-    double distance2_m2(const Vec3& p) const;
-  };
   struct Node {
-    Box box;
+    Boundsf box;
     // Leaf: position in order_; inner node: second child (the first child follows its parent).
     std::uint32_t first = 0;
     std::uint32_t count = 0;  // triangles of a leaf; 0 for an inner node

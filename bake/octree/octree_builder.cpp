@@ -210,10 +210,7 @@ OctreeCube cube_around(std::span<const Source> sources) {
     boxes[part] = bounds_of(sources.subspan(first, last - first), &Source::position_m);
   });
   Boundsf all;
-  for (const Boundsf& box : boxes) {
-    all.add(box.low_m);
-    all.add(box.high_m);
-  }
+  for (const Boundsf& box : boxes) all.add(box);
   return OctreeCube::around(Vec3(all.low_m), Vec3(all.high_m));
 }
 

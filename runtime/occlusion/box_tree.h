@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -17,25 +18,20 @@
 #include <utility>
 #include <vector>
 
+#include "common/bounds.h"
 #include "common/morton_order.h"
 #include "common/vec.h"
 
 namespace clamor {
 
-// An axis-aligned box.
-struct Box {
-  Vec3f low_m{}, high_m{};
-};
-
 // Distance of a point to the box; zero inside.
-inline double distance_m(const Vec3& point_m, const Box& box) {
-  const Vec3 low_m(box.low_m), high_m(box.high_m);
-  return length(glm::max(glm::max(low_m - point_m, point_m - high_m), Vec3(0)));
+inline double distance_m(const Vec3& point_m, const Boundsf& box) {
+  return std::sqrt(box.distance2_m2(point_m));
 }
 
 // Lower bound of the lengths of paths from one point by way of the box to another. The sum of the
 // distances from both is convex, so it is nowhere below its tangent in the middle of the box.
-inline double min_path_m(const Vec3& from_m, const Vec3& to_m, const Box& box) {
+inline double min_path_m(const Vec3& from_m, const Vec3& to_m, const Boundsf& box) {
   constexpr double kRounding = 1e-12;
   const Vec3 low_m(box.low_m), high_m(box.high_m), middle_m = 0.5 * (low_m + high_m);
   const Vec3 before_m = middle_m - from_m, beyond_m = middle_m - to_m;
@@ -52,10 +48,11 @@ class BoxTree {
  public:
   BoxTree() = default;
 
-  explicit BoxTree(std::span<const Box> items) {
+  explicit BoxTree(std::span<const Boundsf> items) {
     std::vector<Vec3> middles_m;
-    for (const Box& item : items) middles_m.push_back(0.5 * (Vec3(item.low_m) + Vec3(item.high_m)));
-    std::vector<Box> boxes;
+    for (const Boundsf& item : items)
+      middles_m.push_back(0.5 * (Vec3(item.low_m) + Vec3(item.high_m)));
+    std::vector<Boundsf> boxes;
     for (const std::size_t item : morton_order(middles_m)) {
       items_.push_back(static_cast<std::uint32_t>(item));
       boxes.push_back(items[item]);
@@ -81,7 +78,8 @@ class BoxTree {
   void find_nearest(double limit, const OfBox& bound_of_box, const OfItem& bound_of_item,
                     const ToItem& distance_to_item, const Visit& visit) const {
     if (levels_.empty()) return;
-    // What is at a distance: a visit, an item with a bound, or a box of a level from kBox on.
+    // The queue holds visits, items with a bound of their distance, and boxes of a level from kBox
+    // on.
     enum : std::uint32_t { kVisit, kItem, kBox };
     using Next = std::tuple<double, std::uint32_t, std::uint32_t>;  // distance, what, index
     std::priority_queue<Next, std::vector<Next>, std::greater<>> queue;
@@ -113,12 +111,11 @@ class BoxTree {
  private:
   static constexpr std::size_t kGroup = 8;
 
-  static std::vector<Box> grouped(const std::vector<Box>& boxes) {
-    std::vector<Box> groups;
+  static std::vector<Boundsf> grouped(const std::vector<Boundsf>& boxes) {
+    std::vector<Boundsf> groups;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
-      if (i % kGroup == 0) groups.push_back(boxes[i]);
-      groups.back().low_m = glm::min(groups.back().low_m, boxes[i].low_m);
-      groups.back().high_m = glm::max(groups.back().high_m, boxes[i].high_m);
+      if (i % kGroup == 0) groups.emplace_back();
+      groups.back().add(boxes[i]);
     }
     return groups;
   }
@@ -142,8 +139,8 @@ class BoxTree {
     });
   }
 
-  std::vector<std::uint32_t> items_;      // in Morton order
-  std::vector<std::vector<Box>> levels_;  // level 1 and up
+  std::vector<std::uint32_t> items_;          // in Morton order
+  std::vector<std::vector<Boundsf>> levels_;  // level 1 and up
 };
 
 }  // namespace clamor

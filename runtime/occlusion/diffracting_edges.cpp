@@ -74,7 +74,7 @@ std::vector<FacesAtEdge> faces_at_edges(const Mesh& mesh) {
 }
 
 // Returns whether a segment may come as near to the box as points on it lie to its line.
-bool is_near_segment(const Box& box, const Vec3& middle_m, const Vec3& along, double half_m) {
+bool is_near_segment(const Boundsf& box, const Vec3& middle_m, const Vec3& along, double half_m) {
   const Vec3 centre_m = 0.5 * (Vec3(box.low_m) + Vec3(box.high_m));
   const Vec3 extent_m = 0.5 * (Vec3(box.high_m) - Vec3(box.low_m)) + Vec3(kSameLine_m);
   const Vec3 away_m = middle_m - centre_m;
@@ -125,7 +125,7 @@ std::vector<FacesAtEdge> divided(const std::vector<FacesAtEdge>& edges) {
   }
   std::sort(ends_m.begin(), ends_m.end(), comes_before);
   ends_m.erase(std::unique(ends_m.begin(), ends_m.end()), ends_m.end());
-  std::vector<Box> points;
+  std::vector<Boundsf> points;
   for (const Vec3f& end_m : ends_m) points.push_back({end_m, end_m});
   const BoxTree tree(points);
   std::vector<Side> sides;
@@ -135,14 +135,15 @@ std::vector<FacesAtEdge> divided(const std::vector<FacesAtEdge>& edges) {
     const Vec3 along = (edge.to_m - edge.from_m) / length_m;
     cuts.assign({{0, Vec3f(edge.from_m)}, {length_m, Vec3f(edge.to_m)}});
     const Vec3 middle_m = 0.5 * (edge.from_m + edge.to_m);
-    tree.find([&](const Box& box) { return is_near_segment(box, middle_m, along, 0.5 * length_m); },
-              [&](std::size_t end) {
-                const Vec3 to_end_m = Vec3(ends_m[end]) - edge.from_m;
-                const double z = dot(to_end_m, along);
-                if (z > kSameLine_m && z < length_m - kSameLine_m &&
-                    length(to_end_m - z * along) < kSameLine_m)
-                  cuts.emplace_back(z, ends_m[end]);
-              });
+    tree.find(
+        [&](const Boundsf& box) { return is_near_segment(box, middle_m, along, 0.5 * length_m); },
+        [&](std::size_t end) {
+          const Vec3 to_end_m = Vec3(ends_m[end]) - edge.from_m;
+          const double z = dot(to_end_m, along);
+          if (z > kSameLine_m && z < length_m - kSameLine_m &&
+              length(to_end_m - z * along) < kSameLine_m)
+            cuts.emplace_back(z, ends_m[end]);
+        });
     std::sort(cuts.begin(), cuts.end(),
               [](const auto& a, const auto& b) { return a.first < b.first; });
     for (std::size_t c = 1; c < cuts.size(); ++c)
@@ -159,7 +160,8 @@ double shortest_path_m(const DiffractingEdge& edge, const Vec3& from_m, const Ve
   return points.path_m(std::clamp(points.apex_m(), 0.0, end_m));
 }
 
-// The same length, or less by no more than rounding, in a fraction of the time.
+// A lower bound of that length, which is less by no more than rounding and takes a fraction of the
+// time.
 double min_path_m(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m) {
   constexpr double kRounding = 1e-12;
   const PointsAroundEdge points(edge, from_m, to_m);
@@ -224,8 +226,8 @@ DiffractingEdge sheet_between(const DiffractingEdge& edge, std::size_t face, flo
   return sheet;
 }
 
-std::vector<Box> boxes_of(const std::vector<DiffractingEdge>& edges) {
-  std::vector<Box> boxes;
+std::vector<Boundsf> boxes_of(const std::vector<DiffractingEdge>& edges) {
+  std::vector<Boundsf> boxes;
   for (const DiffractingEdge& edge : edges)
     boxes.push_back({glm::min(edge.from_m, edge.to_m), glm::max(edge.from_m, edge.to_m)});
   return boxes;
@@ -319,9 +321,9 @@ void DiffractingEdges::add_ends_of_walls() {
   for (std::size_t e = 0; e < edges_.size(); ++e) {
     DiffractingEdge& edge = edges_[e];
     if (!is_corner(edge)) continue;
-    const Box near{glm::min(edge.from_m, edge.to_m) - static_cast<float>(kMaxWidth_m),
-                   glm::max(edge.from_m, edge.to_m) + static_cast<float>(kMaxWidth_m)};
-    const auto touches = [&](const Box& box) {
+    const Boundsf near{glm::min(edge.from_m, edge.to_m) - static_cast<float>(kMaxWidth_m),
+                       glm::max(edge.from_m, edge.to_m) + static_cast<float>(kMaxWidth_m)};
+    const auto touches = [&](const Boundsf& box) {
       return glm::all(glm::lessThanEqual(box.low_m, near.high_m)) &&
              glm::all(glm::lessThanEqual(near.low_m, box.high_m));
     };
@@ -353,7 +355,7 @@ void DiffractingEdges::find_nearest(const Vec3& from_m, const Vec3& to_m, std::s
   const double straight_m = length(to_m - from_m);
   const std::size_t end = found.size() + count;
   tree_.find_nearest(
-      straight_m + longest_m, [&](const Box& box) { return min_path_m(from_m, to_m, box); },
+      straight_m + longest_m, [&](const Boundsf& box) { return min_path_m(from_m, to_m, box); },
       [&](std::size_t edge) { return min_path_m(edges_[edge], from_m, to_m); },
       [&](std::size_t edge) {
         return may_bend(edges_[edge], from_m, to_m)

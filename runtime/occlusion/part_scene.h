@@ -23,7 +23,7 @@ namespace clamor {
 class EmbreeInstances;
 
 // The bounds of a part where it was or is.
-using PartBounds = Box;
+using PartBounds = Boundsf;
 
 class PartScene {
  public:

@@ -178,7 +178,7 @@ void print_materials(const BakeFile& file, const BakeOverview& overview, std::os
     const std::string more =
         group.names.size() > 1 ? fmt::format(" +{} equal", group.names.size() - 1) : "";
     const double through = material.transmission[4];
-    // What is all scattered has no lobe.
+    // A surface that scatters everything has no lobe.
     const std::string lobe = material.scattering[4] >= 1 ? "-"
                              : material.phong[4] >= kMirrorExponent
                                  ? "mirror"

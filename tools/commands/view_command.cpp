@@ -36,7 +36,7 @@ std::string read_whole(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// What made the bake, if the level lies beside it.
+// Returns the request that made the bake, if the level lies beside it.
 std::optional<BakeRequest> request_of(const BakeFile& bake) {
   const Provenance& made = bake.provenance();
   const auto level = std::filesystem::path(bake.path()).parent_path() / made.level;

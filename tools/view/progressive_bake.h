@@ -6,8 +6,8 @@
 // If only absorption has changed since a better stage was traced, its photons are re-weighed
 // instead (bake/path_cache.h): the stages are then re-weighed -> final. If one emitter has changed,
 // the better stage traces only that one. The other stages keep their traced photons in journals,
-// which spares tracing as in any bake. Files lie in a folder of the object's own, but for the last stage of a request
-// that names an output.
+// which spares tracing as in any bake. Files lie in a folder of the object's own, but for the last
+// stage of a request that names an output.
 //
 // Threads: all functions on one thread; bakes run on another.
 #pragma once

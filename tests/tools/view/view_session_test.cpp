@@ -48,20 +48,28 @@ ViewOptions options_of(const std::string& bake, const std::string& level) {
   return options;
 }
 
+// A level, its bake, and another one to replace that with, of seeds 1 and 2.
+struct TwoBakes {
+  TwoBakes() {
+    bake_box(level, bake, "1");
+    bake_box(level, next, "2");
+  }
+
+  Folder folder;
+  std::string level = box_level(folder), bake = folder / "box.clamor",
+              next = folder / "next.clamor";
+};
+
 TEST(ViewSession, BakesEditsOfALevelThatCouldNotBeReadAtFirst) {
-  const Folder folder;
-  const std::string level = box_level(folder), bake = folder / "box.clamor",
-                    next = folder / "next.clamor";
-  bake_box(level, bake, "1");
-  bake_box(level, next, "2");
-  folder.write("box.gltf", "half of a file");
-  const auto session = ViewSession::open(options_of(bake, level));
+  const TwoBakes of;
+  of.folder.write("box.gltf", "half of a file");
+  const auto session = ViewSession::open(options_of(of.bake, of.level));
   ASSERT_TRUE(session.ok()) << session.error().message;
   ViewSession& view = **session;
   EXPECT_FALSE(view.is_editable());
 
-  box_level(folder);
-  std::filesystem::rename(next, bake);
+  box_level(of.folder);
+  std::filesystem::rename(of.next, of.bake);
   draw_until(view, [&] { return view.followed() > 0; });
   ASSERT_TRUE(view.is_editable());
   ASSERT_TRUE(view.level().set_preset(0, "brick").ok());
@@ -70,15 +78,11 @@ TEST(ViewSession, BakesEditsOfALevelThatCouldNotBeReadAtFirst) {
 }
 
 TEST(ViewSession, BakesEditsWithTheOptionsOfTheBakeThatItFollows) {
-  const Folder folder;
-  const std::string level = box_level(folder), bake = folder / "box.clamor",
-                    next = folder / "next.clamor";
-  bake_box(level, bake, "1");
-  bake_box(level, next, "2");
-  const auto session = ViewSession::open(options_of(bake, level));
+  const TwoBakes of;
+  const auto session = ViewSession::open(options_of(of.bake, of.level));
   ASSERT_TRUE(session.ok()) << session.error().message;
   ViewSession& view = **session;
-  std::filesystem::rename(next, bake);
+  std::filesystem::rename(of.next, of.bake);
   draw_until(view, [&] { return view.followed() > 0; });
   ASSERT_TRUE(view.level().set_preset(0, "brick").ok());
   draw_until(view, [&] { return view.newest_bake().has_value(); });
