@@ -73,7 +73,6 @@ bool complete(clamor_listener_options& options) {
   if (options.max_block_frames == 0) options.max_block_frames = kDefaultBlock_frames;
   const clamor::AuralizerOptions defaults;
   if (options.voices == 0) options.voices = static_cast<std::uint32_t>(defaults.voices);
-  if (options.memory_bytes == 0) options.memory_bytes = defaults.memory_bytes;
   if (options.gain == 0) options.gain = 1;
   double* const orientation = options.pose.orientation;
   if (std::all_of(orientation, orientation + 4, [](double part) { return part == 0; }))

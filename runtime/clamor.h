@@ -237,7 +237,9 @@ typedef struct clamor_listener_options {
   uint32_t rate_hz;   /* 8000 to 192000 [48000] */
   uint32_t max_block_frames; /* the largest block that is expected [1024]; larger ones are allowed */
   uint32_t voices;           /* sources mixed at a time, 1 to 100 000 [2000] */
-  uint64_t memory_bytes;     /* for pages and sounds [64 000 000] */
+  /* For pages and sounds, which may use half of it [64 000 000 for pages, and in addition what the
+   * level's sounds take decoded, but no more than 256 000 000] */
+  uint64_t memory_bytes;
   double gain;               /* of the output, an amplitude [1] */
   uint32_t limits;           /* 1: true peaks stay below -1 dBFS */
   /* 1: an offline render. Keyframes wait for what they need and are for the times that

@@ -126,8 +126,8 @@ struct Auralizer::State {
         radiation(
             input.emitters, input.materials, input.air,
             LateBoost(input.decay, file == nullptr ? input.sources.size() : file->source_count())),
-        pipeline(input, file.get(), radiation, store.signals(), store.budget_bytes(),
-                 slots.weights(), options),
+        pipeline(input, file.get(), radiation, store.signals(), store.budget(), slots.weights(),
+                 options),
         schedule(pipeline, options),
         script(options.script),
         maker(radiation, slots_for(pipeline.sampler()), output.receivers(), output.hrtf,
@@ -145,6 +145,7 @@ struct Auralizer::State {
               {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,
                options.adapt, options.block_frames, options.audio_clock, rotation.get()}) {
     schedule.stop_when(options.stop);
+    if (!options.wait_for_pages) pipeline.sampler().set_sounds(store.loader());
     if (!input.portals.sets.empty()) set_powers();  // the closed state is silent
   }
 
@@ -309,11 +310,16 @@ void Auralizer::make_keyframe(const Listener& at) {
   const double keyframe_s = next_keyframe_time_s();
   const Reception reception(state.receivers, listener);
   state.follow_script(keyframe_s);
-  const auto sample = state.schedule.sample(state.made, listener, reception, keyframe_s);
+  auto sample = state.schedule.sample(state.made, listener, reception, keyframe_s);
+  const Sampler& sampler = state.pipeline.sampler();
+  if (state.made == 0 && state.store.load_first(sampler.unheard())) {
+    state.schedule.expire();
+    sample = state.schedule.sample(state.made, listener, reception, keyframe_s);
+  }
   state.maker.make(state.focus.apply(sample, listener), listener, *keyframe, reception,
                    state.held_frames);
   keyframe->facing = listener_axes(listener);
-  state.store.play(*keyframe);
+  state.store.play(*keyframe, sampler.unheard());
   if (samples && state.keeps_sample) state.focus.describe(sample, listener, state.heard);
   if (samples) state.pipeline.improve_occlusion();
   const double spent_s = state.pacing.now_s() - start_s;
@@ -335,6 +341,7 @@ void Auralizer::warm_up(const Listener& listener) {
   State& state = *state_;
   assert(state.made == 0);
   state.schedule.warm_up(listener, Reception(state.receivers, listener), next_keyframe_time_s());
+  state.store.load_first(state.pipeline.sampler().unheard(), kFirstSounds_s);
 }
 
 void Auralizer::skip(std::uint64_t frames) {

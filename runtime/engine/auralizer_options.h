@@ -19,7 +19,6 @@ class MovingScript;
 class SamplingStrategy;
 
 inline constexpr double kFirstSounds_s = 0.5, kFirstSoundsOfPlayer_s = 0.06;
-inline constexpr std::uint64_t kMinSoundMemory_bytes = 8'000'000;  // above the longest whole signal
 
 // Samples of more voices than this serve one more keyframe for each, up to as many as a fade takes.
 inline constexpr std::size_t kVoicesPerKeyframeOfSample = 5000;
@@ -36,13 +35,13 @@ struct AuralizerOptions {
   bool limit = false;                                   // true peaks to kLimiterCeiling_db
   OutputFormat output;
   int block_frames = 960;  // largest expected block; decides how far ahead keyframes are made
-  // Memory for pages and sounds; sounds may use up to half of it. Below 2 kMinSoundMemory_bytes
-  // sounds may still use kMinSoundMemory_bytes, since pages without sounds are silent.
-  std::uint64_t memory_bytes = 64'000'000;
+  // Memory for pages and sounds (memory_budget.h); 0: what the sounds need, up to a bound, and a
+  // default for pages.
+  std::uint64_t memory_bytes = 0;
   // Waits for pages and sounds, as a render does, and may then exceed the memory for one sample.
   bool wait_for_pages = false;
-  // Time limit for keyframe 0 to wait for sounds, from creation on. Voices whose sound is loaded
-  // later begin then.
+  // Time limit for keyframe 0 to wait for sounds, from creation on. Sources whose sound is loaded
+  // later are chosen then.
   double first_sounds_s = kFirstSounds_s;
   // For a listener who moves in real time: keyframes are made as late as possible, one ahead, and
   // turn_head() takes effect at once. The output then depends on when it is called.

@@ -49,7 +49,7 @@ void SampleSchedule::warm_up(const Listener& listener, const Reception& receptio
   for (int i = 0; i < kMaxWarmUps; ++i) {
     const std::uint64_t untested_before = untested();
     (void)sample(0, listener, reception, time_s);
-    next_ = 0;
+    expire();
     if (pipeline_.sampler().complete() && untested() == untested_before) return;
   }
 }

@@ -35,6 +35,8 @@ class SampleSchedule {
   // Before the first keyframe: samples until all pages have arrived and all new sources were tested
   // for occlusion, at most kMaxWarmUps times.
   void warm_up(const Listener& listener, const Reception& reception, double time_s);
+  // The next call of sample() samples anew.
+  void expire() { next_ = 0; }
   // Movable parts must be heard at once, so that their changes need a new sample.
   bool is_due(std::uint64_t number) const { return number >= next_ || pipeline_.has_new_parts(); }
 

@@ -75,7 +75,7 @@ SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
 SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
                                    const RadiationModel& radiation,
                                    std::span<const PreparedSignal> signals,
-                                   std::uint64_t sounds_bytes,
+                                   const MemoryBudget& memory,
                                    std::shared_ptr<std::vector<LoudnessTrack>> slot_weights,
                                    const AuralizerOptions& options)
     : weights_(strategy_options_of(options).needs_list()
@@ -86,9 +86,7 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
   add_occlusion(input, radiation, options);
   SourceList* list = nullptr;
   if (file != nullptr) {
-    loader_ = make_loader(*file, page_fetch(*file, radiation, max_weights_),
-                          options.memory_bytes - std::min(sounds_bytes, options.memory_bytes / 2),
-                          options);
+    loader_ = make_loader(*file, page_fetch(*file, radiation, max_weights_), memory.pages, options);
     pool_ = std::make_unique<OctreePool>(radiation, max_weights_, file->trees(),
                                          file->signal_maps(), *loader_);
   } else {
@@ -101,7 +99,7 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
   // Which images are heard depends on what their paths meet.
   if (occlusion_ != nullptr && !input.images.empty())
     images_ = std::make_unique<SourceList>(radiation, weights_, std::move(input.images));
-  add_moving(input, file, radiation, options);
+  add_moving(input, file, radiation, memory, options);
   if (images_ != nullptr || moving_list_ != nullptr)
     joined_ =
         std::make_unique<CombinedPool>(*pool_, moving_list_.get(), probes_.get(), images_.get());
@@ -153,7 +151,7 @@ void SamplingPipeline::improve_occlusion() {
 
 // Moving sources share one ranking with the others.
 void SamplingPipeline::add_moving(const AuralizerInput& input, const BakeFile* file,
-                                  const RadiationModel& radiation,
+                                  const RadiationModel& radiation, const MemoryBudget& memory,
                                   const AuralizerOptions& options) {
   const MovingOptions& moving = options.moving;
   if (moving.max_sources == 0) return;
@@ -161,18 +159,18 @@ void SamplingPipeline::add_moving(const AuralizerInput& input, const BakeFile* f
   moving_list_ = std::make_unique<MovingSourceList>(*moving_, radiation, weights_, input.emitters,
                                                     kinds_of(moving));
   if (file != nullptr && reflects_moving_sources(*file, options))
-    add_probes(input, *file, radiation, options);
+    add_probes(input, *file, radiation, memory, options);
 }
 
-// The reflections of moving sources. Their pages have a quarter of the memory on top.
+// The reflections of moving sources.
 void SamplingPipeline::add_probes(const AuralizerInput& input, const BakeFile& file,
-                                  const RadiationModel& radiation,
+                                  const RadiationModel& radiation, const MemoryBudget& memory,
                                   const AuralizerOptions& options) {
   // The input has the material of late reflections (read_tables()).
   probe_bounds_ =
       std::make_unique<const ProbeBounds>(input.materials, input.air, radiation.late_boost());
   probe_loader_ =
-      make_loader(file, probe_page_fetch(file, *probe_bounds_), options.memory_bytes / 4, options);
+      make_loader(file, probe_page_fetch(file, *probe_bounds_), memory.probe_pages, options);
   if (surfaces_ == nullptr)  // nothing occludes, but first reflections come from surfaces
     surfaces_ = std::make_unique<OcclusionGeometry>(input.mesh, input.materials);
   probes_ = std::make_unique<ProbePool>(

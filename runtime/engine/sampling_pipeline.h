@@ -10,6 +10,7 @@
 
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/memory_budget.h"
 #include "runtime/occlusion/moving_parts.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/part_scene.h"
@@ -38,11 +39,11 @@ SignalWeights mean_weights(std::span<const PreparedSignal> signals);
 
 class SamplingPipeline {
  public:
-  // From a file, whose pages may use the memory that `sounds_bytes` leaves, or without one from the
-  // input's sources, which are moved out of it. `slot_weights` are those of SignalWeights::slots.
-  // All references must outlive this.
+  // From a file, whose pages have their share of `memory`, or without one from the input's sources,
+  // which are moved out of it. `slot_weights` are those of SignalWeights::slots. All references but
+  // `memory` must outlive this.
   SamplingPipeline(AuralizerInput& input, const BakeFile* file, const RadiationModel& radiation,
-                   std::span<const PreparedSignal> signals, std::uint64_t sounds_bytes,
+                   std::span<const PreparedSignal> signals, const MemoryBudget& memory,
                    std::shared_ptr<std::vector<LoudnessTrack>> slot_weights,
                    const AuralizerOptions& options);
 
@@ -85,9 +86,11 @@ class SamplingPipeline {
                      const AuralizerOptions& options);
   void add_parts(const AuralizerInput& input);
   void add_moving(const AuralizerInput& input, const BakeFile* file,
-                  const RadiationModel& radiation, const AuralizerOptions& options);
+                  const RadiationModel& radiation, const MemoryBudget& memory,
+                  const AuralizerOptions& options);
   void add_probes(const AuralizerInput& input, const BakeFile& file,
-                  const RadiationModel& radiation, const AuralizerOptions& options);
+                  const RadiationModel& radiation, const MemoryBudget& memory,
+                  const AuralizerOptions& options);
 
   SignalWeights weights_;
   const SignalWeights max_weights_;  // over all instances that play a signal (signal_maps.h)

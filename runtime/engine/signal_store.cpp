@@ -27,7 +27,8 @@ std::vector<float> block_of(const Signal& signal, std::size_t block) {
 
 // The file's signals come first, then the input's own, then onsets.
 std::unique_ptr<SoundLoader> stream(const BakeFile& file, const AuralizerInput& input,
-                                    const MixMode& mode, const AuralizerOptions& options) {
+                                    const MixMode& mode, const AuralizerOptions& options,
+                                    MemoryBudget& budget) {
   std::vector<SignalDescription> descriptions;
   for (const TimedEnvelope& signal : input.envelopes)
     descriptions.push_back({signal.frames, signal.loop, signal.envelope.mean_square()});
@@ -37,8 +38,7 @@ std::unique_ptr<SoundLoader> stream(const BakeFile& file, const AuralizerInput& 
     const Bands mean_square = loop.mean_square;
     descriptions.push_back({input.onsets[i].samples.size(), false, mean_square});
   }
-  const std::uint64_t bytes = std::min(SoundLoader::bytes_of(descriptions, mode),
-                                       std::max(options.memory_bytes / 2, kMinSoundMemory_bytes));
+  budget = MemoryBudget::of(options.memory_bytes, SoundLoader::bytes_of(descriptions, mode));
   return std::make_unique<SoundLoader>(
       descriptions, std::span(input.emitters).first(file.emitters().size()), mode,
       [&file, &input, report = options.report](std::size_t signal,
@@ -52,7 +52,8 @@ std::unique_ptr<SoundLoader> stream(const BakeFile& file, const AuralizerInput& 
           return block_of(input.signals[signal - file.signal_count()], block);
         return block_of(input.onsets[signal - input.envelopes.size()], block);
       },
-      SoundBudget{bytes, !options.wait_for_pages}, max_keyframes_ahead(options.block_frames),
+      SoundBudget{budget.sounds, !options.wait_for_pages},
+      max_keyframes_ahead(options.block_frames),
       options.own_threads
           ? std::clamp(static_cast<int>(std::thread::hardware_concurrency()) / 2, 1, 4)
           : 0,
@@ -61,25 +62,33 @@ std::unique_ptr<SoundLoader> stream(const BakeFile& file, const AuralizerInput& 
 
 }  // namespace
 
+std::uint64_t decoded_sounds_bytes(const BakeFile& file) {
+  std::vector<SignalDescription> descriptions;
+  for (std::size_t i = 0; i < file.signal_count(); ++i)
+    descriptions.push_back({file.signal(i).frames, file.signal(i).loop});
+  return SoundLoader::bytes_of(descriptions, MixMode{});
+}
+
 SignalStore::SignalStore(const BakeFile* file, const AuralizerInput& input, const MixMode& mode,
                          const AuralizerOptions& options)
     : wait_for_all_(options.wait_for_pages),
-      first_deadline_s_(LoadClock::steady_s(nullptr) + options.first_sounds_s),
-      loader_(file == nullptr ? nullptr : stream(*file, input, mode, options)),
+      created_s_(LoadClock::steady_s(nullptr)),
+      first_sounds_s_(options.first_sounds_s),
+      loader_(file == nullptr ? nullptr : stream(*file, input, mode, options, budget_)),
       prepared_(file == nullptr ? prepare(input, mode) : std::vector<PreparedSignal>()),
       signals_(file == nullptr ? prepared_ : loader_->signals()) {}
 
-std::uint64_t SignalStore::budget_bytes() const {
-  return loader_ == nullptr ? 0 : loader_->budget_bytes();
+void SignalStore::play(const Keyframe& keyframe, std::span<const WantedSound> wanted) {
+  if (loader_ == nullptr) return;
+  loader_->play(keyframe.voices, wanted);
+  if (wait_for_all_) loader_->wait(std::numeric_limits<double>::infinity());
 }
 
-void SignalStore::play(const Keyframe& keyframe) {
-  if (loader_ == nullptr) return;
-  loader_->play(keyframe.voices);
-  if (wait_for_all_)
-    loader_->wait(std::numeric_limits<double>::infinity());
-  else if (keyframe.number == 0)
-    loader_->wait(std::max(0.0, first_deadline_s_ - LoadClock::steady_s(nullptr)));
+bool SignalStore::load_first(std::span<const WantedSound> wanted, double longest_s) {
+  if (loader_ == nullptr || wanted.empty()) return false;
+  loader_->play({}, wanted);
+  loader_->wait(std::max(0.0, created_s_ + longest_s - LoadClock::steady_s(nullptr)));
+  return true;
 }
 
 }  // namespace clamor

@@ -10,9 +10,13 @@
 
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/memory_budget.h"
 #include "runtime/streaming/sound_loader.h"
 
 namespace clamor {
+
+// What all sounds of a bake take decoded, for any output.
+std::uint64_t decoded_sounds_bytes(const BakeFile& file);
 
 class SignalStore {
  public:
@@ -25,15 +29,23 @@ class SignalStore {
 
   // Null if all signals are in memory.
   SoundLoader* loader() const { return loader_.get(); }
-  std::uint64_t budget_bytes() const;  // of the loader, or 0
+  // The shares of signals and pages, if signals are streamed.
+  const MemoryBudget& budget() const { return budget_; }
 
-  // Loads what a keyframe plays. The first keyframe waits for it up to a time limit, and every
-  // keyframe waits without one if the options say so.
-  void play(const Keyframe& keyframe);
+  // Loads what a keyframe plays and what its sample lacked; waits for it if the options say so.
+  void play(const Keyframe& keyframe, std::span<const WantedSound> wanted);
+
+  // Before the first keyframe: waits for what its sample lacked, up to a time since creation.
+  // Returns whether there was anything to wait for.
+  bool load_first(std::span<const WantedSound> wanted, double longest_s);
+  bool load_first(std::span<const WantedSound> wanted) {
+    return load_first(wanted, first_sounds_s_);
+  }
 
  private:
   const bool wait_for_all_;
-  const double first_deadline_s_;
+  const double created_s_, first_sounds_s_;
+  MemoryBudget budget_;
   const std::unique_ptr<SoundLoader> loader_;
   const std::vector<PreparedSignal> prepared_;  // without a loader
   const std::span<const PreparedSignal> signals_;

@@ -27,6 +27,7 @@ bool CandidateSet::find(const Vec3& place, double threshold, std::size_t max_fou
   band_weights_.clear();
   found_.clear();
   wanted_.clear();
+  unheard_.clear();
   return inputs_.pool.find_above(place, threshold, max_found, found_);
 }
 
@@ -81,6 +82,14 @@ void CandidateSet::weigh_source(std::uint32_t index, const ReceivedIntensity& re
     // Which occluded sources the pool finds depends on the phase of their bounds.
     if (!inputs_.is_exact()) wanted_.push_back({priority, found.number, visibility, &source});
     return;
+  }
+  if (inputs_.may_lack_sounds()) {
+    const double delay_s = found.start_s + inputs_.radiation.delay_s(source, received.distance_m);
+    if (!inputs_.sounds->is_ready(found.signal, moment.time_s - delay_s)) {
+      const double as_sampled = std::max(w, threshold / static_cast<double>(found.boost));
+      unheard_.push_back({found.signal, delay_s, static_cast<float>(as_sampled)});
+      return;
+    }
   }
   candidates_.push_back({priority, w, per_weight, index, visibility});
   if (inputs_.occlusion != nullptr) band_weights_.push_back(weighted(signal.weights, intensity));

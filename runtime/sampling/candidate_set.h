@@ -1,9 +1,9 @@
 // candidate_set.h: the sources whose priority reaches a threshold, and the k + 1 highest of them.
 //
 // find() queries the pool, and weigh() computes priorities without occlusion of all sources that
-// are not known to be occluded. apply_occlusion() applies the visibilities that are known, and then
-// tests the other candidates, highest first, until the k + 1 highest are certain. keep_highest()
-// leaves these.
+// are not known to be occluded and whose sounds are in memory. apply_occlusion() applies the
+// visibilities that are known, and then tests the other candidates, highest first, until the k + 1
+// highest are certain. keep_highest() leaves these.
 //
 // Threads: the sampler's alone.
 #pragma once
@@ -39,7 +39,7 @@ class CandidateSet {
   bool find(const Vec3& place, double threshold, std::size_t max_found);
 
   // Makes candidates of the sources found whose priority is positive and at least `threshold`,
-  // except those that are known to be occluded.
+  // except those that are known to be occluded or whose sound is not in memory.
   void weigh(const SamplingMoment& moment, double threshold);
 
   // Applies visibilities, and drops candidates that are below the threshold or were not tested.
@@ -62,6 +62,9 @@ class CandidateSet {
 
   // The sources whose visibility mattered, for VisibilityCache::refresh().
   std::span<const VisibilityCache::Wanted> wanted() const { return wanted_; }
+
+  // The sounds of sources that would be candidates if their sounds were in memory.
+  std::span<const WantedSound> unheard() const { return unheard_; }
 
  private:
   using Ranked = std::pair<double, std::uint32_t>;  // priority and index of a candidate
@@ -87,6 +90,7 @@ class CandidateSet {
   std::vector<VisibilityCache::Wanted> renewed_;  // scratch memory of renew_stale()
   std::vector<double> highest_priorities_;        // up to k + 1 with visibilities, as a min-heap
   std::vector<VisibilityCache::Wanted> wanted_;
+  std::vector<WantedSound> unheard_;
   std::vector<Ranked> ranked_;  // scratch memory of keep_highest()
 };
 

@@ -72,7 +72,8 @@ class PrioritySampler final : public Sampler {
     update_occlusion(place);
     VisibilityCache* const occlusion = inputs_.occlusion;
     const bool has_moved = !moment_ || moment_->place_m != place;
-    const bool is_another = changed_ || has_moved ||
+    const bool lacked_sounds = std::exchange(may_lack_sounds_, inputs_.may_lack_sounds());
+    const bool is_another = changed_ || has_moved || lacked_sounds || may_lack_sounds_ ||
                             (occlusion != nullptr && occlusion->has_changed_parts()) ||
                             moment_->reception != reception() ||
                             (!inputs_.weights.steady() && moment_->time_s != time_s);
@@ -125,6 +126,9 @@ class PrioritySampler final : public Sampler {
     inputs_.pool.set_late_boost(LateBoost::strength(voices));
     changed_ = true;
   }
+
+  void set_sounds(const SoundLoader* sounds) override { inputs_.sounds = sounds; }
+  std::span<const WantedSound> unheard() const override { return candidates_.unheard(); }
 
   void set_emitter_powers(std::vector<float> powers) override {
     inputs_.emitter_powers = std::move(powers);
@@ -180,6 +184,7 @@ class PrioritySampler final : public Sampler {
   std::optional<SamplingMoment> moment_;  // of sample_
   bool changed_ = false;                  // the number of voices or a power, since sample_
   bool unfinished_ = false;               // another call may improve sample_
+  bool may_lack_sounds_ = false;          // some sounds may not have been in memory for sample_
   std::uint64_t bounded_keyframes_ = 0;
   std::vector<SampledSource> sample_;
   std::deque<Source> bent_sources_;  // copies that sample_ refers to

@@ -1,5 +1,8 @@
 // sampler.h: which sources are heard by a listener, each with the factor that scales its power.
 //
+// Sources whose sounds are not in memory (sound_loader.h) are not chosen, so that others have their
+// voices: the sample is then one of the sources whose sounds are there, unbiased for their power.
+//
 // A source's weight estimates its audibility: w_i = sum_b loudness_b x signal_b x I_ib x e_ib, with
 // loudness_b from BS.1770 (loudness.h), signal_b the mean square of its signal in the band, at the
 // level around the moment that is heard (signal_weights.h), I_ib its intensity at the listener
@@ -55,6 +58,7 @@
 #include "runtime/occlusion/visibility_cache.h"
 #include "runtime/propagation/reception.h"
 #include "runtime/query/source_pool.h"
+#include "runtime/streaming/wanted_sound.h"
 
 namespace clamor {
 
@@ -81,6 +85,7 @@ struct SampledSource {
 };
 
 class MovingSourceList;
+class SoundLoader;
 
 class Sampler {
  public:
@@ -112,6 +117,13 @@ class Sampler {
 
   // Sets the sample size, at most capacity(). Some strategies ignore it.
   virtual void set_voice_count(std::size_t /*voices*/) {}
+
+  // Takes only sources whose sounds the loader has ready, from the next sample on; null: all. The
+  // loader must outlive the sampler. Some strategies ignore it.
+  virtual void set_sounds(const SoundLoader* /*sounds*/) {}
+
+  // The sounds of sources that the last sample left out because they are not in memory.
+  virtual std::span<const WantedSound> unheard() const { return {}; }
 
   // Scales the power of all sources of an emitter, by its index, from the next sample on: 0 to 1;
   // emitters beyond the end of the list keep theirs. Some strategies ignore it.

@@ -13,6 +13,7 @@
 #include "runtime/propagation/signal_weights.h"
 #include "runtime/query/source_pool.h"
 #include "runtime/query/work_budget.h"
+#include "runtime/streaming/sound_loader.h"
 
 namespace clamor {
 
@@ -24,12 +25,16 @@ struct SamplingInputs {
   std::size_t voices;                   // sample size
   WorkBudget budget{};                  // of all queries
   std::vector<float> emitter_powers{};  // Sampler::set_emitter_powers()
+  const SoundLoader* sounds = nullptr;  // null: all sounds are in memory
 
   // The share of its power that a source has left by its emitter and by portals.
   float power_share(const FoundSource& found) const {
     const std::uint32_t emitter = found.source->emitter;
     return found.openness * (emitter < emitter_powers.size() ? emitter_powers[emitter] : 1.0f);
   }
+
+  // Whether some sounds may not be in memory.
+  bool may_lack_sounds() const { return sounds != nullptr && !sounds->all_ready(); }
 
   // Whether every source that may be chosen must have a visibility estimate that is valid here.
   bool is_exact() const { return occlusion != nullptr && occlusion->exact(); }

@@ -84,7 +84,7 @@ PreparedSignal::PreparedSignal(std::uint64_t frames, bool loop, const MixMode& m
     layout_.low_bytes = SoundMemory::whole_pages(
         static_cast<std::size_t>((layout_.buffer_frames + kLowRate - 1) / kLowRate) *
         sizeof(float));
-  resident_ = std::make_unique<std::atomic<bool>[]>(layout_.pieces);
+  resident_ = std::make_unique<std::atomic<Residency>[]>(layout_.pieces);
 }
 
 PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode)

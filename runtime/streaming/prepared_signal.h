@@ -101,6 +101,10 @@ class PreparedSignal {
            in_buffer(0, last - layout_.loop_frames, visit);
   }
 
+  // A piece in memory. Voices that play one that is leaving may read on, but sources are no longer
+  // chosen for it (sound_residency.h).
+  enum class Residency : std::uint8_t { kAbsent, kLeaving, kStaying };
+
   // Returns whether all pieces between two frames are resident. The audio thread may then read them
   // until its next SoundLoader::mark_quiescent().
   bool is_resident(std::int64_t from, std::int64_t to) const noexcept REALTIME {
@@ -108,11 +112,17 @@ class PreparedSignal {
       return from - kReach >= live_->first.load(std::memory_order_seq_cst) &&
              to + kReach <= live_->end.load(std::memory_order_seq_cst);
     return for_pieces(from, to, [this](std::size_t piece) noexcept REALTIME {
-      return resident_[piece].load(std::memory_order_seq_cst);
+      return resident_[piece].load(std::memory_order_seq_cst) != Residency::kAbsent;
     });
   }
-  void set_resident(std::size_t piece, bool resident) {
-    resident_[piece].store(resident, std::memory_order_seq_cst);
+  // Returns whether all pieces between two frames of a streamed signal are resident and stay.
+  bool stays_resident(std::int64_t from, std::int64_t to) const {
+    return for_pieces(from, to, [this](std::size_t piece) {
+      return resident_[piece].load(std::memory_order_relaxed) == Residency::kStaying;
+    });
+  }
+  void set_residency(std::size_t piece, Residency residency) {
+    resident_[piece].store(residency, std::memory_order_seq_cst);
   }
 
   // The range of samples that a piece is made from. Samples beyond the ends are silence, or the
@@ -198,7 +208,8 @@ class PreparedSignal {
   std::uint64_t frames_ = 0;
   Layout layout_;
   Buffer buffer_;
-  std::unique_ptr<std::atomic<bool>[]> resident_;  // by piece; null unless the signal is streamed
+  // By piece; null unless the signal is streamed.
+  std::unique_ptr<std::atomic<Residency>[]> resident_;
   Bands mean_square_{};
   std::uint64_t bad_samples_ = 0;
 

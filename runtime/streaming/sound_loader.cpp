@@ -10,6 +10,8 @@
 #include <thread>
 #include <utility>
 
+#include "runtime/propagation/loudness.h"
+
 namespace clamor {
 
 namespace {
@@ -29,30 +31,50 @@ std::int32_t step_of(double delay_frames) {
   return static_cast<std::int32_t>(std::floor(delay_frames / kDelayStep_frames));
 }
 
+// Loudness-weighted power, in the unit of a source's weight.
+float weighted_power(const Bands& power) {
+  static const Bands loudness = loudness_weights();
+  float sum = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b) sum += loudness[b] * power[b];
+  return sum;
+}
+
+// The mean of both ears.
+float power_of(const Voice& voice, const Bands& mean_square) {
+  Bands power{};
+  for (const Bands& ear : voice.gain)
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      power[b] += mean_square[b] * ear[b] * ear[b] / kEars;
+  return weighted_power(power);
+}
+
+// False for delays beyond six hours, and NaN: sounds of levels begin earlier.
+bool is_in_range(double frames) { return std::abs(frames) < 1 << 30; }
+
 // The emitters' signals and delays, whether or not a voice plays them.
-std::vector<ReadPosition> emitted_by(std::span<const Emitter> emitters) {
+std::vector<ReadPosition> emitted_by(std::span<const Emitter> emitters,
+                                     const std::vector<SignalDescription>& shapes) {
   std::unordered_map<std::uint64_t, float> powers;
   for (const Emitter& emitter : emitters)
     powers[key_of(emitter.signal, step_of(emitter.delay_s * kSampleRate_hz))] +=
-        static_cast<float>(emitter.gain * emitter.gain);
+        static_cast<float>(emitter.gain * emitter.gain) *
+        weighted_power(shapes[emitter.signal].mean_square);
   std::vector<ReadPosition> emitted;
   for (const auto& [key, power] : powers) emitted.push_back(read_position(key, power));
   return emitted;
 }
 
-float power_of(const Voice& voice) {
-  float power = 0;
-  for (const Bands& ear : voice.gain)
-    for (const float gain : ear) power += gain * gain;
-  return power;
+bool any_is_long(const std::vector<SignalDescription>& shapes) {
+  return std::any_of(shapes.begin(), shapes.end(), [](const SignalDescription& shape) {
+    return shape.frames > kMaxWholeSignal_frames;
+  });
 }
 
 // Number of decoded blocks that the budget has room for.
 std::uint64_t blocks_kept(const std::vector<SignalDescription>& shapes, const SoundBudget& budget) {
-  const bool any_long = std::any_of(
-      shapes.begin(), shapes.end(),
-      [](const SignalDescription& shape) { return shape.frames > kMaxWholeSignal_frames; });
-  return any_long ? std::min(kMaxKeptBlocks, budget.bytes / 8 / SignalBlockCache::kBlockBytes) : 0;
+  return any_is_long(shapes)
+             ? std::min(kMaxKeptBlocks, budget.bytes / 8 / SignalBlockCache::kBlockBytes)
+             : 0;
 }
 
 }  // namespace
@@ -65,13 +87,14 @@ struct SoundLoader::Shared {
         pieces(signals, {budget.bytes - kept * SignalBlockCache::kBlockBytes, budget.strict},
                quiescent_points) {}
 
-  SignalBlockCache blocks;           // has its own mutex
-  std::atomic<bool> settled{false};  // every piece is resident or has failed
+  SignalBlockCache blocks;                // has its own mutex
+  std::atomic<bool> settled{false};       // every piece is resident or has failed
+  std::atomic<bool> all_resident{false};  // and none has failed
   std::mutex mutex;
   std::condition_variable work, arrival;
   bool closing = false;
   SoundResidency pieces;
-  std::vector<ReadPosition> read, emitted;
+  SoundResidency::Needs needs;
   std::int64_t ahead_frames = 0;
   std::vector<std::thread> threads;
 };
@@ -81,19 +104,23 @@ std::uint64_t SoundLoader::bytes_of(const std::vector<SignalDescription>& shapes
   std::uint64_t bytes = 0;
   for (const SignalDescription& shape : shapes)
     bytes += PreparedSignal(shape.frames, shape.loop, mode).memory_bytes();
-  return bytes;
+  return bytes + (any_is_long(shapes) ? kMaxKeptBlocks * SignalBlockCache::kBlockBytes : 0);
 }
 
 SoundLoader::SoundLoader(const std::vector<SignalDescription>& shapes,
                          std::span<const Emitter> emitters, const MixMode& mode,
                          SignalBlockCache::Decode decode, const SoundBudget& budget,
                          std::size_t keyframes, int threads, const ThreadHooks& hooks)
-    : keyframes_(keyframes), budget_bytes_(budget.bytes) {
+    : keyframes_(keyframes), budget_bytes_(budget.bytes), all_bytes_(bytes_of(shapes, mode)) {
   std::size_t bytes = 0;
   continuation_.resize(shapes.size());
   std::iota(continuation_.begin(), continuation_.end(), 0u);
-  for (std::uint32_t s = 0; s < shapes.size(); ++s)
-    if (shapes[s].onset < shapes.size()) continuation_[shapes[s].onset] = s;
+  onset_ = continuation_;
+  for (std::uint32_t s = 0; s < shapes.size(); ++s) {
+    if (shapes[s].onset >= shapes.size()) continue;
+    onset_[s] = shapes[s].onset;
+    continuation_[shapes[s].onset] = s;
+  }
   for (const SignalDescription& shape : shapes) {
     signals_.emplace_back(shape.frames, shape.loop, mode, shape.mean_square);
     bytes += signals_.back().memory_bytes();
@@ -106,7 +133,7 @@ SoundLoader::SoundLoader(const std::vector<SignalDescription>& shapes,
   }
   shared_ = std::make_unique<Shared>(signals_, std::move(decode), blocks_kept(shapes, budget),
                                      budget, quiescent_points_);
-  shared_->emitted = emitted_by(emitters);
+  shared_->needs.emitted = emitted_by(emitters, shapes);
   // One segment is being mixed, `keyframes` wait in the queue, and one is being made.
   shared_->ahead_frames = static_cast<std::int64_t>(keyframes + 2) * kKeyframeFrames;
   for (int i = 0; i < threads; ++i)
@@ -137,6 +164,11 @@ void SoundLoader::run() {
   }
 }
 
+void SoundLoader::update_needs() {
+  shared_->pieces.update_needs(shared_->needs, clock_.load(std::memory_order_relaxed),
+                               shared_->ahead_frames);
+}
+
 bool SoundLoader::load_next() {
   std::unique_lock lock(shared_->mutex);
   return load_next(lock);
@@ -145,11 +177,11 @@ bool SoundLoader::load_next() {
 bool SoundLoader::load_next(std::unique_lock<std::mutex>& lock) {
   Shared& shared = *shared_;
   shared.pieces.free_evicted();
-  shared.pieces.update_needs(shared.read, shared.emitted, clock_.load(std::memory_order_relaxed),
-                             shared.ahead_frames);
+  update_needs();
   SoundResidency::Piece* const piece = shared.pieces.next_to_load();
   if (piece == nullptr) {
     shared.settled = shared.pieces.all_settled();
+    shared.all_resident = shared.pieces.all_resident();
     shared.arrival.notify_all();
     return false;
   }
@@ -172,10 +204,22 @@ bool SoundLoader::load_next(std::unique_lock<std::mutex>& lock) {
   return true;
 }
 
-void SoundLoader::play(std::span<const Voice> voices) {
+void SoundLoader::play(std::span<const Voice> voices, std::span<const WantedSound> wanted) {
   ++played_;
+  if (!wanted.empty()) handed_over_.fetch_add(1, std::memory_order_relaxed);
   if (shared_->settled.load(std::memory_order_relaxed)) return;
-  constexpr double kMaxSignal_frames = 1 << 30;  // six hours: sounds of levels begin earlier
+  auto played = read_by(voices);
+  auto would_be_played = read_by(wanted);
+  {
+    const std::lock_guard lock(shared_->mutex);
+    shared_->needs.played = std::move(played);
+    shared_->needs.wanted = std::move(would_be_played);
+  }
+  shared_->work.notify_all();
+}
+
+// What the voices of this keyframe and of those that the mixer may still read play.
+std::vector<ReadPosition> SoundLoader::read_by(std::span<const Voice> voices) {
   for (const Voice& voice : voices) {
     if (voice.signal >= signals_.size()) continue;  // in a slot, and in memory
     double min_frames = std::min(voice.delay_frames[0], voice.delay_frames[1]);
@@ -184,8 +228,8 @@ void SoundLoader::play(std::span<const Voice> voices) {
       min_frames = std::min({min_frames, voice.start_delay_frames[0], voice.start_delay_frames[1]});
       max_frames = std::max({max_frames, voice.start_delay_frames[0], voice.start_delay_frames[1]});
     }
-    if (!(min_frames > -kMaxSignal_frames && max_frames < kMaxSignal_frames)) continue;
-    const float power = power_of(voice);
+    if (!is_in_range(min_frames) || !is_in_range(max_frames)) continue;
+    const float power = power_of(voice, signals_[voice.signal].mean_square());
     const auto reads = [&](std::uint32_t signal) {
       for (std::int32_t step = step_of(min_frames); step <= step_of(max_frames); ++step) {
         RecentRead& recent = recent_reads_[key_of(signal, step)];
@@ -196,15 +240,37 @@ void SoundLoader::play(std::span<const Voice> voices) {
     reads(voice.signal);
     if (const std::uint32_t loop = continuation_[voice.signal]; loop != voice.signal) reads(loop);
   }
-  std::vector<ReadPosition> read;
   std::erase_if(recent_reads_,
                 [this](const auto& one) { return one.second.keyframe + keyframes_ + 2 < played_; });
+  std::vector<ReadPosition> read;
   for (const auto& [key, recent] : recent_reads_) read.push_back(read_position(key, recent.power));
-  {
-    const std::lock_guard lock(shared_->mutex);
-    shared_->read = std::move(read);
+  return read;
+}
+
+std::vector<ReadPosition> SoundLoader::read_by(std::span<const WantedSound> wanted) const {
+  std::unordered_map<std::uint64_t, float> powers;
+  for (const WantedSound& one : wanted) {
+    const std::int32_t step = step_of(one.delay_s * kSampleRate_hz);
+    powers[key_of(one.signal, step)] += one.power;
+    if (onset_[one.signal] != one.signal) powers[key_of(onset_[one.signal], step)] += one.power;
   }
-  shared_->work.notify_all();
+  std::vector<ReadPosition> read;
+  for (const auto& [key, power] : powers) read.push_back(read_position(key, power));
+  return read;
+}
+
+bool SoundLoader::is_ready(std::uint32_t signal, double signal_s) const {
+  const double frame = signal_s * kSampleRate_hz;
+  if (signal >= signals_.size() || !is_in_range(frame)) return true;
+  const std::int64_t at = std::llround(frame);
+  const auto is_there = [&](std::uint32_t one) {
+    return signals_[one].stays_resident(at - kBehind_frames, at + kNow_frames);
+  };
+  return is_there(signal) && (onset_[signal] == signal || is_there(onset_[signal]));
+}
+
+bool SoundLoader::all_ready() const {
+  return shared_->all_resident.load(std::memory_order_relaxed);
 }
 
 bool SoundLoader::wait(double longest_s) {
@@ -212,8 +278,7 @@ bool SoundLoader::wait(double longest_s) {
   if (shared.settled.load(std::memory_order_relaxed)) return true;
   std::unique_lock lock(shared.mutex);
   const auto complete = [&] {
-    shared.pieces.update_needs(shared.read, shared.emitted, clock_.load(std::memory_order_relaxed),
-                               shared.ahead_frames);
+    update_needs();
     return !shared.pieces.lacks_needed_now();
   };
   while (shared.threads.empty() && !complete())
@@ -226,7 +291,11 @@ bool SoundLoader::wait(double longest_s) {
 
 SoundStatistics SoundLoader::statistics() const {
   const std::lock_guard lock(shared_->mutex);
-  return shared_->pieces.statistics();
+  SoundStatistics statistics = shared_->pieces.statistics();
+  statistics.all_bytes = all_bytes_;
+  statistics.budget_bytes = budget_bytes_;
+  statistics.handed_over = handed_over_.load(std::memory_order_relaxed);
+  return statistics;
 }
 
 }  // namespace clamor

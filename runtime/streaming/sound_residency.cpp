@@ -1,20 +1,19 @@
 #include "runtime/streaming/sound_residency.h"
 
 #include <algorithm>
-
-#include "common/sample_rate.h"
+#include <utility>
 
 namespace clamor {
 
 namespace {
 
-// The mixer may read this far before (clock - delay), when it starts with the filter bank's tail.
-// Pieces this far after it count as read now, or soon.
-constexpr std::int64_t kBehind_frames = 12 * 1024;
-constexpr std::int64_t kNow_frames = kSampleRate_hz;
-constexpr std::int64_t kSoon_frames = 4 * std::int64_t{kSampleRate_hz};
+// Pieces that a voice reads within this time are needed soon.
+constexpr std::int64_t kSoon_frames = 4 * kNow_frames;
 // Sound that emitters have played may still be travelling for this long.
 constexpr std::int64_t kTravel_frames = 2 * std::int64_t{kSampleRate_hz};
+// Voices have this long to fade out before the piece that they read is evicted.
+constexpr std::int64_t kFadeOut_frames = kNow_frames / 2;
+constexpr float kResidentBonus = 2;
 
 }  // namespace
 
@@ -36,103 +35,131 @@ SoundResidency::SoundResidency(std::span<PreparedSignal> signals, const SoundBud
   all_fit_ = all <= budget.bytes;
 }
 
-void SoundResidency::need(std::uint32_t signal, std::int64_t from, std::int64_t to, Need need,
-                          float power) {
-  signals_[signal].for_pieces(from, to, [&](std::size_t p) {
-    const std::size_t index = first_piece_[signal] + p;
+void SoundResidency::need(const ReadPosition& reading, std::int64_t from, std::int64_t to,
+                          Need need, bool is_played) {
+  signals_[reading.signal].for_pieces(from, to, [&](std::size_t p) {
+    const std::size_t index = first_piece_[reading.signal] + p;
     Piece& piece = pieces_[index];
     if (piece.last_needed != round_) {
       piece.last_needed = round_;
       piece.need = Need::kNone;
+      piece.is_played = false;
       piece.power = 0;
       needed_.push_back(static_cast<std::uint32_t>(index));
     }
     piece.need = std::max(piece.need, need);
-    piece.power += power;
+    piece.is_played = piece.is_played || is_played;
+    piece.power += reading.power;
     return true;
   });
 }
 
-void SoundResidency::update_needs(std::span<const ReadPosition> read,
-                                  std::span<const ReadPosition> emitted, std::int64_t clock_frames,
+void SoundResidency::update_needs(const Needs& needs, std::int64_t clock_frames,
                                   std::int64_t ahead_frames) {
   ++round_;
+  clock_frames_ = clock_frames;
   needed_.clear();
   const auto add = [&](const ReadPosition& reading, std::int64_t behind, std::int64_t ahead,
-                       Need what) {
+                       Need what, bool is_played) {
     const std::int64_t last = clock_frames - reading.step * kDelayStep_frames;
-    need(reading.signal, last - kDelayStep_frames - behind, last + ahead_frames + ahead, what,
-         reading.power);
+    need(reading, last - kDelayStep_frames - behind, last + ahead_frames + ahead, what, is_played);
   };
-  for (const ReadPosition& reading : read) {
-    add(reading, kBehind_frames, kNow_frames, Need::kNow);
-    add(reading, 0, kSoon_frames, Need::kSoon);
+  for (const ReadPosition& reading : needs.played) {
+    add(reading, kBehind_frames, kNow_frames, Need::kNow, true);
+    add(reading, 0, kSoon_frames, Need::kSoon, false);
   }
-  for (const ReadPosition& reading : emitted)
-    add(reading, kTravel_frames, kSoon_frames, Need::kEmitted);
+  for (const ReadPosition& reading : needs.wanted)
+    add(reading, kBehind_frames, kNow_frames, Need::kNow, false);
+  for (const ReadPosition& reading : needs.emitted)
+    add(reading, kTravel_frames, kSoon_frames, Need::kEmitted, false);
+  plan();
+}
+
+// Sorts what is needed, and plans as much of it as fits.
+void SoundResidency::plan() {
+  const auto rank = [this](std::uint32_t i) {
+    const Piece& piece = pieces_[i];
+    return std::pair(piece.need,
+                     piece.power * (piece.state == State::kResident ? kResidentBonus : 1));
+  };
+  std::sort(needed_.begin(), needed_.end(), [&rank](std::uint32_t a, std::uint32_t b) {
+    return rank(a) != rank(b) ? rank(a) > rank(b) : a < b;
+  });
+  std::uint64_t bytes = 0;
+  for (const std::uint32_t i : needed_) {
+    Piece& piece = pieces_[i];
+    if (piece.state == State::kFailed) continue;
+    const bool is_now = piece.need == Need::kNow;
+    const bool was_planned = std::exchange(
+        piece.is_planned, bytes + piece.bytes <= budget_.bytes || (is_now && !budget_.strict));
+    if (piece.is_planned) bytes += piece.bytes;
+    if (was_planned && !piece.is_planned) piece.leaves_at_frames = clock_frames_ + kFadeOut_frames;
+    const bool did_fit = !std::exchange(piece.over_budget, is_now && !piece.is_planned);
+    statistics_.over_budget += did_fit && piece.over_budget;
+    if (piece.state == State::kResident) tell_residency(piece);
+  }
 }
 
 bool SoundResidency::lacks_needed_now() const {
   return std::any_of(needed_.begin(), needed_.end(), [this](std::uint32_t i) {
     const Piece& piece = pieces_[i];
-    const bool comes = piece.state == State::kAbsent || piece.state == State::kLoading ||
-                       piece.state == State::kEvicting;
-    return piece.need == Need::kNow && comes && !piece.over_budget;
+    return piece.need == Need::kNow && piece.is_planned && !piece.waits_for_voices &&
+           piece.state != State::kResident && piece.state != State::kFailed;
   });
 }
 
 SoundResidency::Piece* SoundResidency::next_to_load() {
-  missing_.clear();
+  const auto begin = [this](Piece& piece) {
+    piece.state = State::kLoading;
+    piece.is_planned = true;
+    piece.waits_for_voices = false;
+    statistics_.bytes += piece.bytes;
+    statistics_.max_bytes = std::max(statistics_.max_bytes, statistics_.bytes);
+    return &piece;
+  };
+  bool is_missing = false;
   for (const std::uint32_t i : needed_) {
-    if (pieces_[i].state == State::kEvicting)
-      mark_resident(pieces_[i]);  // its memory is still intact
-    if (pieces_[i].state == State::kAbsent) missing_.push_back(i);
-  }
-  if (missing_.empty() && all_fit_)  // with room for everything, load the short signals too
-    for (std::uint32_t i = 0; i < pieces_.size() && missing_.empty(); ++i)
-      if (pieces_[i].state == State::kAbsent && signals_[pieces_[i].signal].pieces() == 1)
-        missing_.push_back(i);
-  std::sort(missing_.begin(), missing_.end(), [this](std::uint32_t a, std::uint32_t b) {
-    const Piece &one = pieces_[a], &other = pieces_[b];
-    if (need_of(one) != need_of(other)) return need_of(one) > need_of(other);
-    return one.power != other.power ? one.power > other.power : a < b;
-  });
-  for (const std::uint32_t i : missing_) {
     Piece& piece = pieces_[i];
-    if (make_room(piece)) {
-      piece.over_budget = false;
-      piece.state = State::kLoading;
-      statistics_.bytes += piece.bytes;
-      statistics_.max_bytes = std::max(statistics_.max_bytes, statistics_.bytes);
-      return &piece;
-    }
-    if (piece.need != Need::kNow || !evicting_.empty()) continue;
-    statistics_.over_budget += !piece.over_budget;
-    piece.over_budget = true;
+    if (!piece.is_planned) continue;
+    if (piece.state == State::kEvicting) mark_resident(piece);  // its memory is still intact
+    if (piece.state != State::kAbsent) continue;
+    is_missing = true;
+    if (make_room(piece)) return begin(piece);
+    piece.waits_for_voices = evicting_.empty();
   }
+  if (is_missing || !all_fit_) return nullptr;
+  // With room for everything, load the short signals too.
+  for (Piece& piece : pieces_)
+    if (piece.state == State::kAbsent && signals_[piece.signal].pieces() == 1) return begin(piece);
   return nullptr;
 }
 
-// Evicts pieces that are needed less until `wanted` fits, the least recently needed first. False if
-// there is no room yet.
+bool SoundResidency::may_be_evicted(const Piece& piece) const {
+  if (piece.state != State::kResident) return false;
+  if (piece.last_needed != round_) return true;
+  return !piece.is_planned && (!piece.is_played || clock_frames_ >= piece.leaves_at_frames);
+}
+
+// Evicts pieces that are not planned until `wanted` fits, the least needed first, and then the
+// least recently needed. False if there is no room yet.
 bool SoundResidency::make_room(const Piece& wanted) {
   const auto fits = [&](std::uint64_t bytes) { return bytes + wanted.bytes <= budget_.bytes; };
   if (fits(statistics_.bytes)) return true;
   std::uint64_t left = statistics_.bytes;
   for (const std::uint32_t i : evicting_) left -= pieces_[i].bytes;
-  idle_.clear();
+  evictable_.clear();
   for (std::uint32_t i = 0; i < pieces_.size() && !fits(left); ++i)
-    if (pieces_[i].state == State::kResident && need_of(pieces_[i]) < wanted.need)
-      idle_.push_back(i);
-  std::sort(idle_.begin(), idle_.end(), [this](std::uint32_t a, std::uint32_t b) {
+    if (may_be_evicted(pieces_[i])) evictable_.push_back(i);
+  std::sort(evictable_.begin(), evictable_.end(), [this](std::uint32_t a, std::uint32_t b) {
     const Piece &one = pieces_[a], &other = pieces_[b];
-    if (need_of(one) != need_of(other)) return need_of(one) < need_of(other);
-    return one.last_needed != other.last_needed ? one.last_needed < other.last_needed : a < b;
+    if (one.last_needed != other.last_needed) return one.last_needed < other.last_needed;
+    if (one.need != other.need) return one.need < other.need;
+    return one.power != other.power ? one.power < other.power : a < b;
   });
   std::size_t go = 0;
-  for (; go < idle_.size() && !fits(left); ++go) left -= pieces_[idle_[go]].bytes;
+  for (; go < evictable_.size() && !fits(left); ++go) left -= pieces_[evictable_[go]].bytes;
   if (fits(left)) {
-    for (std::size_t i = 0; i < go; ++i) evict(idle_[i]);
+    for (std::size_t i = 0; i < go; ++i) evict(evictable_[i]);
     free_evicted();
     if (fits(statistics_.bytes)) return true;
   }
@@ -141,14 +168,23 @@ bool SoundResidency::make_room(const Piece& wanted) {
 
 void SoundResidency::mark_resident(Piece& piece) {
   piece.state = State::kResident;
-  signals_[piece.signal].set_resident(piece.piece, true);
+  tell_residency(piece);
+}
+
+// Tells the sampler and the mixer.
+void SoundResidency::tell_residency(const Piece& piece) {
+  using Residency = PreparedSignal::Residency;
+  signals_[piece.signal].set_residency(piece.piece, piece.state != State::kResident
+                                                        ? Residency::kAbsent
+                                                    : piece.is_planned ? Residency::kStaying
+                                                                       : Residency::kLeaving);
 }
 
 // Stops new reads of the piece; the order of these steps matters (sound_loader.h).
 void SoundResidency::evict(std::uint32_t index) {
   Piece& piece = pieces_[index];
   piece.state = State::kEvicting;
-  signals_[piece.signal].set_resident(piece.piece, false);
+  tell_residency(piece);
   piece.evicted_at = quiescent_points_.load(std::memory_order_seq_cst);
   evicting_.push_back(index);
 }

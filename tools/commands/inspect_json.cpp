@@ -8,6 +8,7 @@
 #include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/image_source.h"
 #include "formats/level/movable_part.h"
+#include "runtime/engine/signal_store.h"
 
 namespace clamor {
 
@@ -41,6 +42,7 @@ nlohmann::ordered_json what_it_is(const BakeFile& file, const BakeOverview& over
                    {"signals", bytes.signals},
                    {"geometry", bytes.geometry},
                    {"pages_unpacked", bytes.pages_unpacked},
+                   {"signals_decoded", decoded_sounds_bytes(file)},
                    {"pages_per_source", ratio(bytes.pages, file.stored_sources())},
                    {"file_per_source", ratio(bytes.file, file.stored_sources())},
                    {"compression_ratio", ratio(bytes.pages_unpacked, bytes.pages)}};

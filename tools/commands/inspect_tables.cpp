@@ -12,6 +12,7 @@
 #include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/image_source.h"
 #include "formats/level/movable_part.h"
+#include "runtime/engine/signal_store.h"
 #include "tools/program/text_format.h"
 #include "tools/report/level_findings.h"
 
@@ -272,6 +273,9 @@ void print_bytes(const BakeFile& file, std::ostream& out) {
              counted(file.page_count(), "page"),
              share_of(static_cast<double>(bytes.pages_unpacked), static_cast<double>(bytes.pages)),
              as_megabytes(bytes.pages_unpacked));
+  if (file.signal_count() > 0)
+    fmt::print(out, "  signals: {}, {} MB decoded\n", counted(file.signal_count(), "sound"),
+               as_megabytes(decoded_sounds_bytes(file)));
   std::uint64_t triangles = 0;
   for (std::size_t i = 0; i < file.geometry_page_count(); ++i)
     triangles += file.geometry_page(i).triangles;

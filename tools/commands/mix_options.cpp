@@ -25,9 +25,10 @@ MixArguments::MixArguments(Arguments& parser) {
       "--rays", rays_, {1, kMaxRays},
       "maximum number of occlusion rays per keyframe (50 keyframes a second); a render casts as "
       "many as it needs");
-  parser.option(
-      "--memory", memory_,
-      "memory for the bake's pages and sounds, as in 64MB; the file may be larger [64MB]");
+  parser.option("--memory", memory_,
+                "memory for the bake's pages and sounds, as in 64MB, of which sounds use up to "
+                "half [64 MB for "
+                "pages, and what all sounds take decoded, up to 256 MB]");
   parser.flag("--no-mmap", no_mmap_, "read the bake file instead of memory-mapping it");
   parser.option("--gain", gain_, "output gain: decibels, as in -6dB, or a factor, as in x0.5");
   parser.option("--moving", script_,

@@ -222,6 +222,8 @@ Result<void> play(const PlayRequest& request, BakeFile file, const MixArguments&
   if (!player.ok()) return player.error();
   fmt::print(err, "playing {} on {}\n", request.level, describe((*player)->statistics().output));
   if (!output_note.empty()) fmt::print(err, "{}\n", output_note);
+  if (const SoundStatistics sounds = (*player)->statistics().auralizer.sounds; sounds.all_bytes > 0)
+    fmt::print(err, "{}\n", sounds_line(sounds));
   if (const auto started = (*player)->start(); !started.ok()) return started;
   PlayHistory history;
   run(**player, options, follower, history, err);

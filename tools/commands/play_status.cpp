@@ -61,6 +61,20 @@ std::string describe(const OutputStatistics& output) {
       output.latency_s > 0 ? fmt::format(", {:.0f} ms latency", 1e3 * output.latency_s) : "");
 }
 
+std::string sounds_line(const SoundStatistics& sounds) {
+  const double all_MB = static_cast<double>(sounds.all_bytes) / 1e6;
+  if (sounds.all_bytes <= sounds.budget_bytes)
+    return fmt::format("sounds: {:.1f} MB decoded, all of which fits into memory", all_MB);
+  return fmt::format(
+      "sounds: {:.1f} MB decoded, of which {:.1f} MB fit into memory, the loudest first; {} holds "
+      "all",
+      all_MB, static_cast<double>(sounds.budget_bytes) / 1e6, memory_for_all(sounds));
+}
+
+std::string memory_for_all(const SoundStatistics& sounds) {
+  return fmt::format("--memory {}MB", (2 * sounds.all_bytes + 999'999) / 1'000'000);
+}
+
 std::string limited_note(const Limiter::Work& limited) {
   if (limited.frames == 0) return "";
   return fmt::format(" (limited by {:.1f} dB)",

@@ -9,12 +9,19 @@
 #include "runtime/output/supervised_output.h"
 #include "runtime/player/player.h"
 #include "runtime/player/player_statistics.h"
+#include "runtime/streaming/sound_statistics.h"
 
 namespace clamor {
 
 // Describes a device as "pulse: Headset at 44.1 kHz (resampled), 256 frames a block, 24 ms
 // latency", or says that there is none yet.
 std::string describe(const OutputStatistics& output);
+
+// "sounds: 43.2 MB decoded, all of which fits into memory", or how much of it fits.
+std::string sounds_line(const SoundStatistics& sounds);
+
+// "--memory 90MB", with which all sounds fit.
+std::string memory_for_all(const SoundStatistics& sounds);
 
 // " (limited by 2.1 dB)" once the limiter has worked, otherwise "".
 std::string limited_note(const Limiter::Work& limited);

@@ -82,19 +82,25 @@ void print_pages(const PageStatistics& pages, std::ostream& err) {
                pages.failed);
 }
 
-void print_sounds(const SoundStatistics& sounds, std::ostream& err) {
+void print_sounds(const SoundStatistics& sounds, std::uint64_t keyframes, std::ostream& err) {
   if (sounds.loaded > 0)
-    fmt::print(err, "sounds: {} blocks decoded, {} evicted; {:.1f} MB in memory{}\n", sounds.loaded,
-               sounds.dropped, static_cast<double>(sounds.bytes) / 1e6,
+    fmt::print(err, "sounds: {} blocks decoded, {} evicted; {:.1f} of {:.1f} MB in memory{}\n",
+               sounds.loaded, sounds.dropped, static_cast<double>(sounds.bytes) / 1e6,
+               static_cast<double>(sounds.all_bytes) / 1e6,
                sounds.lock_refused ? fmt::format(", {:.1f} MB locked; 'ulimit -l' allows no more",
                                                  static_cast<double>(sounds.locked_bytes) / 1e6)
                                    : "");
+  if (sounds.handed_over > 0)
+    fmt::print(err,
+               "in {} of {} keyframes, sources whose sound was not in memory left their voices to "
+               "others\n",
+               sounds.handed_over, keyframes);
   if (sounds.late > 0)
     fmt::print(err, "{} times a voice was silent for 20 ms because its sound was not decoded yet\n",
                sounds.late);
   if (sounds.over_budget > 0)
-    fmt::print(err, "{} times a sound did not fit into memory; raise --memory\n",
-               sounds.over_budget);
+    fmt::print(err, "{} times a sound did not fit into memory; {} holds all\n", sounds.over_budget,
+               memory_for_all(sounds));
   if (sounds.failed > 0)
     fmt::print(err, "{} blocks of sounds could not be read and were silent\n", sounds.failed);
 }
@@ -118,7 +124,7 @@ void print_play_summary(const PlayerStatistics& played, const PlayHistory& histo
   print_bounded_search(auralizer, err);
   print_unseen_sources(auralizer.max_unseen_sources, err);
   print_pages(auralizer.pages, err);
-  print_sounds(auralizer.sounds, err);
+  print_sounds(auralizer.sounds, auralizer.keyframes, err);
 }
 
 }  // namespace clamor

@@ -169,7 +169,8 @@ TEST(SoundLoader, SilencesOnlyVoicesThatNeedADamagedBlock) {
 }
 
 TEST(SoundLoader, PlaysTheLoudestVoicesWithTooLittleMemoryAndReportsIt) {
-  const std::vector<SignalDescription> shapes(8, {600 * kSecond_frames, true});
+  const std::vector<SignalDescription> shapes(
+      8, {600 * kSecond_frames, true, same_in_all_bands(0.01f)});
   SoundLoader loader(shapes, {}, kPlain, decoder(shapes), {3'000'000, true}, 2);
   std::vector<Voice> voices;
   for (std::uint32_t s = 0; s < 8; ++s)

@@ -99,6 +99,7 @@ TEST_F(InspectCommand, SharesOutEveryByteOfTheFile) {
               bytes["pages"].get<double>(), 1);
   EXPECT_NEAR(bytes["compression_ratio"].get<double>() * bytes["pages"].get<double>(),
               bytes["pages_unpacked"].get<double>(), 1);
+  EXPECT_GT(bytes["signals_decoded"].get<std::uint64_t>(), 0u);
   ASSERT_EQ(json["pages"].size(), json["page_count"].get<std::size_t>());
   std::uint64_t packed = 0, sources = 0;
   for (const Json& page : json["pages"]) {

@@ -313,7 +313,8 @@ class Listener(_Owner):
         sofa: path of a SOFA file for "binaural"; None: the head that the library brings.
         rate_hz: 8000 to 192000.
         voices: sources that are mixed at a time, 1 to 100 000.
-        memory_bytes: for pages and sounds.
+        memory_bytes: for pages and sounds, which may use half of it; 0: 64 MB for pages, and what the
+            level's sounds take decoded, but no more than 256 MB.
         gain: of the output, an amplitude.
         limits: keeps true peaks below -1 dBFS.
         max_block_frames: the largest block that is expected; larger ones are allowed.
@@ -326,7 +327,7 @@ class Listener(_Owner):
 
     def __init__(self, context: Context, level: Level, pose: Any = (0.0, 0.0, 0.0), *,
                  output: str = "binaural", layout: Optional[str] = None, sofa: Any = None,
-                 rate_hz: int = 48000, voices: int = 2000, memory_bytes: int = 64_000_000,
+                 rate_hz: int = 48000, voices: int = 2000, memory_bytes: int = 0,
                  gain: float = 1.0, limits: bool = False, max_block_frames: int = 1024,
                  offline: bool = False,
                  reports_voices: bool = False):
