@@ -100,6 +100,7 @@ const std::vector<Fence> kFences = {
     {"tinygltf",
      {"tiny_gltf.h"},
      {"formats/gltf/gltf_reader.cpp", "formats/gltf/texture_colour.cpp"}},
+    {"Valgrind", {"valgrind/*"}, {"tests/price/*"}},
     {"xxHash",
      {"xxhash.h"},
      {"formats/bake_file/bake_layout.cpp", "formats/files/level_folder.cpp"}},
