@@ -4,6 +4,8 @@
 #include <array>
 #include <cassert>
 
+#include "common/thin_material.h"
+
 namespace clamor {
 
 namespace {
@@ -45,7 +47,7 @@ Result<std::vector<Bands>> reweighing_ratios(std::span<const Material> old_mater
     const Material& before = old_materials[m];
     const Material& after = new_materials[m];
     if (before.absorption == after.absorption) continue;
-    if (before.transmission != Bands{}) return Error(in_quotes(after.name) + " lets sound through");
+    if (is_thin(before)) return Error(in_quotes(after.name) + " lets sound through");
     for (std::size_t b = 0; b < kBandCount; ++b) {
       const float old_share = 1 - before.absorption[b], new_share = 1 - after.absorption[b];
       if (!(old_share > 0) && new_share > 0)

@@ -47,7 +47,8 @@ class ReweighedPhotons final : public RunSource {
 };
 
 // By material, the factor of the power of a path that meets it once. Fails if a path of the new
-// materials cannot be made of one of the old.
+// materials cannot be made of one of the old. Paths through massive walls, below -20 dB, are
+// re-weighed as if they had been reflected.
 Result<std::vector<Bands>> reweighing_ratios(std::span<const Material> old_materials,
                                              std::span<const Material> new_materials);
 

@@ -8,6 +8,7 @@
 #include "common/bounds.h"
 #include "common/random.h"
 #include "common/sphere.h"
+#include "common/thin_material.h"
 
 namespace clamor {
 
@@ -19,7 +20,10 @@ constexpr double kFewEscape = 0.1;    // maximum share of escaping walks at an e
 constexpr double kClosedShare = 0.5;  // enclosed share of the bounds of a closed level
 constexpr double kClearance_m = 0.2;  // clearance of proposed points, in levels of 10 m or more
 constexpr double kAboveSurface_m =
-    0.01;                               // start distance of rays that look for a surface at a point
+    0.01;  // start distance of rays that look for a surface at a point
+// Mean transmission of the bands from which on an enclosed emitter is not taken for one in a solid.
+// Solid pieces of wood or glass have 0.01.
+constexpr double kHeardThrough = 0.03;
 constexpr std::size_t kMaxInside = 96;  // sample points of the enclosed space
 
 double interval(std::vector<double> values) {
@@ -72,10 +76,8 @@ std::vector<Vec3> SpaceExplorer::grid_m() const {
   return places_m;
 }
 
-bool SpaceExplorer::transmits(std::uint16_t material) const {
-  if (material >= materials_.size()) return false;
-  const Bands& through = materials_[material].transmission;
-  return std::any_of(through.begin(), through.end(), [](float share) { return share > 0; });
+bool SpaceExplorer::is_thin(std::uint16_t material) const {
+  return material < materials_.size() && clamor::is_thin(materials_[material]);
 }
 
 Exploration SpaceExplorer::explore(const Vec3& from_m) const {
@@ -91,7 +93,9 @@ Exploration SpaceExplorer::explore(const Vec3& from_m) const {
       }
       found.legs_m += hit->distance_m;
       found.behind += hit->from_behind;
-      found.transmits |= transmits(hit->material);
+      if (hit->material < materials_.size())
+        found.transmits |=
+            sum_of(materials_[hit->material].transmission) >= kHeardThrough * kBandCount;
       at_m = scene_.away_from_surface(hit->point_m, hit->normal);
       found.points_m.push_back(at_m);
       direction = diffuse_direction(hit->normal, philox(kKey, {walk, leg, 0, 0}));
@@ -121,7 +125,7 @@ bool SpaceExplorer::sees(const Vec3& from_m, const Vec3& to_m) const {
     const auto hit = scene_.intersect(at_m, direction);
     // A point at offset_m() in front of a wall is not visible through that wall.
     if (!hit || hit->distance_m >= left_m - 0.25 * scene_.offset_m()) return true;
-    if (!transmits(hit->material)) return false;
+    if (!is_thin(hit->material)) return false;
     const double step_m = hit->distance_m + scene_.offset_m();
     at_m += direction * step_m;
     left_m -= step_m;

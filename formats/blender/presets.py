@@ -1,6 +1,7 @@
 """The material presets of Clamor, from the copy of assets/materials.json in the add-on's zip file."""
 
 import json
+import math
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -18,17 +19,24 @@ class Preset:
     source: str
 
 
+def transmitted(reduction_db: float, absorption: float) -> float:
+    """Share of the power that passes, at most the absorption."""
+    return min(10 ** (-reduction_db / 10), absorption)
+
+
 @cache
 def presets() -> dict[str, Preset]:
     """All presets by name."""
     path = Path(__file__).with_name("materials.json")
     document = json.loads(path.read_text(encoding="utf-8"))
-    silent = [0.0] * len(BANDS_HZ)
+    infinite = (math.inf,) * len(BANDS_HZ)
     return {
         name: Preset(
             tuple(values["absorption"]),
             tuple(values["scattering"]),
-            tuple(values.get("transmission", silent)),
+            tuple(
+                map(transmitted, values.get("sound_reduction_db", infinite), values["absorption"])
+            ),
             values.get("source", ""),
         )
         for name, values in document["materials"].items()

@@ -1,6 +1,7 @@
 #include "formats/level/material_presets.h"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 #include <tuple>
 
@@ -72,8 +73,11 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
     material.absorption = absorption.value_or(Bands{});
     material.scattering = scattering.value_or(Bands{});
     if (const auto phong = eight_values(fields, "phong", kMirrorExponent)) material.phong = *phong;
-    if (const auto through = eight_values(fields, "transmission", 1))
-      material.transmission = *through;
+    const auto reduction_db = eight_values(fields, "sound_reduction_db", 200);
+    if (reduction_db)
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        material.transmission[b] =
+            std::min(std::pow(10.0f, (*reduction_db)[b] / -10), material.absorption[b]);
     if (const Json* aliases = fields.any("aliases"); aliases != nullptr && aliases->array())
       for (const Json& alias : *aliases->array()) {
         if (alias.string() == nullptr) {
@@ -86,9 +90,13 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
         for (std::string word; words >> word;) parsed.words.push_back(word);
         presets.aliases_.push_back(std::move(parsed));
       }
-    Origin origin{fields.string("source").value_or(""), 0, 0};
-    if (const auto range = fields.numbers("measured_hz"); range && range->size() == 2)
-      origin = {origin.source, (*range)[0], (*range)[1]};
+    Origin origin{.source = fields.string("source").value_or(""),
+                  .reduction_db = reduction_db,
+                  .reduction_source = fields.string("sound_reduction_source").value_or("")};
+    if (const auto range = fields.numbers("measured_hz"); range && range->size() == 2) {
+      origin.low_hz = (*range)[0];
+      origin.high_hz = (*range)[1];
+    }
     if (const auto ok = fields.result(); !ok.ok()) return ok.error();
     presets.origins_.push_back(std::move(origin));
     presets.names_.push_back(name);

@@ -17,7 +17,8 @@ class MaterialPresets {
   static const MaterialPresets& built_in();
 
   // Parses { "bands_hz": [8], "materials": { NAME: { "absorption": [8], "scattering": [8], "phong":
-  // p or [8] (optional), "aliases": ["word", "two words", "tile*", "~thing"] } } }
+  // p or [8] (optional), "sound_reduction_db": R or [8] (optional), "aliases": ["word", "two words",
+  // "tile*", "~thing"] } } }. Transmission is 10^(-R/10), at most the absorption.
   static Result<MaterialPresets> parse(std::string_view json);
 
   // Finds a preset by its name. The Error suggests the preset with that alias ("velvet": curtain)
@@ -34,8 +35,10 @@ class MaterialPresets {
 
   // Source of the values of a preset.
   struct Origin {
-    std::string source;
+    std::string source{};
     double low_hz = 0, high_hz = 0;  // range of measured absorption; beyond, it is extrapolated
+    std::optional<Bands> reduction_db{};  // sound reduction index, by which it transmits
+    std::string reduction_source{};
   };
   const Origin& origin(std::size_t index) const { return origins_[index]; }
 

@@ -9,6 +9,7 @@
 #include "common/directivity.h"
 #include "common/random.h"
 #include "common/sphere.h"
+#include "common/thin_material.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 
 namespace clamor {
@@ -74,10 +75,8 @@ FirstReflectionTracer::FirstReflectionTracer(const OcclusionGeometry& surfaces,
     surface.transmitted = material.transmission;
     surface.scattering = material.scattering;
     surface.mirrored = std::ranges::max(mirror_reflection(material));
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      surface.reflected[b] = 1 - material.absorption[b];
-      surface.transmits |= material.transmission[b] > 0;
-    }
+    for (std::size_t b = 0; b < kBandCount; ++b) surface.reflected[b] = 1 - material.absorption[b];
+    surface.transmits = is_thin(material);
   }
 }
 

@@ -6,7 +6,7 @@
 //   4 pi / N (1 - absorption) exp(-m r)
 //
 // per band, N the number of rays, m the attenuation of the air and r the length of the ray. Where
-// the surface transmits sound, another one on its far side has `transmission` in place of
+// the surface is thin (thin_material.h), another one on its far side has `transmission` in place of
 // 1 - absorption. Parts absorb all sound.
 //
 // A source's 252 rays are in six sets, each of which covers the sphere by itself, so that a source

@@ -193,6 +193,8 @@ TEST(PathCache, RefusesWhatOldPathsCannotTell) {
   thin.materials[1].transmission = same_in_all_bands(0.05f);
   EXPECT_EQ(refusal(trace(thin), with_absorption(thin, 1, 0.2f)), "'soft' lets sound through");
   EXPECT_EQ(refusal(trace(thin), with_absorption(thin, 0, 0.2f)), "") << "the other one does not";
+  thin.materials[1].transmission = same_in_all_bands(6e-4f);
+  EXPECT_EQ(refusal(trace(thin), with_absorption(thin, 1, 0.2f)), "") << "a massive wall";
 }
 
 TEST(PathCache, ForgetsPathsBeyondItsMemory) {

@@ -36,6 +36,16 @@ void print_table(std::ostream& out, const MaterialPresets& presets) {
     print_bands(out, name, presets.get(name)->scattering);
     fmt::print(out, "\n");
   }
+  fmt::print(out, "\n{:<18}\n", "transmission, as the sound reduction index in dB");
+  for (std::size_t i = 0; i < presets.names().size(); ++i) {
+    const auto& origin = presets.origin(i);
+    if (!origin.reduction_db) {
+      fmt::print(out, "{:<18} none\n", presets.names()[i]);
+      continue;
+    }
+    print_bands(out, presets.names()[i], *origin.reduction_db);
+    fmt::print(out, "  {}\n", origin.reduction_source);
+  }
 }
 
 nlohmann::ordered_json json_of(const MaterialPresets& presets) {
@@ -49,7 +59,8 @@ nlohmann::ordered_json json_of(const MaterialPresets& presets) {
                     {"scattering", material.scattering},
                     {"transmission", material.transmission},
                     {"measured_hz", {origin.low_hz, origin.high_hz}},
-                    {"source", origin.source}});
+                    {"source", origin.source},
+                    {"transmission_source", origin.reduction_source}});
   }
   return list;
 }
@@ -61,9 +72,8 @@ int run_materials(std::span<const std::string> arguments, std::ostream& out, std
   std::vector<std::string> names;
   Arguments parser(
       "materials",
-      "Lists the material presets: absorption and scattering per octave band, and the source of "
-      "the "
-      "figures. Bands outside the measured range are extrapolated. With --name, prints the preset "
+      "Lists the material presets: absorption, scattering and transmission per octave band, and the "
+      "source of the figures. Bands outside the measured range are extrapolated. With --name, prints the preset "
       "that a material of that name gets.",
       "clamor materials --name Brick_Wall_03 --name velvet");
   parser.flag("--json", json, "print a list of objects with all values");

@@ -157,6 +157,17 @@ TEST(LevelReport, AcceptsAudibleEmitters) {
   expect_none(thin, "walls that let sound through");
 }
 
+TEST(LevelReport, WarnsBehindMassiveWallsAlthoughTheyTransmit) {
+  // Brick has a sound reduction index of 32 dB at 125 Hz.
+  Level outside = hall_with_pillar({48, 1.5, 3});
+  outside.materials[0].transmission = same_in_all_bands(6e-4f);
+  EXPECT_EQ(unheard_in(outside).size(), 1u);
+  // A prop of wood: 14 dB at 63 Hz, above 25 dB from 500 Hz.
+  Level prop = hall_with_pillar(kPillar_m);
+  prop.materials[0].transmission = {0.04f, 0.02f, 0.016f, 0.003f, 0.001f, 0.002f, 6e-4f, 2e-4f};
+  EXPECT_EQ(unheard_in(prop).size(), 1u);
+}
+
 TEST(Audibility, NamesTheCauseOfSilenceAndAnAudiblePlace) {
   const Level hall = hall_with_pillar({1, 1, 1});
   const struct {
