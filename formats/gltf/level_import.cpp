@@ -19,7 +19,9 @@
 #include "formats/gltf/gltf_probes.h"
 #include "formats/gltf/gltf_reader.h"
 #include "formats/gltf/gltf_sounds.h"
+#include "formats/gltf/kept_extensions.h"
 #include "formats/gltf/level_materials.h"
+#include "formats/gltf/tool_losses.h"
 #include "formats/level/emitter_spec.h"
 #include "formats/level/name_match.h"
 #include "formats/level/signal_table.h"
@@ -235,6 +237,11 @@ void hash_value(InputHash& hash, const T& value) {
 Result<GltfScene> read_scene(const std::string& path, LevelFolder& folder, ImportReport& report) {
   auto document = read_gltf_document(path, folder);
   if (!document.ok()) return document.error();
+  for (const std::string& node : restore_kept_extensions(document->json))
+    report.warnings.push_back(fmt::format(
+        "node '{}' has an emitter in extras.gltfExtensions, but the tool that put it there has "
+        "dropped the list of emitters; it is left out: give it in the sidecar or with --emitter",
+        node));
   const RewrittenAudio audio = rewrite_audio_extensions(document->json);
   if (!audio.extension.empty())
     report.found.push_back(audio.extension + ", read as KHR_audio_emitter");
@@ -401,6 +408,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   level.movable_parts = movable_parts(*scene, *movable, std::move(mesh->parts), report);
   if (const auto ok = assign_materials(*scene, *sidecar, options.material, level, report); !ok.ok())
     return ok.error().in(path);
+  warn_of_collapsed_materials(scene->json, report);
 
   if (const auto ok = add_portals(portals, imported); !ok.ok()) return ok.error().in(path);
 
@@ -418,7 +426,8 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   if (level.emitters.empty() && level.probes_m.empty())
     report.warnings.push_back(
         "nothing in the level makes a sound; give it an emitter, as in "
-        "--emitter \"signal=violin.flac,at=1,1.2,-3\"");
+        "--emitter \"signal=violin.flac,at=1,1.2,-3\"" +
+        lost_emitters_in_words(scene->json));
   imported.inputs = folder.inputs();
   imported.files = folder.files();
   imported.input_hash = finish_hash(folder.hash(), level);

@@ -1,0 +1,22 @@
+// tool_losses.h: tells what a tool that wrote a glTF file has lost of its sound.
+//
+// Optimisers make one of materials that look alike, and most tools drop extensions that they do not
+// know. Nothing in the file is wrong then, but the level sounds like another one. The tool's name in
+// asset.generator, or names that it gives, tell it.
+#pragma once
+
+#include <string>
+
+#include "formats/files/json.h"
+#include "formats/gltf/import_report.h"
+
+namespace clamor {
+
+// Warns where one material of the report stands for many of the original. A material that the
+// sidecar names is meant.
+void warn_of_collapsed_materials(const Json& document, ImportReport& report);
+
+// Why a level may have lost its emitters, as the end of a sentence; empty if nothing tells.
+std::string lost_emitters_in_words(const Json& document);
+
+}  // namespace clamor
