@@ -11,7 +11,8 @@ namespace clamor {
 struct MaterialAssignment {
   std::string material;  // its name in the level
   std::string preset;    // assigned preset, empty for explicit values
-  std::string how;  // "CLAMOR_materials_acoustic", "extras", "sidecar 'brick*'", "name", "default"
+  std::string
+      how;  // "CLAMOR_materials_acoustic", "extras", "sidecar 'brick*'", "name", "doubt", "default"
   std::size_t triangles = 0;
   double area_m2 = 0;
 };

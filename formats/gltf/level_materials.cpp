@@ -59,13 +59,21 @@ Result<std::optional<Assigned>> from_level(const Json* json, const std::string& 
 
 // Steps 4 and 5: alias or default.
 Result<Assigned> from_name(const std::string& name, const MaterialPresets& presets,
-                           const std::string& default_preset) {
-  const auto guess = name == kUnnamed ? std::nullopt : presets.guess(name);
-  const std::string preset = guess.value_or(default_preset);
+                           const std::string& default_preset, ImportReport& report) {
+  const NameGuess guess = name == kUnnamed ? NameGuess() : presets.guess(name);
+  const std::string preset = guess.is_sure() ? guess.preset : default_preset;
   auto material = presets.get(preset);
   if (!material.ok()) return material.error();
   material->name = name;
-  return Assigned{{std::move(*material), preset}, guess ? "name" : "default"};
+  if (!guess.doubt.empty())
+    report.warnings.push_back(fmt::format(
+        "material '{}' may be '{}' or '{}', one of which absorbs what the other reflects; it was "
+        "taken for '{}' (give it a preset in the sidecar)",
+        name, guess.preset, guess.doubt, preset));
+  return Assigned{{std::move(*material), preset},
+                  guess.is_sure()       ? "name"
+                  : guess.doubt.empty() ? "default"
+                                        : "doubt"};
 }
 
 // Adds the number of triangles and their area per glTF material; the last entry is for triangles
@@ -137,7 +145,7 @@ Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
       *written = std::move(*ruled);
     }
     if (!*written) {
-      auto guessed = from_name(name, presets, fallback);
+      auto guessed = from_name(name, presets, fallback, report);
       if (!guessed.ok()) return guessed.error();
       *written = std::move(*guessed);
     }

@@ -5,7 +5,7 @@
 //      values of the level
 //   2. extensions.CLAMOR_materials_acoustic of the glTF material
 //   3. its extras: "acoustic": { ... } or the name of a preset, or flat "acoustic_preset", ...
-//   4. the preset that has an alias in the name of the material
+//   4. the preset that the name of the material tells, unless it tells two opposite ones
 //   5. the default preset, with a warning
 #pragma once
 

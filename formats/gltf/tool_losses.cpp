@@ -43,7 +43,7 @@ bool has_node_names(const Json& document) {
 
 // A material whose acoustics nobody chose for the level as it is now.
 bool is_guessed(const MaterialAssignment& material) {
-  return material.how == "name" || material.how == "default";
+  return material.how == "name" || material.how == "doubt" || material.how == "default";
 }
 
 void warn_of_palettes(const std::string& generator, ImportReport& report) {

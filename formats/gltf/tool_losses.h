@@ -1,8 +1,8 @@
 // tool_losses.h: tells what a tool that wrote a glTF file has lost of its sound.
 //
 // Optimisers make one of materials that look alike, and most tools drop extensions that they do not
-// know. Nothing in the file is wrong then, but the level sounds like another one. The tool's name in
-// asset.generator, or names that it gives, tell it.
+// know. Nothing in the file is wrong then, but the level sounds like another one. The tool's name
+// in asset.generator, or names that it gives, tell it.
 #pragma once
 
 #include <string>

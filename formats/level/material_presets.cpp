@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
-#include <tuple>
 
 #include "common/text.h"
 #include "embedded_materials.h"
 #include "formats/files/json.h"
-#include "formats/level/name_match.h"
 
 namespace clamor {
 
@@ -26,23 +23,8 @@ std::optional<Bands> eight_values(JsonFields& fields, const char* key, double hi
   return bands;
 }
 
-// Matches plurals: "walls" and "arches" match "wall" and "arch".
-bool word_matches(const std::string& pattern, std::string_view word) {
-  if (glob_matches(pattern, word)) return true;
-  for (const std::string_view plural : {"s", "es"})
-    if (word.ends_with(plural) &&
-        glob_matches(pattern, word.substr(0, word.size() - plural.size())))
-      return true;
-  return false;
-}
-
-bool words_match(const std::vector<std::string>& pattern, const std::vector<std::string>& words,
-                 std::size_t first) {
-  if (first + pattern.size() > words.size()) return false;
-  for (std::size_t i = 0; i < pattern.size(); ++i)
-    if (!word_matches(pattern[i], words[first + i])) return false;
-  return true;
-}
+// Mean absorption from 500 to 2000 Hz from which on a material counts as one that absorbs.
+constexpr float kAbsorbs = 0.2f;
 
 }  // namespace
 
@@ -78,18 +60,9 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
       for (std::size_t b = 0; b < kBandCount; ++b)
         material.transmission[b] =
             std::min(std::pow(10.0f, (*reduction_db)[b] / -10), material.absorption[b]);
-    if (const Json* aliases = fields.any("aliases"); aliases != nullptr && aliases->array())
-      for (const Json& alias : *aliases->array()) {
-        if (alias.string() == nullptr) {
-          fields.fail("'aliases' must be texts");
-          continue;
-        }
-        const bool substance = !alias.string()->starts_with('~');
-        std::istringstream words(alias.string()->substr(substance ? 0 : 1));
-        Alias parsed{{}, presets.names_.size(), substance};
-        for (std::string word; words >> word;) parsed.words.push_back(word);
-        presets.aliases_.push_back(std::move(parsed));
-      }
+    if (const Json* aliases = fields.any("aliases"); aliases != nullptr && aliases->object())
+      for (const auto& [language, words] : *aliases->object())
+        presets.add_aliases(&words, presets.names_.size());
     Origin origin{.source = fields.string("source").value_or(""),
                   .reduction_db = reduction_db,
                   .reduction_source = fields.string("sound_reduction_source").value_or("")};
@@ -100,39 +73,34 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
     if (const auto ok = fields.result(); !ok.ok()) return ok.error();
     presets.origins_.push_back(std::move(origin));
     presets.names_.push_back(name);
+    presets.absorbs_.push_back(
+        (material.absorption[3] + material.absorption[4] + material.absorption[5]) / 3 >= kAbsorbs);
     presets.materials_.push_back(material);
   }
+  presets.add_aliases(json->find("not_materials"), MaterialAliases::kNothing);
   return presets;
+}
+
+void MaterialPresets::add_aliases(const Json* list, std::size_t preset) {
+  if (list == nullptr || list->array() == nullptr) return;
+  for (const Json& alias : *list->array())
+    if (alias.string() != nullptr) aliases_.add(*alias.string(), preset);
 }
 
 Result<Material> MaterialPresets::get(std::string_view name) const {
   const auto it = std::find(names_.begin(), names_.end(), name);
   if (it != names_.end()) return materials_[static_cast<std::size_t>(it - names_.begin())];
-  if (const auto meant = guess(name))
+  if (const auto meant = guess(name); !meant.preset.empty())
     return Error("there is no preset " + in_quotes(name) + "; the preset for it is " +
-                 in_quotes(*meant) + ". 'clamor materials' lists all of them.");
+                 in_quotes(meant.preset) + ". 'clamor materials' lists all of them.");
   return Error("there is no preset " + in_quotes(name) + "; the nearest name is " +
                in_quotes(nearest_name(name, names_)) + ". 'clamor materials' lists all of them.");
 }
 
-std::optional<std::string> MaterialPresets::guess(std::string_view material_name) const {
-  const std::vector<std::string> words = words_of(material_name);
-  // substance, words, end, characters
-  std::tuple<bool, std::size_t, std::size_t, std::size_t> best{};
-  std::optional<std::string> result;
-  for (const Alias& alias : aliases_)
-    for (std::size_t first = 0; first < words.size(); ++first) {
-      if (!words_match(alias.words, words, first)) continue;
-      std::size_t characters = 0;
-      for (const std::string& word : alias.words) characters += word.size();
-      const std::tuple rank{alias.substance, alias.words.size(), first + alias.words.size(),
-                            characters};
-      if (rank > best) {
-        best = rank;
-        result = names_[alias.preset];
-      }
-    }
-  return result;
+NameGuess MaterialPresets::guess(std::string_view material_name) const {
+  const auto match = aliases_.find(material_name, absorbs_);
+  if (match.preset == MaterialAliases::kNothing) return {};
+  return {names_[match.preset], match.doubt ? names_[*match.doubt] : ""};
 }
 
 }  // namespace clamor

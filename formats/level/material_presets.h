@@ -8,8 +8,19 @@
 
 #include "common/material.h"
 #include "common/result.h"
+#include "formats/level/material_aliases.h"
 
 namespace clamor {
+
+class Json;
+
+// What a material's name tells.
+struct NameGuess {
+  std::string preset;  // empty if it tells nothing
+  std::string doubt;   // a preset of the opposite kind that it tells as well, or empty
+
+  bool is_sure() const { return !preset.empty() && doubt.empty(); }
+};
 
 class MaterialPresets {
  public:
@@ -17,19 +28,16 @@ class MaterialPresets {
   static const MaterialPresets& built_in();
 
   // Parses { "bands_hz": [8], "materials": { NAME: { "absorption": [8], "scattering": [8], "phong":
-  // p or [8] (optional), "sound_reduction_db": R or [8] (optional), "aliases": ["word", "two words",
-  // "tile*", "~thing"] } } }. Transmission is 10^(-R/10), at most the absorption.
+  // p or [8] (optional), "sound_reduction_db": R or [8] (optional), "aliases": { LANGUAGE: ["word",
+  // "two words", "tile*", "~thing"] } } } }. Transmission is 10^(-R/10), at most the absorption.
   static Result<MaterialPresets> parse(std::string_view json);
 
   // Finds a preset by its name. The Error suggests the preset with that alias ("velvet": curtain)
   // or else the one with the most similar name.
   Result<Material> get(std::string_view name) const;
 
-  // The preset that has an alias among the words of a material's name, as "brick" in "WallBrick_02"
-  // or (plural) in "bricks". Among several, substances precede things, which are marked with ~
-  // ("glass" before "~table"), then aliases with more words ("wood floor" before "wood"), then the
-  // match that ends last.
-  std::optional<std::string> guess(std::string_view material_name) const;
+  // The preset that a material's name tells (material_aliases.h).
+  NameGuess guess(std::string_view material_name) const;
 
   const std::vector<std::string>& names() const { return names_; }
 
@@ -43,15 +51,13 @@ class MaterialPresets {
   const Origin& origin(std::size_t index) const { return origins_[index]; }
 
  private:
-  struct Alias {
-    std::vector<std::string> words;  // globs
-    std::size_t preset;
-    bool substance;
-  };
+  void add_aliases(const Json* list, std::size_t preset);
+
   std::vector<std::string> names_;
   std::vector<Material> materials_;
   std::vector<Origin> origins_;
-  std::vector<Alias> aliases_;
+  std::vector<bool> absorbs_;  // kinds, for doubts
+  MaterialAliases aliases_;
 };
 
 }  // namespace clamor

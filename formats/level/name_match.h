@@ -11,7 +11,13 @@ namespace clamor {
 // worst case takes time proportional to the product of the lengths.
 bool glob_matches(std::string_view pattern, std::string_view name);
 
-// Splits a name into lower-case words: "m_WallBrick.02" is m, wall, brick.
-std::vector<std::string> words_of(std::string_view name);
+// The letters of a name in UTF-8, without case and accents, and where its words begin.
+// "m_WallBrick.02" is "mwallbrick" with words at 0, 1 and 5; "Dämmung" is "dammung". In scripts
+// without spaces (Chinese, Japanese, Korean) each character is a word of its own.
+struct NameLetters {
+  std::string letters;
+  std::vector<bool> begins;  // one more than letters; the end counts as the beginning of a word
+};
+NameLetters letters_of(std::string_view name);
 
 }  // namespace clamor

@@ -70,20 +70,29 @@ nlohmann::ordered_json json_of(const MaterialPresets& presets) {
 int run_materials(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   bool json = false;
   std::vector<std::string> names;
-  Arguments parser(
-      "materials",
-      "Lists the material presets: absorption, scattering and transmission per octave band, and the "
-      "source of the figures. Bands outside the measured range are extrapolated. With --name, prints the preset "
-      "that a material of that name gets.",
-      "clamor materials --name Brick_Wall_03 --name velvet");
+  Arguments parser("materials",
+                   "Lists the material presets: absorption, scattering and transmission per octave "
+                   "band, and the "
+                   "source of the figures. Bands outside the measured range are extrapolated. With "
+                   "--name, prints the preset "
+                   "that a material of that name gets.",
+                   "clamor materials --name Brick_Wall_03 --name velvet");
   parser.flag("--json", json, "print a list of objects with all values");
   parser.option("--name", names, "name of a material in a level; may be repeated");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
   const MaterialPresets& presets = MaterialPresets::built_in();
-  for (const std::string& name : names)
-    fmt::print(out, "{} -> {}\n", name,
-               presets.guess(name).value_or("no preset; the bake takes its default, plaster"));
+  for (const std::string& name : names) {
+    const NameGuess guess = presets.guess(name);
+    if (guess.preset.empty())
+      fmt::print(out, "{} -> no preset; the bake takes its default, plaster\n", name);
+    else if (guess.is_sure())
+      fmt::print(out, "{} -> {}\n", name, guess.preset);
+    else
+      fmt::print(
+          out, "{} -> {} or {}, which differ much; the bake warns and takes its default, plaster\n",
+          name, guess.preset, guess.doubt);
+  }
   if (!names.empty()) return kSuccess;
   if (json)
     out << json_of(presets).dump(2) << '\n';

@@ -107,7 +107,6 @@ TEST_F(Materials, PreferTheFirstMatchingPatternOfTheSidecarToTheirName) {
 
 TEST_F(Materials, AreGuessedFromTheirNames) {
   const MaterialPresets& presets = MaterialPresets::built_in();
-  EXPECT_EQ(presets.names().size(), 25u);
   const std::pair<const char*, const char*> cases[] = {{"wall_brick", "brick"},
                                                        {"WallBrick.002", "brick"},
                                                        {"brick_wall", "brick"},
@@ -118,7 +117,7 @@ TEST_F(Materials, AreGuessedFromTheirNames) {
                                                        {"black_tiles", "tile"},
                                                        {"Parquet", "wood_floor"},
                                                        {"rug", "carpet_thin"},
-                                                       {"Metal_3", "concrete_smooth"},
+                                                       {"Metal_3", "metal"},
                                                        {"window", "glass"},
                                                        {"wooden_table", "wood"},
                                                        {"heavy curtains", "curtain"},
@@ -134,9 +133,22 @@ TEST_F(Materials, AreGuessedFromTheirNames) {
                                                        {"stone_wall", "stone"},
                                                        {"Curtains", "curtain"},
                                                        {"m_bath_ext_walls", "plaster"}};
-  for (const auto& [name, preset] : cases) EXPECT_EQ(presets.guess(name), preset) << name;
-  for (const char* name : {"Material_002", "", "BoomBox_Mat", "object32", "wallet", "wallpapers"})
-    EXPECT_EQ(presets.guess(name), std::nullopt) << name;
+  for (const auto& [name, preset] : cases) {
+    EXPECT_EQ(presets.guess(name).preset, preset) << name;
+    EXPECT_TRUE(presets.guess(name).is_sure()) << name;
+  }
+  for (const char* name : {"Material_002", "", "BoomBox_Mat", "object32", "wallet", "Ice_Cream"})
+    EXPECT_EQ(presets.guess(name).preset, "") << name;
+}
+
+TEST_F(Materials, WhoseNamesTellOppositesGetTheDefaultAndAWarning) {
+  const auto imported = with({{"name", "Concrete_Carpet"}});
+  EXPECT_EQ(imported.report.materials.at(0).preset, "plaster");
+  EXPECT_EQ(imported.report.materials.at(0).how, "doubt");
+  EXPECT_THAT(imported.report.warnings,
+              ::testing::Contains(::testing::AllOf(HasSubstr("'Concrete_Carpet'"),
+                                                   HasSubstr("'concrete' or 'carpet'"),
+                                                   HasSubstr("preset in the sidecar"))));
 }
 
 TEST_F(Materials, TransmitByTheirSoundReductionIndexIfTheyAreBuildingElements) {
