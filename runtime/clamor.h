@@ -286,7 +286,7 @@ typedef struct clamor_listener_statistics {
   uint32_t voices;            /* of the newest keyframe, those that fade included */
   uint64_t keyframes;         /* made */
   uint64_t held_blocks;       /* rendered without a keyframe that was due: updates came too late */
-  double keyframe_ms;         /* that the last keyframe took */
+  double keyframe_ms;         /* CPU time of the last keyframe */
   uint64_t pages, page_bytes; /* in memory */
   uint64_t sound_bytes;       /* in memory */
   uint64_t failures;          /* pages and sounds that could not be read */

@@ -104,10 +104,10 @@ Result<void> find_scripted_portals(const AuralizerOptions& options, const Aurali
 // Written by the sampler thread, read by any.
 struct SamplerCounters {
   std::atomic<std::uint64_t> keyframes{0}, rays{0}, late_sources{0}, late_keyframes{0};
-  std::atomic<std::uint64_t> bounded_keyframes{0};
+  std::atomic<std::uint64_t> starved_keyframes{0}, bounded_keyframes{0};
   std::atomic<std::uint32_t> unseen_sources{0}, max_unseen_sources{0};
-  std::atomic<std::uint32_t> voices{0}, k{0}, min_k{0};
-  std::atomic<double> sampler_ms{0};
+  std::atomic<std::uint32_t> voices{0}, k{0}, min_k{0}, keyframes_per_sample{1};
+  std::atomic<double> sampler_ms{0}, waiting_share{0}, lead_s{0}, max_lead_s{0};
 };
 
 }  // namespace
@@ -132,8 +132,8 @@ struct Auralizer::State {
         script(options.script),
         maker(radiation, slots_for(pipeline.sampler()), output.receivers(), output.hrtf,
               onset_signals(input, slots.slots())),
-        pacing(options, pipeline.sampler().capacity(),
-               schedule.shares_samples() ? kKeyframesToSettle : 1),
+        pacing(options, pipeline.sampler().capacity(), schedule.spacing(),
+               schedule.spacing().least > 1 ? kKeyframesToSettle : 1),
         receivers(options.output.receivers),
         focus(radiation, input.emitters),
         keeps_keyframe(options.keeps_keyframe),
@@ -149,13 +149,20 @@ struct Auralizer::State {
     if (!input.portals.sets.empty()) set_powers();  // the closed state is silent
   }
 
-  void count_keyframe(std::size_t voices, double took_s) {
+  void count_keyframe(std::size_t voices, const WorkTime& took_s) {
     counters.voices.store(static_cast<std::uint32_t>(voices), std::memory_order_relaxed);
-    counters.sampler_ms.store(1e3 * took_s, std::memory_order_relaxed);
+    counters.sampler_ms.store(1e3 * took_s.cpu, std::memory_order_relaxed);
     counters.k.store(static_cast<std::uint32_t>(pacing.voices()), std::memory_order_relaxed);
     counters.min_k.store(static_cast<std::uint32_t>(pacing.min_voices()),
                          std::memory_order_relaxed);
     counters.late_keyframes.store(pacing.late_keyframes(), std::memory_order_relaxed);
+    counters.starved_keyframes.store(pacing.starved_keyframes(), std::memory_order_relaxed);
+    counters.waiting_share.store(std::max(pacing.waiting_share(), mixer.waiting_share()),
+                                 std::memory_order_relaxed);
+    counters.keyframes_per_sample.store(static_cast<std::uint32_t>(pacing.spacing()),
+                                        std::memory_order_relaxed);
+    counters.lead_s.store(pacing.lead_s(), std::memory_order_relaxed);
+    counters.max_lead_s.store(pacing.max_lead_s(), std::memory_order_relaxed);
     if (const VisibilityCache* const occlusion = pipeline.occlusion()) {
       counters.rays.store(occlusion->statistics().rays, std::memory_order_relaxed);
       counters.late_sources.store(occlusion->statistics().late, std::memory_order_relaxed);
@@ -292,8 +299,7 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
 bool Auralizer::wants_keyframe() const {
   State& state = *state_;
   state.held_frames = state.mixer.held_frames();
-  return state.mixer.wants_keyframe(state.rotation == nullptr ? BlockMixer::kAllAhead_s
-                                                              : state.pacing.lead_s());
+  return state.mixer.wants_keyframe(state.pacing.lead_s(), state.rotation != nullptr);
 }
 
 double Auralizer::next_keyframe_time_s() const {
@@ -304,7 +310,7 @@ void Auralizer::make_keyframe(const Listener& at) {
   State& state = *state_;
   Keyframe* const keyframe = state.mixer.writable();
   if (keyframe == nullptr) return;
-  const double start_s = state.pacing.now_s();
+  const WorkTime start_s = state.pacing.now_s();
   const bool samples = state.schedule.is_due(state.made);
   const Listener listener = state.motion.next(at);
   const double keyframe_s = next_keyframe_time_s();
@@ -322,11 +328,13 @@ void Auralizer::make_keyframe(const Listener& at) {
   state.store.play(*keyframe, sampler.unheard());
   if (samples && state.keeps_sample) state.focus.describe(sample, listener, state.heard);
   if (samples) state.pipeline.improve_occlusion();
-  const double spent_s = state.pacing.now_s() - start_s;
-  const double own_s = state.schedule.own_s(spent_s, samples);
-  if (state.pacing.made(state.made, spent_s, own_s, state.mixer))
+  const WorkTime spent_s = state.pacing.now_s() - start_s;
+  const WorkTime part_s = state.schedule.part_s(spent_s, samples);
+  if (state.pacing.made(state.made, spent_s, part_s, state.mixer)) {
     state.pipeline.sampler().set_voice_count(state.pacing.voices());
-  state.count_keyframe(keyframe->voices.size(), own_s);
+    state.schedule.space(state.pacing.spacing());
+  }
+  state.count_keyframe(keyframe->voices.size(), part_s);
   ++state.made;
   if (state.keeps_keyframe) {
     state.newest = *keyframe;
@@ -446,6 +454,11 @@ AuralizerStatistics Auralizer::statistics() {
   statistics.min_k = counters.min_k.load(std::memory_order_relaxed);
   statistics.max_k = static_cast<std::uint32_t>(state.pipeline.sampler().capacity());
   statistics.late_keyframes = counters.late_keyframes.load(std::memory_order_relaxed);
+  statistics.starved_keyframes = counters.starved_keyframes.load(std::memory_order_relaxed);
+  statistics.waiting_share = counters.waiting_share.load(std::memory_order_relaxed);
+  statistics.keyframes_per_sample = counters.keyframes_per_sample.load(std::memory_order_relaxed);
+  statistics.lead_s = counters.lead_s.load(std::memory_order_relaxed);
+  statistics.max_lead_s = counters.max_lead_s.load(std::memory_order_relaxed);
   statistics.shed_voices = mixed.shed_voices;
   statistics.max_shed_voices = mixed.max_shed_voices;
   statistics.shedding_blocks = mixed.shedding_blocks;

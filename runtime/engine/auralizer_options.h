@@ -43,8 +43,8 @@ struct AuralizerOptions {
   // Time limit for keyframe 0 to wait for sounds, from creation on. Sources whose sound is loaded
   // later are chosen then.
   double first_sounds_s = kFirstSounds_s;
-  // For a listener who moves in real time: keyframes are made as late as possible, one ahead, and
-  // turn_head() takes effect at once. The output then depends on when it is called.
+  // For a listener who moves in real time: keyframes are made as late as possible, and turn_head()
+  // takes effect at once. The output then depends on when it is called.
   bool tracks_head = false;
   // The longest time between two calls of wants_keyframe() where it is above a millisecond, for
   // `tracks_head`.
@@ -56,9 +56,10 @@ struct AuralizerOptions {
   // loads, several at a time.
   std::function<void(const char* sentence)> report{};
   // Load shedding: sample and mix fewer sources if time is short (load_control.h). For real time
-  // only, since the output then depends on the machine. Each clock is read on its own thread.
+  // only, since the output then depends on the machine. Each clock is read on its own thread, the
+  // CPU meters on the sampler's.
   bool adapt = false;
-  LoadClock sampler_clock{}, audio_clock{};
+  LoadClock sampler_clock = LoadClock::of_machine(), audio_clock = LoadClock::of_machine();
   MovingOptions moving{};
   // Movable parts may be added, besides those of the level (Auralizer::parts()). A free field then
   // costs as much as a level with surfaces.

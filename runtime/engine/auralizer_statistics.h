@@ -14,7 +14,7 @@ struct AuralizerStatistics {
   std::uint64_t keyframes = 0;    // made
   std::uint64_t held_blocks = 0;  // mixed without a keyframe that was due
   std::uint32_t voices = 0;       // of the newest keyframe, including those that fade
-  double sampler_ms = 0;          // time for the last keyframe
+  double sampler_ms = 0;          // CPU time of the last keyframe
   float peak[kMaxChannels] = {};  // largest sample since the last call of statistics()
   std::uint64_t clipped_frames = 0;
   Limiter::Work limited;
@@ -27,6 +27,10 @@ struct AuralizerStatistics {
   // Load shedding: k is the number of chosen sources; the mixer sheds voices.
   std::uint32_t k = 0, min_k = 0, max_k = 0;  // current, smallest so far, requested
   std::uint64_t late_keyframes = 0;           // took longer than their period; not the first
+  std::uint64_t starved_keyframes = 0;        // of these, those that other programs made late
+  double waiting_share = 0;  // of its time that the sampler's or the audio thread waits for a core
+  std::uint32_t keyframes_per_sample = 1;  // now
+  double lead_s = 0, max_lead_s = 0;       // how early keyframes are begun: now, and earliest
   std::uint32_t shed_voices = 0, max_shed_voices = 0;  // current, largest so far
   std::uint64_t shedding_blocks = 0;
   PageStatistics pages{};

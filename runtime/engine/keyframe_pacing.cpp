@@ -1,14 +1,16 @@
 #include "runtime/engine/keyframe_pacing.h"
 
+#include <algorithm>
+
 namespace clamor {
 
-bool KeyframePacing::made(std::uint64_t number, double spent_s, double own_s,
+bool KeyframePacing::made(std::uint64_t number, const WorkTime& spent_s, const WorkTime& part_s,
                           const BlockMixer& mixer) {
   // Only the first keyframe waits for sounds and pages.
-  if (number > 0) lead_.made(spent_s, mixer.held_blocks());
+  if (number > 0) lead_.made(spent_s.passed, mixer.held_blocks());
+  max_lead_s_ = std::max(max_lead_s_, lead_s());
   if (!adapting_ || number < settled_) return false;
-  load_.keyframe_took(own_s * kSampleRate_hz / kKeyframeFrames, mixer.shed_share(),
-                      mixer.is_full());
+  load_.keyframe_took(part_s * (1 / kKeyframe_s), mixer.shed_share(), mixer.is_full());
   return true;
 }
 

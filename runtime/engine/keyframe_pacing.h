@@ -16,32 +16,41 @@ namespace clamor {
 class KeyframePacing {
  public:
   // `max_voices` is the largest sample. `settled` is the first keyframe whose time counts.
-  KeyframePacing(const AuralizerOptions& options, std::size_t max_voices, std::uint64_t settled)
+  KeyframePacing(const AuralizerOptions& options, std::size_t max_voices,
+                 SamplerLoadControl::Spacing spacing, std::uint64_t settled)
       : clock_(options.sampler_clock),
         adapting_(options.adapt),
+        leads_(options.adapt || options.tracks_head),
         settled_(settled),
-        load_(max_voices),
+        load_(max_voices, spacing),
         lead_(options.sampler_period_s) {}
 
-  double now_s() const { return clock_.now(); }
+  WorkTime now_s() const { return clock_.work(); }
 
-  // The next keyframe must be begun this long before it is due.
-  double lead_s() const { return lead_.seconds(); }
+  // The next keyframe must be begun this long before it is due. Offline it need not.
+  double lead_s() const { return leads_ ? lead_.seconds() : 0; }
+  double max_lead_s() const { return max_lead_s_; }  // so far
 
-  // Records that keyframe `number` took `spent_s`, of which `own_s` is its own part: a sample that
-  // serves several keyframes is shared among them. Returns whether voices() may have changed.
-  bool made(std::uint64_t number, double spent_s, double own_s, const BlockMixer& mixer);
+  // Records that keyframe `number` took `spent_s`, of which `part_s` is its own part: a sample that
+  // serves several keyframes is shared among them. Returns whether voices() or spacing() may have
+  // changed.
+  bool made(std::uint64_t number, const WorkTime& spent_s, const WorkTime& part_s,
+            const BlockMixer& mixer);
 
   std::size_t voices() const { return load_.voices(); }
+  std::size_t spacing() const { return load_.spacing(); }
   std::size_t min_voices() const { return load_.min_so_far(); }
   std::uint64_t late_keyframes() const { return load_.late(); }
+  std::uint64_t starved_keyframes() const { return load_.starved(); }
+  double waiting_share() const { return load_.waiting_share(); }
 
  private:
   const LoadClock clock_;
-  const bool adapting_;
+  const bool adapting_, leads_;
   const std::uint64_t settled_;
   SamplerLoadControl load_;
   KeyframeLead lead_;
+  double max_lead_s_ = 0;
 };
 
 }  // namespace clamor

@@ -15,10 +15,13 @@ SampleSchedule::SampleSchedule(SamplingPipeline& pipeline, const AuralizerOption
       script_(options.script),
       wait_for_pages_(options.wait_for_pages),
       clock_(options.sampler_clock),
-      keyframes_(!strategy_options_of(options).needs_list() && pipeline.moving() == nullptr &&
-                         (script_ == nullptr || script_->parts().empty())
-                     ? keyframes_per_sample(static_cast<std::size_t>(options.voices))
-                     : 1) {}
+      shares_(!strategy_options_of(options).needs_list() && pipeline.moving() == nullptr &&
+              (script_ == nullptr || script_->parts().empty())),
+      keyframes_(shares_ ? keyframes_per_sample(static_cast<std::size_t>(options.voices)) : 1) {}
+
+SamplerLoadControl::Spacing SampleSchedule::spacing() const {
+  return {keyframes_, shares_ ? kMaxKeyframesPerSample : 1};
+}
 
 std::span<const SampledSource> SampleSchedule::sample(std::uint64_t number,
                                                       const Listener& listener,
@@ -30,7 +33,7 @@ std::span<const SampledSource> SampleSchedule::sample(std::uint64_t number,
   Sampler& sampler = pipeline_.sampler();
   sampler.set_reception(reception);
   serves_ = number > 0 ? keyframes_ : 1;
-  const double start_s = serves_ > 1 ? clock_.now() : 0;
+  const WorkTime start_s = serves_ > 1 ? clock_.work() : WorkTime();
   const auto is_stopped = [this] {
     return stop_ != nullptr && stop_->load(std::memory_order_relaxed);
   };
@@ -38,7 +41,7 @@ std::span<const SampledSource> SampleSchedule::sample(std::uint64_t number,
   while (wait_for_pages_ && !is_stopped() && !sampler.complete())
     sample_ = sampler.sample(listener, time_s);
   next_ = number + serves_;
-  took_s_ = serves_ > 1 ? clock_.now() - start_s : 0;
+  took_s_ = serves_ > 1 ? clock_.work() - start_s : WorkTime();
   return sample_;
 }
 

@@ -1,5 +1,5 @@
-// sample_schedule.h: when the sources are sampled: for each keyframe or, for large crowds, for
-// several at a time.
+// sample_schedule.h: when the sources are sampled: for each keyframe or, for large crowds and where
+// other programs have the cores, for several at a time.
 //
 // Threads: the sampler's.
 #pragma once
@@ -42,11 +42,14 @@ class SampleSchedule {
 
   // A keyframe's part of the time `spent_s`, if the sample was new or not: the time of sampling is
   // shared among the keyframes that a sample serves.
-  double own_s(double spent_s, bool sampled) const {
-    return spent_s - (sampled ? took_s_ : 0) + took_s_ / static_cast<double>(serves_);
+  WorkTime part_s(const WorkTime& spent_s, bool sampled) const {
+    return spent_s - (sampled ? took_s_ : WorkTime()) +
+           took_s_ * (1.0 / static_cast<double>(serves_));
   }
 
-  bool shares_samples() const { return keyframes_ > 1; }
+  // How many keyframes a sample serves by the requested number of voices, and how many it may.
+  SamplerLoadControl::Spacing spacing() const;
+  void space(std::size_t keyframes) { keyframes_ = keyframes; }
 
   void stop_when(const std::atomic<bool>* stop);
 
@@ -60,14 +63,15 @@ class SampleSchedule {
   const std::shared_ptr<MovingScript> script_;
   const bool wait_for_pages_;
   const LoadClock clock_;
-  // By the requested number of voices. With fewer voices, sampling is hardly faster, so this number
-  // stays, and no keyframe is late because it has to sample more often.
-  const std::size_t keyframes_;
+  const bool shares_;  // samples
+  // That a sample serves. With fewer voices, sampling is hardly faster, so this number does not
+  // fall with them.
+  std::size_t keyframes_;
   const std::atomic<bool>* stop_ = nullptr;
   std::span<const SampledSource> sample_;  // the sampler's
   std::uint64_t next_ = 0;                 // keyframe with the next sample
   std::size_t serves_ = 1;                 // keyframes
-  double took_s_ = 0;                      // if it serves several
+  WorkTime took_s_;                        // if it serves several
 };
 
 }  // namespace clamor

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <utility>
+
+#include <pthread.h>
 
 namespace clamor {
 
@@ -36,16 +39,20 @@ BlockMixer::BlockMixer(PlayableSignals signals, std::size_t slots, const MixMode
   mixed_.samples.resize(channels() * kMaxFrames);
 }
 
-bool BlockMixer::wants_keyframe(double lead_s) const {
-  return published_ < 2 || demand_.wants_another(queue_.size(), lead_s);
+bool BlockMixer::wants_keyframe(double lead_s, bool in_real_time) const {
+  return published_ < 2 || demand_.wants_another(queue_.size(), lead_s, in_real_time);
 }
 
 BlockMixer::KeyframeDemand::KeyframeDemand(int block_frames)
-    : ahead_(keyframes_ahead(block_frames)), block_frames_(block_frames) {}
+    : most_(max_keyframes_ahead(block_frames)),
+      ahead_(keyframes_ahead(block_frames)),
+      block_frames_(block_frames) {}
 
 // The next block may take as many frames at once as the largest so far.
-bool BlockMixer::KeyframeDemand::wants_another(std::size_t waiting, double lead_s) const {
-  if (waiting >= ahead_.load(std::memory_order_relaxed)) return false;
+bool BlockMixer::KeyframeDemand::wants_another(std::size_t waiting, double lead_s,
+                                               bool in_real_time) const {
+  if (waiting >= most_) return false;
+  if (!in_real_time && waiting < ahead_.load(std::memory_order_relaxed)) return true;
   const double left_frames =
       static_cast<double>(waiting) * kKeyframeFrames + frames_left_.load(std::memory_order_relaxed);
   return left_frames < block_frames_.load(std::memory_order_relaxed) + lead_s * kSampleRate_hz;
@@ -71,6 +78,7 @@ void BlockMixer::skip(std::uint64_t frames) {
 
 void BlockMixer::publish(const Keyframe& written) {
   if (published_ == 2) {
+    meter_audio_thread();
     queue_.publish();
     return;
   }
@@ -164,10 +172,44 @@ void BlockMixer::mix_steps(int steps) noexcept REALTIME {
   finish_mix();
 }
 
-// Reports how long mixing took.
+void BlockMixer::meter_audio_thread() {
+  const LoadClock& clock = options_.clock;
+  const double mixing_s = counters_.mixing_s.load(std::memory_order_acquire);
+  if (clock.cpu_s == nullptr || mixing_s == 0) return;
+  const clockid_t thread = counters_.audio_thread.load(std::memory_order_relaxed);
+  audio_thread_.took({mixing_s, clock.cpu_s(clock.context, thread)}, thread);
+  counters_.own_share.store(1 - audio_thread_.waiting_share(), std::memory_order_relaxed);
+}
+
+void BlockMixer::AudioThread::took(const WorkTime& so_far_s, clockid_t thread) {
+  const WorkTime since_s = so_far_s - std::exchange(so_far_s_, so_far_s);
+  if (std::exchange(thread_, thread) == thread) recent_s_ = recent_s_ * kForget + since_s;
+}
+
+double BlockMixer::AudioThread::waiting_share() const {
+  return recent_s_.passed > 0 ? std::clamp(1 - recent_s_.cpu / recent_s_.passed, 0.0, 1.0) : 0;
+}
+
+// Measures how long mixing took.
 void BlockMixer::tell_load(double took_s, std::size_t frames,
                            std::size_t sounding) noexcept REALTIME {
-  load_.mixed(took_s, static_cast<double>(frames) / kSampleRate_hz, sounding);
+  if (options_.clock.cpu_s != nullptr) {
+    clockid_t thread{};
+    if (::pthread_getcpuclockid(::pthread_self(), &thread) ==
+        0)  // computes it from the thread's id
+      counters_.audio_thread.store(thread, std::memory_order_relaxed);
+  }
+  counters_.mixing_s.store(counters_.mixing_s.load(std::memory_order_relaxed) + took_s,
+                           std::memory_order_release);
+  measured_.took_s += took_s;
+  measured_.frames += frames;
+  measured_.sounding = std::max(measured_.sounding, sounding);
+  if (measured_.frames >= kKeyframeFrames) {
+    const double own_share = counters_.own_share.load(std::memory_order_relaxed);
+    load_.mixed({measured_.took_s, measured_.took_s * own_share},
+                static_cast<double>(measured_.frames) / kSampleRate_hz, measured_.sounding);
+    measured_ = {};
+  }
   const auto now_shed = static_cast<std::uint32_t>(mixer_.shed());
   counters_.loaded.store(static_cast<std::uint32_t>(mixer_.voices()), std::memory_order_relaxed);
   counters_.shed.store(now_shed, std::memory_order_relaxed);

@@ -1,67 +1,154 @@
 // load_control.h: load shedding: limits the number of voices to what the machine can process in
 // time.
 //
+// Work is measured twice: by the time that passes and by the thread's own CPU time. Whatever else
+// passes, the thread waits for a core, which other programs have. ThreadLoad tells the two apart:
+//
+//   own load   The CPU time exceeds the time that there is. Voices fall at once.
+//   others     More time passes than there is. A lead bridges that: keyframes are made further
+//   ahead
+//              (keyframe_lead.h) and the device's buffer grows (buffer_growth.h). Where no lead
+//              would do, because the thread does not get enough of a core on average, more
+//              keyframes share a sample: choosing takes most of the sampler's time, with few voices
+//              as with many. Only then voices fall.
+//
 // Two control loops run on the threads whose time they measure. Neither waits for the other.
 //
-// MixerLoadControl, on the audio thread, measures the share of real time that a block takes. It
-// reduces the number of allowed voices when two blocks in a row exceed kHighShare (a single one may
-// be another program's fault), when a block is late, or when a new keyframe's voices would exceed
-// it at their recent cost. The new limit aims at kAimShare; the mixer fades out the voices that the
-// sampler would miss least. Below kLowShare the limit rises, doubling in kDouble_s, or in half of
-// that with ample time.
+// MixerLoadControl, on the audio thread, reduces the number of allowed voices when two measurements
+// in a row exceed kHighShare, when one exceeds the time that there is, or when a new keyframe's
+// voices would exceed kHighShare at their recent cost. The new limit aims at kAimShare; the mixer
+// fades out the voices that the sampler would miss least. Below kLowShare the limit rises, doubling
+// in kDouble_s, or in half of that with ample time.
 //
-// SamplerLoadControl limits k, the number of chosen sources. It reduces k when a keyframe is late
-// or two in a row take more than kHighShare of their period, and in proportion to the voices that
-// the mixer sheds. It raises k by kRise per keyframe while the recent worst share is below
-// kLowShare and the mixer has room: all its voices are allowed and take less than kLowShare of a
-// block.
+// SamplerLoadControl limits k, the number of chosen sources, and decides how many keyframes share a
+// sample. It reduces k by the same rules, and in
+// proportion to the voices that the mixer sheds. It raises k by kRise per keyframe while the recent
+// worst share is below kLowShare and the mixer has room: all its voices are allowed and take less
+// than kLowShare of a block.
 //
 // Between the thresholds both keep their limits (hysteresis): the load must grow by a third before
 // a rise is followed by a fall. After a fall both wait before they rise. If a rise soon leads to
-// the next fall, the wait doubles (Backoff), so that an intermittent load is met by a low limit.
+// the next fall, the wait doubles (Backoff), so that an intermittent load is met by a low limit,
+// but it leaves enough of kReturn_s for the rise.
 //
-// A sudden load is thus first met by the mixer, within a block, which loses the voices that it
-// sheds. Some keyframes later the sampler follows and restores the loudness: tau, and with it the
-// power scale of each voice, rises as k falls (sampler.h). When the load has gone, all voices are
-// back within 4 s, even from a sixteenth of them.
+// A sudden load is thus first met by the mixer, which loses the voices that it sheds. Some
+// keyframes later the sampler follows and restores the loudness: tau, and with it the power scale
+// of each voice, rises as k falls (sampler.h). When the load has gone, all voices are back within 4
+// s, even from a sixteenth of them.
 //
 // No step reduces by more than half, since one measurement may be an outlier, and there is a floor
 // below which fewer voices would save little.
 //
-// Both are functions of their inputs: the callers measure time, with a clock that a test may
-// replace. Threads: any one each.
+// Both are functions of their inputs: the callers measure time, with a clock and a CPU meter that a
+// test may replace. Threads: any one each.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <ctime>
 #include <limits>
 
 #include "runtime/realtime/realtime.h"
 
 namespace clamor {
 
-// Seconds since an arbitrary moment. Called on the audio thread, so it must not wait.
+// Time that passed during a thread's work, and how much of it was the thread's own CPU time. The
+// unit is a second, or the time that there is for the work.
+struct WorkTime {
+  double passed = 0, cpu = 0;
+
+  constexpr WorkTime() = default;
+  constexpr WorkTime(double passing, double own) : passed(passing), cpu(own) {}
+  // Without a meter, all time is the thread's own.
+  constexpr WorkTime(double time) : passed(time), cpu(time) {}  // NOLINT(*-explicit-*)
+
+  constexpr WorkTime operator+(const WorkTime& b) const { return {passed + b.passed, cpu + b.cpu}; }
+  constexpr WorkTime operator-(const WorkTime& b) const { return {passed - b.passed, cpu - b.cpu}; }
+  constexpr WorkTime operator*(double by) const { return {passed * by, cpu * by}; }
+};
+
+// The clock and the meter of CPU time.
 struct LoadClock {
   static double steady_s(void*) noexcept REALTIME;
+  static LoadClock of_machine();
 
+  // Seconds since an arbitrary moment. Called on the audio thread, so it must not wait.
   double (*now_s)(void* context) noexcept = steady_s;
   void* context = nullptr;
+  // CPU time of a thread, by its clock. Null: threads never wait for a core. A system call, so it
+  // is called on the sampler's thread only.
+  double (*cpu_s)(void* context, clockid_t thread) noexcept = nullptr;
+
   double now() const noexcept REALTIME { return now_s(context); }
+  // Of the calling thread so far.
+  WorkTime work() const {
+    const double passed_s = now();
+    return cpu_s == nullptr ? passed_s
+                            : WorkTime(passed_s, cpu_s(context, CLOCK_THREAD_CPUTIME_ID));
+  }
 };
 
 inline constexpr double kHighShare = 0.9, kAimShare = 0.75, kLowShare = 0.65;
+
+// Tells a thread's own load from that of others.
+class ThreadLoad {
+ public:
+  // Others' load is averaged so long, which a lead bridges.
+  static constexpr double kAverage_s = 0.5;
+  // At most so much of a measurement counts: a stall does not tell how much of a core there is.
+  static constexpr double kMaxPassed = 4;
+  // Others take part where more time passes than CPU time times this.
+  static constexpr double kWaits = 1.1;
+
+  // Records the share of `period_s` that the work for this time took.
+  void worked(const WorkTime& share, double period_s) noexcept REALTIME;
+
+  double own() const noexcept REALTIME { return own_; }  // the newest share
+  // The share that must be reduced to kAimShare, or 0: of its own load, or on average with the
+  // wait.
+  double own_excess() const noexcept REALTIME {
+    return own_ > 1 || (high_ && was_high_) ? own_ : 0;
+  }
+  double mean_excess() const noexcept REALTIME {
+    return waits() && mean_.passed > kHighShare ? mean_.passed : 0;
+  }
+  // Whether there is room for `more` times the work, and then for some.
+  bool has_room(double more = 1) const noexcept REALTIME {
+    return more * own_ < kLowShare && (!waits() || more * mean_.passed < kLowShare);
+  }
+  // The work will be multiplied by this.
+  void scale(double factor) noexcept REALTIME { mean_ = mean_ * factor; }
+
+  // The share of its time that the thread waited for a core.
+  double waiting_share() const noexcept REALTIME {
+    return waits() ? 1 - mean_.cpu / mean_.passed : 0;
+  }
+
+ private:
+  bool waits() const noexcept REALTIME { return mean_.passed > kWaits * mean_.cpu; }
+
+  double own_ = 0;
+  bool high_ = false, was_high_ = false;
+  WorkTime mean_;
+};
 
 // The wait between a fall and the next rise.
 class Backoff {
  public:
   static constexpr double kMinWait_s = 0.25, kMaxWait_s = 4;
+  // From a fall until all voices are back, if there is time for them.
+  static constexpr double kReturn_s = 3.75;
   // A fall this soon after the start of a rise was caused by it.
   static constexpr double kSoon_s = 5;
 
   void pass(double seconds) noexcept REALTIME;
   void rose() noexcept REALTIME { rose_ = true; }
   void fell() noexcept REALTIME;
-  bool over() const noexcept REALTIME { return since_fall_s_ >= wait_s_; }
+  // `rise_s`: what the rise takes.
+  bool over(double rise_s) const noexcept REALTIME {
+    return since_fall_s_ >= std::min(wait_s_, kReturn_s - rise_s);
+  }
 
  private:
   double since_fall_s_ = 0, since_rise_s_ = kSoon_s, wait_s_ = 0;
@@ -74,8 +161,8 @@ class MixerLoadControl {
   static constexpr double kMinVoices = 32;
   static constexpr double kDouble_s = 0.7;
 
-  // Records that mixing `voices` voices for `block_s` of sound took `took_s`.
-  void mixed(double took_s, double block_s, std::size_t voices) noexcept REALTIME;
+  // Records that mixing `voices` voices for `block_s` of sound took so many seconds.
+  void mixed(const WorkTime& took, double block_s, std::size_t voices) noexcept REALTIME;
 
   // Announces the number of voices of a keyframe that is about to be mixed.
   void expect(std::size_t voices) noexcept REALTIME;
@@ -88,19 +175,19 @@ class MixerLoadControl {
   // Returns whether there is no time for more than `voices` voices.
   bool is_full(std::size_t voices) const noexcept REALTIME {
     const auto count = static_cast<double>(voices);
-    return allowed_ < kNearly * count || share_per_voice_ * count > kLowShare;
+    return allowed_ < kNearly * count || share_per_voice_ * count > kLowShare || !load_.has_room();
   }
 
  private:
   static constexpr double kNoLimit = 1e15;
   static constexpr double kNearly = 1.02;
 
-  void fall_to(double voices) noexcept REALTIME;
+  bool fall_to(double voices) noexcept REALTIME;
 
   double allowed_ = kNoLimit;
   double wanted_ = 0;           // voices of the newest keyframe
-  double share_per_voice_ = 0;  // smoothed; 0: unknown
-  bool high_ = false;           // of the last block
+  double share_per_voice_ = 0;  // of CPU time, smoothed; 0: unknown
+  ThreadLoad load_;
   Backoff backoff_;
 };
 
@@ -111,27 +198,43 @@ class SamplerLoadControl {
   // Keyframes until a reduction shows in the mixer's share of shed voices.
   static constexpr int kSettle = 12;
 
-  explicit SamplerLoadControl(std::size_t max_voices)
-      : max_voices_(max_voices), voices_(static_cast<double>(max_voices)) {}
+  // A sample serves `spacing.least` keyframes and, where other programs take the time, up to
+  // `spacing.most`.
+  struct Spacing {
+    std::size_t least = 1, most = 1;
+  };
+  explicit SamplerLoadControl(std::size_t max_voices) : SamplerLoadControl(max_voices, {1, 1}) {}
+  SamplerLoadControl(std::size_t max_voices, Spacing spacing)
+      : max_voices_(max_voices),
+        limits_(spacing),
+        spacing_(spacing.least),
+        voices_(static_cast<double>(max_voices)) {}
 
+  std::size_t spacing() const { return spacing_; }
   std::size_t voices() const { return static_cast<std::size_t>(voices_); }
   std::size_t min_so_far() const { return min_so_far_ < max_voices_ ? min_so_far_ : max_voices_; }
   std::uint64_t late() const { return late_; }  // keyframes that took longer than their period
+  std::uint64_t starved() const { return starved_; }  // late for want of a core alone
+  double waiting_share() const { return load_.waiting_share(); }
 
   // Records the share of its period that a keyframe took and the share of voices that the mixer
   // sheds; `full`: the mixer has no time for more.
-  void keyframe_took(double share, double shed, bool full);
+  void keyframe_took(const WorkTime& share, double shed, bool full);
 
  private:
   void fall_by(double factor);
+  void space(std::size_t keyframes);
+  double rise_s() const;  // to the maximum
 
   const std::size_t max_voices_;
+  const Spacing limits_;
+  std::size_t spacing_;
   double voices_;
   std::size_t min_so_far_ = std::numeric_limits<std::size_t>::max();
   double worst_share_ = 0;  // recent maximum, scaled to the current number of voices
-  bool high_ = false;       // of the last keyframe
+  ThreadLoad load_;
   int settling_ = 0;
-  std::uint64_t late_ = 0;
+  std::uint64_t late_ = 0, starved_ = 0;
   Backoff backoff_;
 };
 

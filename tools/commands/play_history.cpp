@@ -69,6 +69,8 @@ ReportTable PlayHistory::figures_of(const PlayerStatistics& played) const {
   row("device_latency_ms", 1e3 * played.output.latency_s);
   row("held_blocks", static_cast<double>(played.auralizer.held_blocks));
   row("late_keyframes", static_cast<double>(played.auralizer.late_keyframes));
+  row("starved_keyframes", static_cast<double>(played.auralizer.starved_keyframes));
+  row("max_lead_ms", 1e3 * played.auralizer.max_lead_s);
   row("bounded_keyframes", static_cast<double>(played.auralizer.bounded_keyframes));
   row("mean_voices", mean_voices());
   row("min_voices", min_voices());

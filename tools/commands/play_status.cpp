@@ -33,10 +33,16 @@ std::string meters(const float (&peak)[kMaxChannels], int channels) {
   return meter(*std::max_element(peak, peak + channels));
 }
 
-// " (k 1200 of 2000, 87 dropped)" under overload, otherwise "".
+// " (k 1200 of 2000, 87 dropped)" under overload, with ", other programs take 45 %" if they do.
 std::string load_note(const AuralizerStatistics& now) {
-  if (now.k >= now.max_k && now.shed_voices == 0) return "";
-  return fmt::format(" (k {} of {}, {} dropped)", now.k, now.max_k, now.shed_voices);
+  constexpr double kNoticed = 0.2;
+  std::string note;
+  if (now.k < now.max_k || now.shed_voices > 0)
+    note = fmt::format("k {} of {}, {} dropped", now.k, now.max_k, now.shed_voices);
+  if (now.waiting_share > kNoticed)
+    note += fmt::format("{}other programs take {:.0f} %", note.empty() ? "" : ", ",
+                        100 * now.waiting_share);
+  return note.empty() ? "" : " (" + note + ")";
 }
 
 // "  NO DEVICE for 1.2 s" while there is none, otherwise "".

@@ -48,12 +48,21 @@ void print_threads(std::span<const ThreadCpuUsage> threads, std::ostream& err) {
 }
 
 void print_overload(const AuralizerStatistics& played, std::ostream& err) {
+  if (played.starved_keyframes > 0)
+    fmt::print(err,
+               "other programs: they made {} of {} late keyframes late; keyframes were begun up to "
+               "{:.0f} ms ahead, at the end {:.0f} ms and with a sample for {}\n",
+               played.starved_keyframes, played.late_keyframes, 1e3 * played.max_lead_s,
+               1e3 * played.lead_s,
+               played.keyframes_per_sample > 1
+                   ? fmt::format("{} of them", played.keyframes_per_sample)
+                   : "each");
   if (played.min_k >= played.max_k && played.shedding_blocks == 0) return;
   fmt::print(err,
-             "overload: {} keyframes late; k fell to {} of {} and ended at {}; {} blocks dropped "
-             "voices, at most {}\n",
-             played.late_keyframes, played.min_k, played.max_k, played.k, played.shedding_blocks,
-             played.max_shed_voices);
+             "overload: {} keyframes late by themselves; k fell to {} of {} and ended at {}; {} "
+             "blocks dropped voices, at most {}\n",
+             played.late_keyframes - played.starved_keyframes, played.min_k, played.max_k, played.k,
+             played.shedding_blocks, played.max_shed_voices);
 }
 
 // Nearly every start has some bounded keyframes, so less than a second of them is not reported.

@@ -23,7 +23,6 @@
 
 #include <fmt/format.h>
 
-#include "common/cpu_time.h"
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_input.h"
@@ -308,7 +307,6 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
     player.voices = static_cast<int>(k);
     // Late decoding delays voices, which has nothing to do with motion: wait for it.
     player.first_sounds_s = 60;
-    player.sampler_clock.now_s = [](void*) noexcept { return thread_time_s(); };
     const auto auralizer = Auralizer::create(baked, player);
     if (!auralizer.ok()) return auralizer.error();
     const Playback playback = play(**auralizer, path, speed_mps, seconds);

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "common/cpu_time.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
@@ -24,7 +23,6 @@ std::unique_ptr<Auralizer> auralizer_of(const AuralizerInput& input, int voices,
   AuralizerOptions options;
   options.voices = voices;
   options.visibility = visibility;
-  options.sampler_clock.now_s = [](void*) noexcept { return thread_time_s(); };
   auto made = Auralizer::create(AuralizerInput(input), options);
   return made.ok() ? std::move(*made) : nullptr;
 }

@@ -23,5 +23,15 @@ TEST(KeyframeLead, IsTheTimeAKeyframeTakesPlusAReserveThatGrowsWithStalls) {
   EXPECT_NEAR(lead.seconds(), quiet_s, 1e-9);
 }
 
+TEST(KeyframeLead, AnswersAStallOfASecondWithinItsBoundAndShrinksAgain) {
+  KeyframeLead lead;
+  for (int i = 0; i < 200; ++i) lead.made(0.002, 0);
+  const double quiet_s = lead.seconds();
+  lead.made(1, 50);
+  EXPECT_EQ(lead.seconds(), KeyframeLead::kMax_s);
+  for (int i = 0; i < 1500; ++i) lead.made(0.002, 50);  // half a minute
+  EXPECT_NEAR(lead.seconds(), quiet_s, 1e-9);
+}
+
 }  // namespace
 }  // namespace clamor

@@ -217,6 +217,8 @@ void Panels::draw_figures(const VoiceDisplay& voices) {
     held_blocks_ = made.held_blocks;
     row("Late", fmt::format("{} blocks, {} keyframes", made.held_blocks, made.late_keyframes),
         now_s < late_until_s_);
+    if (made.waiting_share > 0.2)
+      row("Others", fmt::format("take {:.0f} % of the time", 100 * made.waiting_share));
     if (now_s > threads_due_s_) {
       threads_due_s_ = now_s + 1;
       threads_ = thread_line(session_.sound().thread_shares());
