@@ -48,7 +48,7 @@ class Build:
         folder.mkdir(parents=True, exist_ok=True)
         for name, target in (("clamor", tree / "build/release/clamor"),
                              ("price_scenes", tree / "build/release/tests/price_scenes"),
-                             ("levels", ROOT / "assets/levels"),
+                             ("levels", ROOT / "assets/levels"), ("walks", ROOT / "tests/price"),
                              ("shared", ROOT.parent / "shared/levels")):
             (folder / name).unlink(missing_ok=True)
             if target.exists():
@@ -234,8 +234,8 @@ def compare_with_table(build, only, renew, cpus):
 
 
 def compare_with_build(build, other, only, cpus):
-    scenes = chosen_scenes(only, build)
-    scenes = [scene for scene in scenes if not other.lacks(scene)]
+    there = chosen_scenes(only, other)
+    scenes = [scene for scene in chosen_scenes(only, build) if scene in there]
     print(f"  {'':<20} {'10^6 instructions':>28} {'':>8} {f'CPU, median of {PAIRS}':>18}")
     print(f"  {'scene':<20} {'here':>10} {other.folder.name:>17} {'change':>8} {'here':>8} {'there':>9} {'change':>8}")
     there = dict(measure(other, scenes, cpus))
