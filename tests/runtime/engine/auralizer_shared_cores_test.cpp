@@ -18,6 +18,7 @@
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/mixing/keyframe_lead.h"
 #include "runtime/mixing/load_control.h"
+#include "runtime/voices/keyframe.h"
 #include "tests/baked_room.h"
 
 namespace clamor {
