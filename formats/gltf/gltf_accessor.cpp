@@ -12,23 +12,6 @@ namespace {
 constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123,
               kUnsignedInt = 5125, kFloat = 5126;
 
-// Returns 0 for an unknown type.
-std::size_t bytes_of(int component_type) {
-  switch (component_type) {
-    case kByte:
-    case kUnsignedByte:
-      return 1;
-    case kShort:
-    case kUnsignedShort:
-      return 2;
-    case kUnsignedInt:
-    case kFloat:
-      return 4;
-    default:
-      return 0;
-  }
-}
-
 // Buffers need not be aligned, so values are copied.
 template <class T>
 T load(const std::byte* from) {
@@ -78,6 +61,22 @@ const std::byte* range(const GltfScene& scene, int view_index, std::size_t offse
 
 }  // namespace
 
+std::size_t component_bytes(int component_type) {
+  switch (component_type) {
+    case kByte:
+    case kUnsignedByte:
+      return 1;
+    case kShort:
+    case kUnsignedShort:
+      return 2;
+    case kUnsignedInt:
+    case kFloat:
+      return 4;
+    default:
+      return 0;
+  }
+}
+
 bool is_unsigned(const GltfAccessor& accessor) {
   return accessor.component_type == kUnsignedByte || accessor.component_type == kUnsignedShort ||
          accessor.component_type == kUnsignedInt;
@@ -91,7 +90,7 @@ Result<GltfReader> GltfReader::open(const GltfScene& scene, int index, int compo
 
   GltfReader reader;
   reader.accessor_ = &accessor;
-  reader.component_bytes_ = bytes_of(accessor.component_type);
+  reader.component_bytes_ = component_bytes(accessor.component_type);
   if (reader.component_bytes_ == 0)
     return wrong(
         fmt::format("has component type {}, which glTF does not have", accessor.component_type));
@@ -121,7 +120,7 @@ Result<GltfReader> GltfReader::open(const GltfScene& scene, int index, int compo
   if (index_type != kUnsignedByte && index_type != kUnsignedShort && index_type != kUnsignedInt)
     return wrong(
         fmt::format("has sparse indices of component type {}, not 5121, 5123 or 5125", index_type));
-  const std::size_t index_bytes = bytes_of(index_type);
+  const std::size_t index_bytes = component_bytes(index_type);
   const std::byte* indices = range(scene, accessor.sparse_index_view, accessor.sparse_index_offset,
                                    index_bytes, index_bytes, accessor.sparse_count);
   reader.sparse_values_ =

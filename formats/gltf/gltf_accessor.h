@@ -40,6 +40,9 @@ class GltfReader {
   std::size_t element_bytes_ = 0;
 };
 
+// Returns 0 for a type that glTF does not have.
+std::size_t component_bytes(int component_type);
+
 // Returns whether the component type is an unsigned integer.
 bool is_unsigned(const GltfAccessor& accessor);
 

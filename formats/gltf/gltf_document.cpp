@@ -63,6 +63,14 @@ Result<Container> unpack(std::span<const std::byte> file) {
   return result;
 }
 
+// Whether views of the buffer are compressed as well, and are unpacked if it is not there.
+bool is_fallback(const Json& buffer) {
+  for (const char* extension : {"KHR_meshopt_compression", "EXT_meshopt_compression"})
+    if (const Json* fallback = buffer.find({"extensions", extension, "fallback"}))
+      if (fallback->boolean() != nullptr && *fallback->boolean()) return true;
+  return false;
+}
+
 Result<FileBytes> read_buffer(const Json& buffer, std::size_t index, const Container& container,
                               LevelFolder& folder) {
   const Json* uri = buffer.find("uri");
@@ -89,23 +97,20 @@ Result<FileBytes> read_buffer(const Json& buffer, std::size_t index, const Conta
   return bytes;
 }
 
-// Required extensions that do not affect triangles.
+// Required extensions that are read or do not affect triangles.
 bool is_harmless(std::string_view extension) {
   static constexpr std::array<std::string_view, 9> kPrefixes = {
       "CLAMOR_",     "KHR_materials_", "KHR_texture_", "EXT_texture_",  "MSFT_texture_",
       "KHR_lights_", "EXT_lights_",    "KHR_xmp",      "EXT_materials_"};
-  static constexpr std::array<std::string_view, 12> kNames = {"KHR_mesh_quantization",
-                                                              "EXT_mesh_gpu_instancing",
-                                                              "KHR_node_visibility",
-                                                              "KHR_audio_emitter",
-                                                              "MSFT_audio_emitter",
-                                                              "OMI_audio_emitter",
-                                                              "KHR_audio",
-                                                              "KHR_animation_pointer",
-                                                              "KHR_camera_animation",
-                                                              "KHR_techniques_webgl",
-                                                              "FB_ngon_encoding",
-                                                              "EXT_mesh_features"};
+  static constexpr std::array<std::string_view, 15> kNames = {
+      "KHR_mesh_quantization",   "KHR_draco_mesh_compression",
+      "EXT_meshopt_compression", "KHR_meshopt_compression",
+      "EXT_mesh_gpu_instancing", "KHR_node_visibility",
+      "KHR_audio_emitter",       "MSFT_audio_emitter",
+      "OMI_audio_emitter",       "KHR_audio",
+      "KHR_animation_pointer",   "KHR_camera_animation",
+      "KHR_techniques_webgl",    "FB_ngon_encoding",
+      "EXT_mesh_features"};
   return std::any_of(kPrefixes.begin(), kPrefixes.end(),
                      [&](auto prefix) { return extension.starts_with(prefix); }) ||
          std::find(kNames.begin(), kNames.end(), extension) != kNames.end();
@@ -117,16 +122,6 @@ Result<void> check_required_extensions(const Json& json) {
   if (required->array() == nullptr) return Error("'extensionsRequired' must be a list of names.");
   for (const Json& item : *required->array()) {
     const std::string name = item.string() == nullptr ? "" : *item.string();
-    if (name.ends_with("_meshopt_compression"))
-      return Error("its geometry is compressed with " + name +
-                   ", which Clamor does not read. "
-                   "Unpack it first: gltf-transform dequantize in.glb out.glb (or any tool that "
-                   "writes it uncompressed).");
-    if (name == "KHR_draco_mesh_compression")
-      return Error("its geometry is compressed with " + name +
-                   ", which Clamor does not read. "
-                   "Unpack it first: gltf-transform copy in.glb out.glb, which writes it without "
-                   "Draco.");
     if (!is_harmless(name))
       return Error("it requires the extension " + in_quotes(name) +
                    ", which Clamor does not know and "
@@ -151,7 +146,10 @@ Result<GltfDocument> read_gltf_document(const std::string& path, LevelFolder& fo
   if (const auto ok = check_gltf(document.json); !ok.ok()) return ok.error().in(path);
   if (const Json* buffers = document.json.find("buffers"))
     for (const Json& buffer : *buffers->array()) {
-      auto bytes = read_buffer(buffer, document.buffers.size(), *container, folder);
+      auto bytes = is_fallback(buffer) && buffer.find("uri") == nullptr
+                       ? Result(FileBytes{})
+                       : read_buffer(buffer, document.buffers.size(), *container, folder);
+      if (!bytes.ok() && is_fallback(buffer)) bytes = FileBytes{};
       if (!bytes.ok()) return bytes.error().in(path);
       document.buffers.push_back(std::move(*bytes));
     }

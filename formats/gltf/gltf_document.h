@@ -1,8 +1,8 @@
 // gltf_document.h: reads the container of a glTF file: its JSON and buffers.
 //
 // Everything that could break later stages is an Error here, before tinygltf sees the document:
-// extensions that change geometry, wrong types, indices out of range, truncated buffers, views
-// outside their buffers.
+// unknown extensions that may change geometry, wrong types, indices out of range, truncated
+// buffers, views outside their buffers. Compressed geometry is left as it is (gltf_compression.h).
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ namespace clamor {
 
 struct GltfDocument {
   Json json;
-  std::vector<FileBytes> buffers;
+  std::vector<FileBytes> buffers;  // a fallback of compressed views may be empty
 };
 
 // Recognises .glb by its first bytes, whatever the extension. Buffers are read through `folder`.

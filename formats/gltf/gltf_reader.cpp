@@ -7,6 +7,7 @@
 #include <tiny_gltf.h>
 
 #include "formats/gltf/gltf_check.h"
+#include "formats/gltf/gltf_compression.h"
 
 namespace clamor {
 
@@ -112,6 +113,7 @@ Result<tinygltf::Model> parse(const Json& document) {
 }  // namespace
 
 Result<GltfScene> read_gltf_scene(GltfDocument document) {
+  if (const auto ok = unpack_geometry(document); !ok.ok()) return ok.error();
   const auto model = parse(document.json);
   if (!model.ok()) return model.error();
 

@@ -1,4 +1,5 @@
-// gltf_reader.h: converts a glTF document to plain structs. tinygltf is visible only here.
+// gltf_reader.h: unpacks a glTF document and converts it to plain structs. tinygltf is visible only
+// here.
 #pragma once
 
 #include <string>

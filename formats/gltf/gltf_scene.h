@@ -1,6 +1,7 @@
 // gltf_scene.h: a glTF file as plain structs, independent of any library.
 //
-//   .gltf | .glb -> gltf_document -> gltf_reader (tinygltf) -> GltfScene -> geometry, sounds
+//   .gltf | .glb -> gltf_document -> gltf_compression -> gltf_reader (tinygltf) -> GltfScene
+//   -> geometry, sounds
 //
 // All indices are in range and all buffer views lie inside their buffers; accessors are checked
 // when they are opened (gltf_accessor.h).

@@ -148,18 +148,6 @@ TEST(BadInput, PathsThatLeaveTheLevelsFolder) {
   }
 }
 
-TEST(BadInput, CompressedLevelsAreRefusedWithTheWayOut) {
-  const Folder folder;
-  for (const char* extension : {"EXT_meshopt_compression", "KHR_draco_mesh_compression"}) {
-    const auto level = folder.write(
-        "level.gltf", std::string(R"({"asset":{"version":"2.0"},"extensionsRequired":[")") +
-                          extension + R"("]})");
-    const auto outcome = bake(folder, level, {"--emitter", kNoise});
-    expect_sentence(outcome, 1, "gltf-transform");
-    EXPECT_NE(outcome.err.find(extension), std::string::npos);
-  }
-}
-
 TEST(BadInput, UnknownOptionsAndCommands) {
   const Folder folder;
   expect_sentence(bake(folder, "level.gltf", {"--photon", "5"}), 2, "--help");
