@@ -13,8 +13,7 @@ constexpr std::uint32_t kForget_keyframes = 500;  // 10 s without a new estimate
 // Cells are a quarter of the source's distance wide, from 2^kFinestLevel to 2^kCoarsestLevel m.
 constexpr double kSizePerDistance = 1.0 / 4;
 constexpr int kFinestLevel = -3, kCoarsestLevel = 5;
-// An estimate is added to cells of four sizes. A prediction tries two of them, or all from afar.
-constexpr int kLevels = 4, kLevelsNear = 2;
+constexpr int kLevels = 4;  // sizes of cells to which an estimate is added
 
 // Predictions err by up to 0.08 (share of the power) on any walk. The change clock advances by 10
 // per unit of error above that. The usual error follows with an exponential mean.
@@ -76,8 +75,9 @@ OcclusionGrid::Cell& OcclusionGrid::find_or_add(std::uint64_t key, std::uint32_t
 
 // Several sizes get the estimate: the one that suits now may be too fine once the listener has
 // walked away.
-void OcclusionGrid::add(const Source& source, const Vec3& place, bool line_is_free,
-                        const Bands& visibility, std::uint32_t keyframe, std::uint32_t valid_from) {
+void OcclusionGrid::add(std::uint64_t number, const Source& source, const Vec3& place,
+                        bool line_is_free, const Bands& visibility, std::uint32_t keyframe,
+                        std::uint32_t valid_from) {
   const int level = level_at(source, place);
   for (int l = level; l < level + kLevels; ++l) {
     Cell& cell = find_or_add(key_of(source, l), keyframe);
@@ -89,6 +89,7 @@ void OcclusionGrid::add(const Source& source, const Vec3& place, bool line_is_fr
     }
     RunningMean& mean = cell.means[line_is_free ? 1 : 0];
     mean.weight += 1;
+    mean.newest = number;
     for (std::size_t b = 0; b < kBandCount; ++b) mean.sum[b] += visibility[b];
     cell.from_m = Vec3f(place);
     cell.keyframe = keyframe;
@@ -96,22 +97,18 @@ void OcclusionGrid::add(const Source& source, const Vec3& place, bool line_is_fr
   }
 }
 
-bool OcclusionGrid::has_estimate_of(std::uint32_t keyframe, const Source& source,
-                                    const Vec3& place) const {
-  const Cell* const cell = cells_.find(key_of(source, level_at(source, place)));
-  return cell != nullptr && cell->keyframe == keyframe;
-}
-
-bool OcclusionGrid::mean(const Source& source, const Vec3& place, bool line_is_free, bool from_afar,
+bool OcclusionGrid::mean(const Source& source, const Vec3& place, bool line_is_free, Reach reach,
                          Mean& mean) const {
   const int level = level_at(source, place);
-  for (int l = level; l < level + (from_afar ? kLevels : kLevelsNear); ++l) {
+  const int levels = reach == Reach::kAfar ? kLevels : reach == Reach::kNear ? 2 : 1;
+  for (int l = level; l < level + levels; ++l) {
     const Cell* const cell = cells_.find(key_of(source, l));
     if (cell == nullptr) continue;
     const RunningMean& known = cell->means[line_is_free ? 1 : 0];
     if (known.weight * remaining_weight(*cell, source, place) < kMinWeight) continue;
     for (std::size_t b = 0; b < kBandCount; ++b) mean.visibility[b] = known.sum[b] / known.weight;
     mean.keyframe = cell->keyframe;
+    mean.number = known.newest;
     return true;
   }
   return false;

@@ -28,16 +28,21 @@ class OcclusionGrid {
 
   // Adds an estimate for a source, made from `place`. Estimates of its neighbours from before the
   // keyframe `valid_from` count no more.
-  void add(const Source& source, const Vec3& place, bool line_is_free, const Bands& visibility,
-           std::uint32_t keyframe, std::uint32_t valid_from = 0);
+  void add(std::uint64_t number, const Source& source, const Vec3& place, bool line_is_free,
+           const Bands& visibility, std::uint32_t keyframe, std::uint32_t valid_from = 0);
+
+  // How far from a source its neighbours may be: in its own cell, in the next larger one as well,
+  // or in all four sizes of cells.
+  enum class Reach { kCell, kNear, kAfar };
 
   struct Mean {
     Bands visibility{};
-    std::uint32_t keyframe = 0;  // of the newest estimate
+    std::uint32_t keyframe = 0;  // of the newest estimate,
+    std::uint64_t number = 0;    // and its source
   };
-  // Finds the mean of a source's neighbours with the same `line_is_free`, in larger cells too if
-  // `from_afar`. Returns false where too little is known.
-  bool mean(const Source& source, const Vec3& place, bool line_is_free, bool from_afar,
+  // Finds the mean of a source's neighbours with the same `line_is_free`. Returns false where too
+  // little is known.
+  bool mean(const Source& source, const Vec3& place, bool line_is_free, Reach reach,
             Mean& mean) const;
 
   // Takes the mean error of a keyframe's predictions, and invalidates the grid where it is far
@@ -47,13 +52,11 @@ class OcclusionGrid {
   // Counts changes of the whole scene: what was stored more than one unit ago is invalid.
   double change_clock() const { return change_clock_; }
 
-  // Returns whether a neighbour was estimated in this keyframe.
-  bool has_estimate_of(std::uint32_t keyframe, const Source& source, const Vec3& place) const;
-
  private:
   struct RunningMean {
     float weight = 0;  // number of estimates, each reduced by age
     Bands sum{};
+    std::uint64_t newest = 0;  // source of the newest estimate
   };
   struct Cell {
     Vec3f from_m{};  // the listener, at the last estimate

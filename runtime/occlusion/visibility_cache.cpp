@@ -15,13 +15,15 @@ namespace {
 // An estimate's validity radius: a fraction of the source's distance, within limits, and a quarter
 // of it where an edge partly occludes the source and visibility changes fastest.
 constexpr double kRadiusPerDistance = 1.0 / 24, kMinRadius_m = 0.1, kMaxRadius_m = 0.4;
-constexpr double kPartialRadiusFactor = 1.0 / 4;
+constexpr float kMinPartialFactor = 1.0f / 4, kPartialFactorTimesShare = 0.08f;
+// A source of a smaller share changes the sum of all by less than 0.1 dB, and shares the estimates
+// of its neighbours.
+constexpr float kSignificantShare = 1.0f / 50;
 constexpr std::uint32_t kForgetUnused_keyframes = 1500;  // half a minute
 constexpr float kPredictionRate = 0.8f;  // of the way to the neighbours' mean per line test
 
 int paths_for(VisibilityPrecision precision) {
-  if (precision == VisibilityPrecision::kFine) return kFinePaths;
-  return precision == VisibilityPrecision::kCoarse ? kCoarsePaths : kMediumPaths;
+  return precision == VisibilityPrecision::kFine ? kFinePaths : kMediumPaths;
 }
 
 }  // namespace
@@ -60,7 +62,8 @@ VisibilityCache::VisibilityCache(const OcclusionGeometry& geometry, double speed
     : geometry_(geometry), speed_of_sound_mps_(speed_of_sound_mps), options_(options) {}
 
 void VisibilityCache::begin_keyframe(const Vec3& place) {
-  if (place != place_) refresh_.idle_keyframes = 0;
+  is_at_rest_ = place == place_;
+  if (!is_at_rest_) refresh_.idle_keyframes = 0;
   place_ = place;
   upper_bounds_.begin_keyframe(scene_changed());
   ++keyframe_;
@@ -69,6 +72,13 @@ void VisibilityCache::begin_keyframe(const Vec3& place) {
   rays_left_ = (doubled ? 2 : 1) * std::int64_t{options_.rays_per_keyframe};
   if (entries_.is_crowded()) remove_unused();
   if (has_changed_parts()) mark_stale();
+}
+
+// Returns whether a source takes its neighbours' estimate where there is one. An exact cache shares
+// those of direct sounds only, whose edges cost the most.
+bool VisibilityCache::may_share(const VisibilityEntry& entry) const {
+  return entry.share < kSignificantShare && !entry.is_image &&
+         (options_.exact ? entry.is_direct : !is_at_rest_);
 }
 
 // --- Entries ------------------------------------------------------------------------------------
@@ -86,18 +96,21 @@ bool VisibilityCache::is_within(const VisibilityEntry& entry, const Source& sour
 }
 
 bool VisibilityCache::is_current(const VisibilityEntry& entry, const Source& source) const {
-  if (entry.precision < VisibilityPrecision::kCoarse || entry.estimate_is_stale) return false;
+  if (entry.precision < VisibilityPrecision::kMedium || entry.estimate_is_stale ||
+      (entry.is_shared && !may_share(entry)))
+    return false;
   const double changes = grid_.change_clock() - static_cast<double>(entry.change_clock);
   return is_within(entry, source, changes < 0.5 ? 1 : 0);
 }
 
-VisibilityCache::Index VisibilityCache::find_current(std::uint64_t number, const Source& source) {
+VisibilityCache::Index VisibilityCache::find_current(std::uint64_t number, const Source& source,
+                                                     float share) {
   const Index index = find(number);
   if (index == kUnknown) return kUnknown;
   VisibilityEntry& entry = entries_[index];
   entry.used = keyframe_;
-  return entry.precision >= VisibilityPrecision::kMedium && is_current(entry, source) ? index
-                                                                                      : kUnknown;
+  entry.share = share;
+  return is_current(entry, source) ? index : kUnknown;
 }
 
 VisibilityCache::Index VisibilityCache::add(std::uint64_t number, const Source& source) {
@@ -153,27 +166,76 @@ void VisibilityCache::update(VisibilityEntry& entry, const Source& source) {
   entry.updated = keyframe_;
   entry.change_clock = static_cast<float>(grid_.change_clock());
   entry.listener_m = Vec3f(place_);
-  const double factor = is_partial(entry.diffracted) ? kPartialRadiusFactor : 1;
-  entry.validity_radius_m = static_cast<float>(
-      factor * std::clamp(kRadiusPerDistance * length(place_ - Vec3(source.position_m)),
-                          kMinRadius_m, kMaxRadius_m));
+  const float factor =
+      is_partial(entry.diffracted)
+          ? std::clamp(kPartialFactorTimesShare / entry.share, kMinPartialFactor, 1.0f)
+          : 1.0f;
+  entry.validity_radius_m =
+      static_cast<float>(static_cast<double>(factor) *
+                         std::clamp(kRadiusPerDistance * length(place_ - Vec3(source.position_m)),
+                                    kMinRadius_m, kMaxRadius_m));
 }
 
 void VisibilityCache::test_line(VisibilityEntry& entry, const Source& source) {
   if (source.is_image) return estimate(entry, source, VisibilityPrecision::kFine);
   const bool was_free = entry.line_is_free;
   follow(entry, source);
-  entry.line_is_free = entry.has_origin && geometry_.is_free(entry.origin_m, Vec3f(place_));
+  if (may_share(entry) && share_estimate(entry, source)) return;
+  entry.line_is_free = is_free(entry);
   // Direct sound over edges keeps its estimate for as long as the line stays as it was.
   if (entry.is_over_edges && entry.line_is_free != was_free)
     return estimate(entry, source, VisibilityPrecision::kFine);
   entry.precision = VisibilityPrecision::kLineTest;
   entry.is_stale = false;
+  predict(entry, source, entry.updated == 0 || entry.line_is_free != was_free);
+  update(entry, source);
+}
+
+// Returns whether the straight line to the listener is free.
+bool VisibilityCache::is_free(const VisibilityEntry& entry) {
   ++statistics_.line_tests;
   ++statistics_.rays;
   --rays_left_;
-  predict(entry, source, entry.updated == 0 || entry.line_is_free != was_free);
+  return entry.has_origin && geometry_.is_free(entry.origin_m, Vec3f(place_));
+}
+
+// Gives a direct sound the mean estimate of its neighbours with a straight line like its own.
+// Returns false where they have none that is valid here.
+bool VisibilityCache::share_estimate(VisibilityEntry& entry, const Source& source) {
+  OcclusionGrid::Mean mean;
+  const bool line_is_free = is_free(entry);
+  if (!entry.has_origin ||
+      !grid_.mean(source, place_, line_is_free, OcclusionGrid::Reach::kCell, mean) ||
+      (entry.estimate_is_stale && mean.keyframe < parts_keyframe_))
+    return false;
+  entry.line_is_free = line_is_free;
+  entry.diffracted = mean.visibility;
+  entry.precision = VisibilityPrecision::kFine;
+  entry.is_shared = true;
+  entry.is_over_edges = entry.is_stale = entry.estimate_is_stale = false;
+  entry.estimated = keyframe_;
+  share_path(entry, mean.number);
   update(entry, source);
+  return true;
+}
+
+// Sound takes the same way as a neighbour's, with the difference of the straight lines in length.
+void VisibilityCache::share_path(const VisibilityEntry& entry, std::uint64_t neighbour) {
+  const auto path = bent_paths_.find(neighbour);
+  const Index index = find(neighbour);
+  if (entry.line_is_free || path == bent_paths_.end() || index == kUnknown) {
+    bent_paths_.erase(entry.number);
+    return;
+  }
+  const auto straight_m = [this](const VisibilityEntry& of) {
+    return length(Vec3(of.origin_m) - place_);
+  };
+  const Vec3 away_m = Vec3(path->second.heard_at_m) - place_;
+  const double path_m = length(away_m),
+               own_m = path_m + straight_m(entry) - straight_m(entries_[index]);
+  BentPath own = path->second;
+  if (path_m > 0 && own_m > 0) own.heard_at_m = Vec3f(place_ + own_m / path_m * away_m);
+  bent_paths_.insert_or_assign(entry.number, own);
 }
 
 // Takes the neighbours' mean where that is newer than the source's own estimate. Without
@@ -181,8 +243,9 @@ void VisibilityCache::test_line(VisibilityEntry& entry, const Source& source) {
 void VisibilityCache::predict(VisibilityEntry& entry, const Source& source, bool line_changed) {
   OcclusionGrid::Mean mean;
   const auto is_known = [&] {
-    return grid_.mean(source, place_, entry.line_is_free, entry.line_is_free || !entry.occluded,
-                      mean) &&
+    const auto reach = entry.line_is_free || !entry.occluded ? OcclusionGrid::Reach::kAfar
+                                                             : OcclusionGrid::Reach::kNear;
+    return grid_.mean(source, place_, entry.line_is_free, reach, mean) &&
            !(entry.estimate_is_stale && mean.keyframe < parts_keyframe_);
   };
   if (entry.is_over_edges) return;
@@ -197,10 +260,15 @@ void VisibilityCache::predict(VisibilityEntry& entry, const Source& source, bool
   }
 }
 
-// A direct sound that was heard over edges, or is to be fine, takes the edges into account.
+// A direct sound that was heard over edges, or is to be fine, takes the edges into account. One of
+// many shares the estimate of one of its neighbours, which is fine.
 void VisibilityCache::estimate(VisibilityEntry& entry, const Source& source,
                                VisibilityPrecision precision) {
   follow(entry, source);
+  if (may_share(entry)) {
+    if (share_estimate(entry, source)) return;
+    precision = entry.is_direct ? VisibilityPrecision::kFine : VisibilityPrecision::kMedium;
+  }
   const bool is_over_edges =
       entry.is_direct && (entry.is_over_edges || precision == VisibilityPrecision::kFine);
   if (is_over_edges || entry.is_image) precision = VisibilityPrecision::kFine;
@@ -230,7 +298,7 @@ void VisibilityCache::store(VisibilityEntry& entry, const Source& source,
                             VisibilityPrecision precision, const VisibilityEstimate& estimate) {
   const Bands predicted = std::exchange(entry.diffracted, estimate.diffracted);
   const bool was_stale = entry.estimate_is_stale;
-  entry.is_stale = entry.estimate_is_stale = false;
+  entry.is_stale = entry.estimate_is_stale = entry.is_shared = false;
   const bool was_predicted = !was_stale && entry.updated > 0 &&
                              grid_.change_clock() - static_cast<double>(entry.change_clock) < 0.5;
   entry.line_is_free = estimate.line_is_free;
@@ -245,10 +313,12 @@ void VisibilityCache::store(VisibilityEntry& entry, const Source& source,
   entry.precision = precision;
   entry.estimated = keyframe_;
   update(entry, source);
-  if (options_.exact || !entry.has_origin || entry.is_image || entry.is_over_edges) return;
-  grid_.add(source, place_, entry.line_is_free, entry.diffracted, keyframe_,
+  if ((entry.is_direct && precision != VisibilityPrecision::kFine) || !entry.has_origin ||
+      entry.is_image)
+    return;
+  grid_.add(entry.number, source, place_, entry.line_is_free, entry.diffracted, keyframe_,
             was_stale ? parts_keyframe_ : 0);
-  if (!was_predicted) return;
+  if (!was_predicted || entry.is_over_edges) return;
   ++refresh_.prediction_error.count;
   for (std::size_t b = 0; b < kBandCount; ++b)
     refresh_.prediction_error.sum +=
@@ -256,7 +326,7 @@ void VisibilityCache::store(VisibilityEntry& entry, const Source& source,
 }
 
 VisibilityCache::Index VisibilityCache::test_new(std::uint64_t number, const Source& source,
-                                                 double priority) {
+                                                 double priority, float share) {
   if (rays_left_ < options_.rays_per_keyframe / 2) {
     ++statistics_.late;
     return kUnknown;
@@ -264,6 +334,7 @@ VisibilityCache::Index VisibilityCache::test_new(std::uint64_t number, const Sou
   const RayTimer time(statistics_.ray_ms);
   const Index index = add(number, source);
   VisibilityEntry& entry = entries_[index];
+  entry.share = share;
   ++statistics_.rays;
   --rays_left_;
   test_line(entry, source);
@@ -277,7 +348,7 @@ const Bands& VisibilityCache::estimate_now(std::uint64_t number, const Source& s
   const bool known = index != kUnknown;
   if (!known) index = add(number, source);
   VisibilityEntry& entry = entries_[index];
-  if (!known || entry.precision < VisibilityPrecision::kMedium || !is_current(entry, source))
+  if (!known || !is_current(entry, source))
     estimate(entry, source,
              entry.is_direct ? VisibilityPrecision::kFine : VisibilityPrecision::kMedium);
   return entry.visibility;
@@ -285,6 +356,9 @@ const Bands& VisibilityCache::estimate_now(std::uint64_t number, const Source& s
 
 std::vector<Bands> VisibilityCache::estimate_now(std::span<const Wanted> sources) {
   const RayTimer time(statistics_.ray_ms);
+  const auto is_in_batch = [this](const VisibilityEntry& entry) {
+    return entry.has_origin && !entry.is_image && !may_share(entry);
+  };
   std::vector<Index> indices;               // of entries, by source
   std::vector<std::size_t> needs_estimate;  // which of the sources
   std::vector<LineOfSight> lines;
@@ -292,24 +366,23 @@ std::vector<Bands> VisibilityCache::estimate_now(std::span<const Wanted> sources
     const Index known = find(one.number);
     indices.push_back(known == kUnknown ? add(one.number, *one.source) : known);
     VisibilityEntry& entry = entries_[indices.back()];
-    if (known != kUnknown && entry.precision >= VisibilityPrecision::kMedium &&
-        is_current(entry, *one.source))
-      continue;
+    entry.share = one.share;
+    if (known != kUnknown && is_current(entry, *one.source)) continue;
     follow(entry, *one.source);
     needs_estimate.push_back(indices.size() - 1);
-    if (entry.has_origin && !entry.is_image) lines.push_back(line_to(entry));
+    if (is_in_batch(entry)) lines.push_back(line_to(entry));
   }
   const std::vector<VisibilityEstimate> estimates =
       estimate_visibilities(geometry_, lines, kMediumPaths);
   std::size_t next = 0;
   for (const std::size_t s : needs_estimate) {
     VisibilityEntry& entry = entries_[indices[s]];
-    if (entry.is_image) {
+    if (!is_in_batch(entry)) {
       estimate(entry, *sources[s].source, VisibilityPrecision::kFine);
       continue;
     }
-    VisibilityEstimate estimate = entry.has_origin ? estimates[next++] : VisibilityEstimate();
-    if (entry.is_direct && entry.has_origin) add_edges(geometry_, line_to(entry), estimate);
+    VisibilityEstimate estimate = estimates[next++];
+    if (entry.is_direct) add_edges(geometry_, line_to(entry), estimate);
     store(entry, *sources[s].source,
           entry.is_direct ? VisibilityPrecision::kFine : VisibilityPrecision::kMedium, estimate);
   }

@@ -15,7 +15,7 @@
 namespace clamor {
 
 // Precision of a visibility, by rising cost (visibility_cache.h).
-enum class VisibilityPrecision : std::uint8_t { kLineTest, kCoarse, kMedium, kFine };
+enum class VisibilityPrecision : std::uint8_t { kLineTest, kMedium, kFine };
 
 // A source's visibility and when and how it was found. Retesting reads one cache line per source.
 struct alignas(64) VisibilityEntry {
@@ -25,6 +25,7 @@ struct alignas(64) VisibilityEntry {
   Vec3f origin_m{};          // of the source's rays
   float priority_at_1m = 0;  // without occlusion
   float change_clock = 0;    // of the grid, at the last test or estimate
+  float share = 1;           // of the sum of all sources, without occlusion
   // Keyframes of the last test or estimate, of the last estimate, and of the last use.
   std::uint32_t updated = 0, estimated = 0, used = 0;
   VisibilityPrecision precision = VisibilityPrecision::kLineTest;
@@ -36,6 +37,7 @@ struct alignas(64) VisibilityEntry {
   bool is_direct : 1 = false;      // an emitter or a moving source
   bool is_image : 1 = false;       // of one (image_path.h)
   bool is_over_edges : 1 = false;  // a direct sound that the last estimate heard over edges
+  bool is_shared : 1 = false;      // a direct sound with the estimate of its neighbours
   Bands diffracted{};              // share of the power that passes beside the surfaces
   Bands visibility{};              // and what is transmitted through them, too
 };

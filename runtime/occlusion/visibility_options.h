@@ -3,7 +3,7 @@
 
 namespace clamor {
 
-inline constexpr int kRaysPerKeyframe = 8000;
+inline constexpr int kRaysPerKeyframe = 16000;
 
 struct VisibilityOptions {
   int rays_per_keyframe = kRaysPerKeyframe;

@@ -14,7 +14,6 @@ constexpr std::int64_t kMinRaysForEstimate = 50;  // about what a medium estimat
 constexpr std::int64_t kRaysPerTask = 10;         // bounds how many tasks are sorted
 constexpr std::uint32_t kMaxAge_keyframes = 50;   // older estimates are equally urgent
 constexpr int kMinPredictions = 20;               // for a mean error
-constexpr double kSignificance = 4;               // times the mean weight
 constexpr double kRecentRadii = 0.1;  // a line test from within this many radii is repeated later
 constexpr double kChangeClockRate = 0.25;  // of the way to the grid's clock per keyframe
 constexpr double kMinDistance2_m2 = 1e-2;
@@ -27,7 +26,6 @@ void VisibilityCache::collect_tasks(std::span<const Wanted> wanted, double tau, 
                                     bool all) {
   statistics_.wanted = 0;
   std::size_t found_by_retest = 0;
-  double weight_sum = 0;
   std::vector<std::uint32_t>& in_phase = refresh_.in_phase;
   in_phase.clear();
   for (std::uint32_t w = 0; w < wanted.size(); ++w)
@@ -39,6 +37,7 @@ void VisibilityCache::collect_tasks(std::span<const Wanted> wanted, double tau, 
     const Index index = one.index & ~VisibilityEntries::kOccluded;
     VisibilityEntry& entry = entries_[index];
     entry.used = keyframe_;
+    entry.share = one.share;
     double priority = one.priority;
     if (entry.occluded) {
       const Vec3 path_m = place_ - Vec3(one.source->position_m);
@@ -52,18 +51,13 @@ void VisibilityCache::collect_tasks(std::span<const Wanted> wanted, double tau, 
       ++found_by_retest;
     // A chosen source is mixed as if its weight were at least tau.
     const double weight = priority * static_cast<double>(one.source->u);
-    const bool significant = weight > kSignificance * std::max(tau, refresh_.mean_weight);
-    weight_sum += weight;
     const auto age = std::min(keyframe_ - entry.estimated, kMaxAge_keyframes);
     if (!is_current(entry, *one.source))
-      refresh_.tasks.stale.push_back({std::max(weight, tau) * age, index, one.source, significant});
-    else if (entry.precision < VisibilityPrecision::kMedium)
-      refresh_.tasks.coarse.push_back({priority, index, one.source});
-    else if (entry.precision < VisibilityPrecision::kFine &&
+      refresh_.tasks.stale.push_back({std::max(weight, tau) * age, index, one.source});
+    else if (entry.precision < VisibilityPrecision::kFine && !may_share(entry) &&
              (is_partial(entry.diffracted) || (entry.is_direct && !entry.line_is_free)))
       refresh_.tasks.partial.push_back({priority, index, one.source});
   }
-  refresh_.mean_weight = weight_sum / std::max<double>(1, static_cast<double>(statistics_.wanted));
   statistics_.current = statistics_.wanted - refresh_.tasks.stale.size();
   // A new source's line test takes two rays.
   if (!all && phase == upper_bounds_.phase())
@@ -74,7 +68,6 @@ void VisibilityCache::collect_tasks(std::span<const Wanted> wanted, double tau, 
 bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
   Tasks& tasks = refresh_.tasks;
   tasks.stale.clear();
-  tasks.coarse.clear();
   tasks.partial.clear();
   const bool all = scene_changed();
   refresh_.last_change_clock +=
@@ -87,8 +80,7 @@ bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
   if (tasks.empty()) return ++refresh_.idle_keyframes < phases;
   refresh_.idle_keyframes = 0;
   retest_lines(tasks.stale);
-  estimate_most_urgent(tasks.stale, VisibilityPrecision::kCoarse);
-  estimate_most_urgent(tasks.coarse, VisibilityPrecision::kMedium);
+  estimate_most_urgent(tasks.stale, VisibilityPrecision::kMedium);
   estimate_most_urgent(tasks.partial, VisibilityPrecision::kFine);
   PredictionError& error = refresh_.prediction_error;
   if (error.count > kMinPredictions) {
@@ -119,8 +111,8 @@ void VisibilityCache::retest_lines(std::vector<Task>& tasks) {
   }
 }
 
-// Estimates the most urgent sources as long as there are rays, those whose neighbours have an
-// estimate of this keyframe last.
+// Estimates the most urgent sources that have no such estimate of this keyframe, as long as there
+// are rays.
 void VisibilityCache::estimate_most_urgent(std::vector<Task>& tasks,
                                            VisibilityPrecision precision) {
   const auto count = static_cast<std::size_t>(std::clamp<std::int64_t>(
@@ -132,17 +124,11 @@ void VisibilityCache::estimate_most_urgent(std::vector<Task>& tasks,
   if (end != tasks.end()) std::nth_element(tasks.begin(), end, tasks.end(), comes_first);
   std::sort(tasks.begin(), end, comes_first);
   const RayTimer time(statistics_.ray_ms);
-  for (const bool second_pass : {false, true})
-    for (std::size_t t = 0; t < count && rays_left_ > kMinRaysForEstimate; ++t) {
-      const Task& task = tasks[t];
-      VisibilityEntry& entry = entries_[task.index];
-      if (second_pass
-              ? entry.precision >= precision && entry.updated == keyframe_
-              : !task.is_significant && grid_.has_estimate_of(keyframe_, *task.source, place_))
-        continue;
-      estimate(entry, *task.source,
-               task.is_significant ? std::max(precision, VisibilityPrecision::kMedium) : precision);
-    }
+  for (std::size_t t = 0; t < count && rays_left_ > kMinRaysForEstimate; ++t) {
+    VisibilityEntry& entry = entries_[tasks[t].index];
+    if (entry.precision >= precision && entry.updated == keyframe_) continue;
+    estimate(entry, *tasks[t].source, precision);
+  }
 }
 
 }  // namespace clamor

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <numeric>
 
 #include "runtime/propagation/source_number.h"
 #include "runtime/propagation/source_weight.h"
@@ -33,6 +34,7 @@ bool CandidateSet::find(const Vec3& place, double threshold, std::size_t max_fou
 
 void CandidateSet::weigh(const SamplingMoment& moment, double threshold) {
   reached_ = 0;
+  threshold_ = threshold;
   std::array<const Source*, kBatchSize> sources;
   std::array<ReceivedIntensity, kBatchSize> received;
   for (std::size_t first = 0; first < found_.size(); first += kBatchSize) {
@@ -73,14 +75,18 @@ void CandidateSet::weigh_source(std::uint32_t index, const ReceivedIntensity& re
   const double priority = w * per_weight;
   if (!(w > 0 && priority >= threshold)) return;
   ++reached_;
-  auto visibility = VisibilityCache::kUnknown;
-  if (inputs_.is_exact())
-    visibility = inputs_.occlusion->find_current(found.number, source);
-  else if (inputs_.occlusion != nullptr)
-    visibility = inputs_.occlusion->find(found.number);
-  if (is_occluded(visibility)) {
+  Candidate candidate{priority, w, per_weight, index};
+  Bands by_band{};
+  if (inputs_.occlusion != nullptr) {
+    by_band = weighted(signal.weights, intensity);
+    candidate.share = share_of_sum(by_band, scale_at_threshold(w, found));
+    candidate.visibility =
+        inputs_.is_exact() ? inputs_.occlusion->find_current(found.number, source, candidate.share)
+                           : inputs_.occlusion->find(found.number);
+  }
+  if (is_occluded(candidate.visibility)) {
     // Which occluded sources the pool finds depends on the phase of their bounds.
-    if (!inputs_.is_exact()) wanted_.push_back({priority, found.number, visibility, &source});
+    if (!inputs_.is_exact()) wanted_.push_back(wanted_of(candidate));
     return;
   }
   if (inputs_.may_lack_sounds()) {
@@ -91,13 +97,35 @@ void CandidateSet::weigh_source(std::uint32_t index, const ReceivedIntensity& re
       return;
     }
   }
-  candidates_.push_back({priority, w, per_weight, index, visibility});
-  if (inputs_.occlusion != nullptr) band_weights_.push_back(weighted(signal.weights, intensity));
+  candidates_.push_back(candidate);
+  if (inputs_.occlusion != nullptr) band_weights_.push_back(by_band);
+}
+
+// The scale of a source's power if the threshold is the final one (sampler.h).
+double CandidateSet::scale_at_threshold(double weight, const FoundSource& found) const {
+  return std::max(1.0, threshold_ / (weight * static_cast<double>(found.boost)));
+}
+
+// The share that a source would have in the sum of all if it was not occluded, in the band in which
+// that is largest; 1 if nothing else is heard.
+float CandidateSet::share_of_sum(const Bands& weights, double scale) const {
+  double share = 0;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    const double weight = scale * static_cast<double>(weights[b]);
+    share = std::max(share, weight / std::max({weight, heard_before_[b], heard_[b], 1e-300}));
+  }
+  return static_cast<float>(share);
+}
+
+VisibilityCache::Wanted CandidateSet::wanted_of(const Candidate& candidate) const {
+  const FoundSource& found = source_of(candidate);
+  return {candidate.priority, found.number, candidate.visibility, found.source, candidate.share};
 }
 
 bool CandidateSet::apply_occlusion(double threshold) {
   apply_known_visibilities();
   const bool rays_left = test_untested();
+  heard_before_ = std::exchange(heard_, {});
   std::erase_if(candidates_, [threshold](const Candidate& candidate) {
     return !(candidate.weight > 0 && candidate.priority >= threshold && candidate.priority > 0);
   });
@@ -119,7 +147,7 @@ void CandidateSet::apply_known_visibilities() {
     else if (inputs_.occlusion->is_stale(candidate.visibility))
       stale_.push_back({candidate.priority, c});
     else
-      highest_priorities_.push_back(apply_visibility(c, candidate.priority));
+      highest_priorities_.push_back(apply_visibility(c));
   }
   if (!stale_.empty()) renew_stale();
   std::sort(untested_.begin(), untested_.end(), std::greater<>());
@@ -139,13 +167,9 @@ void CandidateSet::renew_stale() {
   });
   std::sort(reflections, stale_.end(), std::greater<>());
   renewed_.clear();
-  for (const auto& [priority, c] : stale_) {
-    const FoundSource& found = source_of(candidates_[c]);
-    renewed_.push_back({priority, found.number, candidates_[c].visibility, found.source});
-  }
+  for (const auto& [priority, c] : stale_) renewed_.push_back(wanted_of(candidates_[c]));
   inputs_.occlusion->renew(renewed_);
-  for (const auto& [priority, c] : stale_)
-    highest_priorities_.push_back(apply_visibility(c, priority));
+  for (const auto& [priority, c] : stale_) highest_priorities_.push_back(apply_visibility(c));
 }
 
 // Tests candidates of unknown visibility until k + 1 tested ones are ahead of all others, and
@@ -171,11 +195,12 @@ bool CandidateSet::test_untested() {
       }
       visibility = inputs_.occlusion->find(found.number);
     } else {
-      visibility = inputs_.occlusion->test_new(found.number, *found.source, unoccluded_priority);
+      visibility = inputs_.occlusion->test_new(found.number, *found.source, unoccluded_priority,
+                                               candidates_[c].share);
       rays_left = visibility != VisibilityCache::kUnknown;
       if (!rays_left) break;
     }
-    highest_priorities_.push_back(apply_visibility(c, unoccluded_priority));
+    highest_priorities_.push_back(apply_visibility(c));
     std::push_heap(highest_priorities_.begin(), highest_priorities_.end(), std::greater<>());
     if (highest_priorities_.size() <= inputs_.voices + 1) continue;
     std::pop_heap(highest_priorities_.begin(), highest_priorities_.end(), std::greater<>());
@@ -189,8 +214,11 @@ bool CandidateSet::test_untested() {
 void CandidateSet::estimate_untested(std::size_t first, std::size_t last) {
   wanted_.clear();
   for (std::size_t u = first; u < last; ++u) {
-    const FoundSource& found = source_of(candidates_[untested_[u].second]);
-    wanted_.push_back({.number = found.number, .source = found.source});
+    const std::uint32_t c = untested_[u].second;
+    Candidate& candidate = candidates_[c];
+    candidate.share =
+        share_of_sum(band_weights_[c], scale_at_threshold(candidate.weight, source_of(candidate)));
+    wanted_.push_back(wanted_of(candidate));
   }
   inputs_.occlusion->estimate_now(wanted_);
 }
@@ -208,18 +236,21 @@ void CandidateSet::keep_highest_priorities() {
 
 // Applies the visibility to a candidate. Returns its priority. Pools search without occlusion, so
 // what an edge adds to a direct sound does not count.
-double CandidateSet::apply_visibility(std::uint32_t c, double unoccluded_priority) {
+double CandidateSet::apply_visibility(std::uint32_t c) {
   Candidate& candidate = candidates_[c];
   const FoundSource& found = source_of(candidate);
   const Bands& visibility = inputs_.occlusion->visibility(candidate.visibility);
-  if (!inputs_.is_exact())
-    wanted_.push_back({unoccluded_priority, found.number, candidate.visibility, found.source});
-  double w = 0;
+  if (!inputs_.is_exact()) wanted_.push_back(wanted_of(candidate));
+  BandSums visible{};
   for (std::size_t b = 0; b < kBandCount; ++b)
-    w += static_cast<double>(band_weights_[c][b]) * std::min(1.0f, visibility[b]);
+    visible[b] = static_cast<double>(band_weights_[c][b]) * std::min(1.0f, visibility[b]);
+  const double w = std::accumulate(visible.begin(), visible.end(), 0.0);
   candidate.weight = w;
   candidate.priority = w * candidate.priority_per_weight;
   candidate.is_occlusion_applied = true;
+  if (w > 0 && candidate.priority >= threshold_)
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      heard_[b] += scale_at_threshold(w, found) * visible[b];
   return candidate.priority;
 }
 

@@ -8,6 +8,7 @@
 // Threads: the sampler's alone.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -28,6 +29,7 @@ struct Candidate {
   std::uint32_t found;         // index of its source
   VisibilityCache::Index visibility = VisibilityCache::kUnknown;
   bool is_occlusion_applied = false;  // to priority and weight
+  float share = 1;                    // of all that is heard (VisibilityCache::Wanted)
 };
 
 class CandidateSet {
@@ -67,8 +69,11 @@ class CandidateSet {
   std::span<const WantedSound> unheard() const { return unheard_; }
 
  private:
+  using BandSums = std::array<double, kBandCount>;
   using Ranked = std::pair<double, std::uint32_t>;  // priority and index of a candidate
 
+  float share_of_sum(const Bands& weights, double scale) const;
+  double scale_at_threshold(double weight, const FoundSource& found) const;
   bool comes_before(const Candidate& a, const Candidate& b) const;
   void prefetch(std::size_t first, std::size_t last) const;
   void weigh_source(std::uint32_t index, const ReceivedIntensity& received,
@@ -78,10 +83,14 @@ class CandidateSet {
   void keep_highest_priorities();
   bool test_untested();
   void estimate_untested(std::size_t first, std::size_t last);
-  double apply_visibility(std::uint32_t c, double unoccluded_priority);
+  double apply_visibility(std::uint32_t c);
+  VisibilityCache::Wanted wanted_of(const Candidate& candidate) const;
 
   SamplingInputs& inputs_;
   std::size_t reached_ = 0;
+  double threshold_ = 0;  // of weigh()
+  // Weight of all that is heard, by band: by the last apply_occlusion() and, so far, by this one.
+  BandSums heard_before_{}, heard_{};
   std::vector<FoundSource> found_;
   std::vector<Candidate> candidates_;
   std::vector<Bands> band_weights_;  // of the candidates, without occlusion
