@@ -14,6 +14,8 @@ struct ProbePlacement;
 class BakeObserver {
  public:
   virtual ~BakeObserver() = default;
+  // A stage begins, which ends with the next one or with on_progress().
+  virtual void on_stage(const std::string& /*stage*/) {}
   // `level` is the level's name.
   virtual void on_import(const std::string& /*level*/, const ImportReport&) {}
   virtual void on_prepared(const LevelReport&) {}

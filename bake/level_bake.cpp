@@ -59,6 +59,7 @@ Result<void> LevelBake::spare_inputs() const {
 
 Result<void> LevelBake::read() {
   if (auto found = find_output(); !found.ok()) return found;
+  observer_.on_stage("reading the level");
   import_ = request_.import;
   if (request_.seed) import_.seed = *whole_number(*request_.seed);
   auto imported = import_level(request_.level_path, import_);
@@ -120,6 +121,7 @@ Result<void> LevelBake::place_probes() {
   const Level& level = imported_->level;
   auto placed = clamor::place_probes(Scene(level.mesh, Scene::Build::kQuick), level,
                                      *probe_options(request_.probes));
+  observer_.on_stage("placing probes");
   if (!placed.ok()) return placed.error();
   probes_ = std::move(*placed);
   observer_.on_probes(probes_);
@@ -168,12 +170,14 @@ BakeOptions LevelBake::bake_options() const {
 Result<BakeReport> LevelBake::trace_shard() {
   auto report = bake_shard(imported_->level, bake_options(), *options_.shard);
   if (!report.ok()) return report.error().in(request_.level_path);
+  observer_.on_stage("planning the photons and early reflections");
   return report;
 }
 
 Result<BakeCost> LevelBake::cost() {
   BakeOptions options = bake_options();
   if (options_.goal) {
+  observer_.on_stage("tracing a few photons, to see what they cost");
     options.settings.photons = 0;
     options.settings.sources = BakeRounds::sources_of_first(imported_->level);
   }
@@ -211,6 +215,7 @@ Result<void> LevelBake::write_contents() {
   observer_.on_writing();
   SignalCache* const signals = options_.cache != nullptr ? &options_.cache->signals : nullptr;
   if (!options_.output.empty())
+  observer_.on_stage("writing the file");
     return write_bake(options_.output, contents_, options_.threads, options_.stop, signals);
   auto bytes =
       bake_bytes(imported_->level.name, contents_, options_.threads, options_.stop, signals);
@@ -230,6 +235,7 @@ Result<void> LevelBake::write() {
   const Level& level = imported_->level;
   auto contents = options_.goal
                       ? bake_until(level, bake_options(), *options_.goal, &report_, &missed_goal_)
+  observer_.on_stage("planning the photons and early reflections");
                       : bake(level, bake_options(), &report_);
   if (!contents.ok())
     return contents.error().in(request_.level_path.empty() ? level.name : request_.level_path);
@@ -241,6 +247,7 @@ Result<void> LevelBake::write() {
   contents_.provenance.arguments = words();
   if (auto unchanged = check_unchanged(); !unchanged.ok()) return unchanged;
   warn_and_keep(contents_.statistics.warnings);
+  observer_.on_stage("reading the level again, to see whether it changed");
   contents_.statistics.warnings = kept_warnings_;
   contents_.statistics.findings = findings_;
   if (!report_.journal_warning.empty()) warn(report_.journal_warning);

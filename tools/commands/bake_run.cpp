@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 #include <ostream>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
@@ -16,6 +17,7 @@
 #include "tools/commands/progress_json.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
+#include "tools/program/stage_notice.h"
 #include "tools/program/stop_deadline.h"
 #include "tools/program/text_format.h"
 #include "tools/report/level_findings.h"
@@ -46,10 +48,16 @@ class BakePrinter final : public BakeObserver {
       : level_path_(level_path),
         json_(run.json_progress),
         text_(!run.quiet && !run.json_progress),
-        err_(err) {}
+        err_(err),
+        notice_(err) {}
+
+  void on_stage(const std::string& stage) override {
+    if (text_) notice_.begin(stage);
+  }
 
   void on_import(const std::string& level, const ImportReport& report) override {
     if (!text_) return;
+    const auto held = notice_.hold();
     fmt::print(err_, "{}\n", printable(level));
     for (const auto& line : report.found) fmt::print(err_, "  found    {}\n", printable(line));
     for (const auto& material : report.materials)
@@ -60,6 +68,7 @@ class BakePrinter final : public BakeObserver {
   }
 
   void on_prepared(const LevelReport& report) override {
+    const auto held = notice_.hold();
     if (json_) fmt::print(err_, "{}\n", level_json(report));
     if (!text_) return;
     for (const auto& line : report_lines(report)) {
@@ -70,10 +79,12 @@ class BakePrinter final : public BakeObserver {
 
   void on_probes(const ProbePlacement& probes) override {
     if (!text_ || probes.positions_m.empty()) return;
+    const auto held = notice_.hold();
     fmt::print(err_, "  probes   {}\n", probe_line(probes));
   }
 
   void on_warning(const std::string& text) override {
+    const auto held = notice_.hold();
     if (json_) {
       fmt::print(err_, "{}\n", warning_json(text));
       return;
@@ -84,6 +95,9 @@ class BakePrinter final : public BakeObserver {
 
   void on_progress(const BakeProgress& done) override {
     if (json_) return progress_->update_json(progress_json(done, progress_->seconds()));
+    const std::string_view stage = done.stage;
+    if (stage == "sorting") return notice_.begin("sorting the sources");
+    notice_.end();
     progress_->update(
         share_of(done.photons_done, done.photons_total),
         fmt::format("{}photons, {}bounces/s, {:.1f} % escaped{}",
@@ -97,6 +111,8 @@ class BakePrinter final : public BakeObserver {
   // Begins the line of the progress, which ends with this object.
   void begin_progress() { progress_.emplace(err_, "  tracing"); }
   double seconds() const { return progress_->seconds(); }
+  // Nothing is printed from here on.
+  void end_stage() { notice_.end(); }
 
  private:
   // The command that shows the place of which a sentence speaks.
@@ -109,6 +125,7 @@ class BakePrinter final : public BakeObserver {
   const bool json_, text_;
   std::ostream& err_;
   std::optional<Progress> progress_;
+  StageNotice notice_;
 };
 
 std::string stop_message(const LevelBake& bake) {
@@ -117,9 +134,10 @@ std::string stop_message(const LevelBake& bake) {
          ", and the same command continues from there";
 }
 
-Result<void> trace_shard(LevelBake& bake, const BakeRunOptions& run, const BakePrinter& printer,
+Result<void> trace_shard(LevelBake& bake, const BakeRunOptions& run, BakePrinter& printer,
                          std::ostream& err) {
   const auto report = bake.trace_shard();
+  printer.end_stage();
   if (!report.ok()) return report.error();
   if (!run.quiet)
     fmt::print(err, "  wrote    {}: shard {} of {}, {} photons in {:.1f} MB, {:.1f} s\n",
@@ -128,9 +146,11 @@ Result<void> trace_shard(LevelBake& bake, const BakeRunOptions& run, const BakeP
   return {};
 }
 
-Result<void> write_file(LevelBake& bake, const BakeRunOptions& run, const BakePrinter& printer,
+Result<void> write_file(LevelBake& bake, const BakeRunOptions& run, BakePrinter& printer,
                         std::ostream& err) {
-  if (auto written = bake.write(); !written.ok()) return written;
+  const auto written = bake.write();
+  printer.end_stage();
+  if (!written.ok()) return written;
   const BakeContents& contents = bake.contents();
   const BakeReport& report = bake.report();
   if (run.json_progress)

@@ -24,6 +24,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/shell_quote.h"
+#include "tools/program/stage_notice.h"
 
 namespace clamor {
 
@@ -111,16 +112,19 @@ int schedule(const std::string& output, const FarmScheduler& scheduler, std::ost
   return kSuccess;
 }
 
-// Tells only the warnings of the level.
+// Tells only the warnings of the level, and stages that take long.
 class FarmPrinter final : public BakeObserver {
  public:
   explicit FarmPrinter(std::ostream& err) : err_(err) {}
+  void on_stage(const std::string& stage) override { notice_.begin(stage); }
   void on_warning(const std::string& text) override {
+    const auto held = notice_.hold();
     fmt::print(err_, "  warning  {}\n", printable(text));
   }
 
  private:
   std::ostream& err_;
+  StageNotice notice_{err_};
 };
 
 struct FarmWords {

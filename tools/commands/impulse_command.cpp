@@ -28,6 +28,7 @@
 #include "tools/commands/strategy_options.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
+#include "tools/program/stage_notice.h"
 #include "tools/report/room.h"
 
 namespace clamor {
@@ -109,6 +110,8 @@ Result<Measured> measure(const Options& options, std::ostream& err) {
     err << fmt::format(
         "clamor impulse: {} emitters; measuring the first, {}. Choose another with --emitter.\n",
         emitters.size(), in_quotes(emitters[0].name));
+  StageNotice notice(err);
+  notice.begin("reading the sources");
   }
 
   Result<ExpandedSources> all = read_expanded_sources(*file);
@@ -121,11 +124,13 @@ Result<Measured> measure(const Options& options, std::ostream& err) {
     mesh = std::move(*read);
   }
   const auto warning =
+  notice.begin("finding what the listener hears");
       audibility_warning(*file, Walk::standing({options.listener_m}),
                          {.emitter = emitter, .with_occlusion = options.visibility == "on"});
   const OcclusionGeometry surfaces(mesh, file->materials());
   const std::vector<Arrival> arrivals =
       sampled_response(options.strategy, all->sources, emitters, file->materials(),
+  notice.end();
                        file->settings().air, options.listener_m, emitter,
                        LateBoost(file->statistics().decay, all->sources.size()), &surfaces);
   if (arrivals.empty())

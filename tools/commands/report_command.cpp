@@ -12,6 +12,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
+#include "tools/program/stage_notice.h"
 #include "tools/program/text_format.h"
 #include "tools/report/report_document.h"
 
@@ -46,12 +47,14 @@ Result<std::unique_ptr<OpenRoom>> open_room(const std::string& path) {
 
 MeasuredRoom measure_at(const ReportOptions& options, const RoomMeter& meter,
                         const std::vector<Vec3>& listeners_m, const std::string& label,
-                        std::ostream& err) {
+                        StageNotice& notice, std::ostream& err) {
   MeasuredRoom measured{&meter, {}};
   Progress progress(err, label);
+  notice.begin("measuring at listeners");
   for (const Vec3& listener_m : listeners_m) {
     measured.responses.push_back(
         meter.measure(listener_m, options.exact ? RoomMeter::kAll : kListenerSources));
+    const auto held = notice.hold();
     progress.update(
         static_cast<double>(measured.responses.size()) / static_cast<double>(listeners_m.size()),
         counted(measured.responses.back().sources, "source"));
@@ -60,6 +63,8 @@ MeasuredRoom measure_at(const ReportOptions& options, const RoomMeter& meter,
 }
 
 Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
+  StageNotice notice(err);
+  notice.begin("reading the bake");
   auto opened = open_room(options.level);
   if (!opened.ok()) return opened.error();
   const Room& room = (*opened)->room;
@@ -70,31 +75,39 @@ Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
   if (!overview.ok()) return overview.error();
   contents.overview = std::move(*overview);
   contents.findings = findings_of(room.file->statistics());
+  notice.begin("finding the floor");
   contents.map = floor_grid(room, kMapCells);
   const std::vector<Vec3> listeners_m = options.listeners_m.empty()
                                             ? listening_places(room, *excitation, contents.map)
                                             : options.listeners_m;
   const RoomMeter meter(room, *excitation);
-  contents.measured = measure_at(options, meter, listeners_m, "  listeners", err);
+  contents.measured = measure_at(options, meter, listeners_m, "  listeners", notice, err);
   if (!contents.map.cells.empty()) {
     Progress progress(err, "  map");
+    notice.begin("measuring over the floor");
     measure(
         meter, kMapSources,
-        [&](double share) { progress.update(share, counted(contents.map.cells.size(), "place")); },
+        [&](double share) {
+          const auto held = notice.hold();
+          progress.update(share, counted(contents.map.cells.size(), "place"));
+        },
         contents.map);
     contents.map_at_first = meter.quick(listeners_m[0], kMapSources);
   }
   std::unique_ptr<OpenRoom> other;
   std::optional<RoomMeter> other_meter;
   if (!options.other.empty()) {
+    notice.begin("reading the other bake");
     auto second = open_room(options.other);
     if (!second.ok()) return second.error();
     other = std::move(*second);
     auto other_excitation = excitation_of(other->room, options.emitter);
     if (!other_excitation.ok()) return other_excitation.error();
     other_meter.emplace(other->room, *other_excitation);
-    contents.other = measure_at(options, *other_meter, listeners_m, "  the other bake", err);
+    contents.other =
+        measure_at(options, *other_meter, listeners_m, "  the other bake", notice, err);
   }
+  notice.begin("writing the page");
   auto view = view_of(room, contents.findings, contents.map, listeners_m);
   if (!view.ok()) return view.error();
   contents.view = std::move(*view);
