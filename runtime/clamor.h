@@ -537,8 +537,10 @@ CLAMOR_API clamor_result clamor_get_voices(clamor_context* context, clamor_liste
  * from the emission on. An emitter of gain 1 at 1 m gives one sample of 1. All sources of the level
  * take part, those of instances included; surfaces occlude, and so do movable parts where the level has
  * them at rest; clamor_change_emitter() and clamor_move_part() have no effect.
- * Writes to `whole_frames`, which may be null, how long the longest response is. Errors: HANDLE, ARGUMENT, FILE, MEMORY. Any thread; takes
- * a second for 100 000 sources and place, on all cores. */
+ * Writes to `whole_frames`, which may be null, how long the longest response is: a minute at most,
+ * from the emission or, where the sound travels for more than ten seconds, from its arrival.
+ * Errors: HANDLE, ARGUMENT, FILE, MEMORY. Any thread; takes a second for 100 000 sources and place,
+ * on all cores. */
 CLAMOR_API clamor_result clamor_measure_responses(clamor_context* context, clamor_level level,
                                                   uint32_t emitter, const double* positions_m,
                                                   uint32_t places, float* samples, uint64_t frames,

@@ -47,7 +47,8 @@ extern "C" clamor_result clamor_measure_responses(clamor_context* context, clamo
           all->sources, file->emitters(), file->materials(), file->settings().air,
           {at[0], at[1], at[2]},
           emitter == kAll ? std::nullopt : std::optional<std::uint32_t>(emitter), &surfaces);
-      longest = std::max(longest, clamor::whole_response_frames(arrivals));
+      longest = std::max(longest, clamor::first_response_frame(arrivals) +
+                                      clamor::whole_response_frames(arrivals));
       const auto response = clamor::impulse_response(arrivals, static_cast<std::size_t>(frames));
       std::copy(response.begin(), response.end(), samples + frames * i);
     }

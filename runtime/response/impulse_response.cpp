@@ -1,5 +1,6 @@
 #include "runtime/response/impulse_response.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -60,20 +61,38 @@ class PulseTable {
 
 }  // namespace
 
+std::size_t first_response_frame(std::span<const Arrival> arrivals) {
+  if (arrivals.empty() || !(arrivals.front().time_s > kMaxSilence_s)) return 0;
+  return static_cast<std::size_t>(arrivals.front().time_s * kSampleRate_hz);
+}
+
 std::size_t whole_response_frames(std::span<const Arrival> arrivals) {
   constexpr double kRinging_s = 0.05;  // of the lowest band
   if (arrivals.empty()) return 0;
-  return static_cast<std::size_t>((arrivals.back().time_s + kRinging_s) * kSampleRate_hz) + 1;
+  const double last = (arrivals.back().time_s + kRinging_s) * kSampleRate_hz;
+  const double frames = last - static_cast<double>(first_response_frame(arrivals));
+  return static_cast<std::size_t>(std::min(frames, kMaxResponse_s * kSampleRate_hz)) + 1;
 }
 
-std::vector<float> impulse_response(std::span<const Arrival> arrivals, std::size_t frames) {
+std::vector<float> impulse_response(std::span<const Arrival> arrivals, std::size_t frames,
+                                    std::size_t first) {
+  std::vector<float> response(frames);
+  if (arrivals.empty()) return response;
+  // The part that sounds, with the ringing of filters before and after it.
+  const auto frame_at = [&](double time_s, double ring) {
+    const double frame = std::floor(time_s * kSampleRate_hz) + ring - static_cast<double>(first);
+    return static_cast<std::size_t>(std::clamp(frame, 0.0, static_cast<double>(frames)));
+  };
+  const std::size_t begin = frame_at(arrivals.front().time_s, -double{kOctaveRing});
+  const std::size_t count = frame_at(arrivals.back().time_s, kOctaveRing) - begin;
+  if (count == 0) return response;
   const PulseTable pulses;
   // Padding on both sides for the taps of the first and the last pulse.
   std::array<std::vector<double>, kBandCount> bands;
-  for (auto& band : bands) band.assign(frames + PulseTable::kTaps, 0);
+  for (auto& band : bands) band.assign(count + PulseTable::kTaps, 0);
   for (const Arrival& arrival : arrivals) {
-    const double position = arrival.time_s * kSampleRate_hz;
-    if (!(position >= 0 && position < static_cast<double>(frames))) continue;
+    const double position = arrival.time_s * kSampleRate_hz - static_cast<double>(first + begin);
+    if (!(position >= 0 && position < static_cast<double>(count))) continue;
     const auto whole = static_cast<std::size_t>(position);
     const auto taps = pulses.taps(position - static_cast<double>(whole));
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -83,8 +102,9 @@ std::vector<float> impulse_response(std::span<const Arrival> arrivals, std::size
     }
   }
   const std::vector<double> sum = sum_of_bands(bands);
-  return {sum.begin() + PulseTable::kBefore,
-          sum.begin() + PulseTable::kBefore + static_cast<std::ptrdiff_t>(frames)};
+  std::copy_n(sum.begin() + PulseTable::kBefore, count,
+              response.begin() + static_cast<std::ptrdiff_t>(begin));
+  return response;
 }
 
 }  // namespace clamor

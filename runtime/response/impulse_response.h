@@ -15,11 +15,21 @@
 
 namespace clamor {
 
-// Length at kSampleRate_hz that holds all arrivals and their ringing.
+// Limits of a whole response and of the silence at its beginning.
+inline constexpr double kMaxResponse_s = 60, kMaxSilence_s = 10;
+
+// The frame at which a response begins: that of the emission, or of the first arrival where the
+// sound travels for longer than kMaxSilence_s.
+std::size_t first_response_frame(std::span<const Arrival> arrivals);
+
+// Length at kSampleRate_hz, from first_response_frame() on, that holds all arrivals and their
+// ringing; at most kMaxResponse_s.
 std::size_t whole_response_frames(std::span<const Arrival> arrivals);
 
-// The first `frames` samples after emission. An emitter of gain 1 at 1 m on its axis gives one
-// sample of 1. Costs 0.3 us per arrival, 1 s per 10 s of response, and 64 bytes per frame.
-std::vector<float> impulse_response(std::span<const Arrival> arrivals, std::size_t frames);
+// The `frames` samples from frame `first` after emission on. An emitter of gain 1 at 1 m on its
+// axis gives one sample of 1. Costs 0.3 us per arrival and, from the first to the last one, 1 s per
+// 10 s and 90 bytes per frame; 4 bytes per frame of silence.
+std::vector<float> impulse_response(std::span<const Arrival> arrivals, std::size_t frames,
+                                    std::size_t first = 0);
 
 }  // namespace clamor

@@ -35,8 +35,6 @@ namespace clamor {
 
 namespace {
 
-constexpr double kMaxLength_s = 60;
-
 struct Options {
   std::string level, output, emitter;
   Vec3 listener_m{};
@@ -110,10 +108,10 @@ Result<Measured> measure(const Options& options, std::ostream& err) {
     err << fmt::format(
         "clamor impulse: {} emitters; measuring the first, {}. Choose another with --emitter.\n",
         emitters.size(), in_quotes(emitters[0].name));
-  StageNotice notice(err);
-  notice.begin("reading the sources");
   }
 
+  StageNotice notice(err);
+  notice.begin("reading the sources");
   Result<ExpandedSources> all = read_expanded_sources(*file);
   if (!all) return all.error();
   for (Source& source : all->sources) source.emitter = all->stored_as[source.emitter];
@@ -124,28 +122,33 @@ Result<Measured> measure(const Options& options, std::ostream& err) {
     mesh = std::move(*read);
   }
   const auto warning =
-  notice.begin("finding what the listener hears");
       audibility_warning(*file, Walk::standing({options.listener_m}),
                          {.emitter = emitter, .with_occlusion = options.visibility == "on"});
+  notice.begin("finding what the listener hears");
   const OcclusionGeometry surfaces(mesh, file->materials());
   const std::vector<Arrival> arrivals =
       sampled_response(options.strategy, all->sources, emitters, file->materials(),
-  notice.end();
                        file->settings().air, options.listener_m, emitter,
                        LateBoost(file->statistics().decay, all->sources.size()), &surfaces);
+  notice.end();
   if (arrivals.empty())
     return Error(warning.value_or("nothing of " + in_quotes(emitters[emitter].name) +
                                   " reaches the listener. Move --listener inside the level."))
         .in(options.level);
   if (warning) err << "warning: " << *warning << '\n';
 
-  const double seconds = std::min(kMaxLength_s, options.seconds);
-  const std::size_t frames = seconds > 0
-                                 ? static_cast<std::size_t>(std::lround(seconds * kSampleRate_hz))
-                                 : whole_response_frames(arrivals);
+  const std::size_t frames =
+      options.seconds > 0 ? static_cast<std::size_t>(std::lround(options.seconds * kSampleRate_hz))
+                          : whole_response_frames(arrivals);
+  const std::size_t first = first_response_frame(arrivals);
+  if (first > 0)
+    err << fmt::format(
+        "clamor impulse: the sound travels for {:.1f} s; the waveform begins with its arrival\n",
+        arrivals.front().time_s);
+  notice.begin("filtering the waveform");
   const Bands at_10m = free_field_energy_at_10m(emitters[emitter]);
   Measured measured;
-  measured.waveform = impulse_response(arrivals, frames);
+  measured.waveform = impulse_response(arrivals, frames, first);
   measured.of_energy = room_parameters(arrivals, at_10m);
   measured.of_waveform = room_parameters(std::span<const float>(measured.waveform), at_10m);
   measured.warning = warning;
@@ -205,7 +208,7 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
     if (!right.ok()) return parser.bad_usage(err, "-o: " + right.error().message);
     if (!samples.ok()) return parser.bad_usage(err, "-o: " + samples.error().message);
   }
-  if (!(options.seconds >= 0 && options.seconds <= kMaxLength_s))
+  if (!(options.seconds >= 0 && options.seconds <= kMaxResponse_s))
     return parser.bad_usage(err, "--seconds must lie between 0 and 60");
   const auto fail = [&err](const Error& error) {
     err << "clamor impulse: " << error.message << '\n';

@@ -70,7 +70,7 @@ std::pair<Chart, ReportTable> waveform_of(const RoomResponse& response) {
   const auto first = static_cast<std::size_t>(
       std::max(0.0, response.arrivals.front().time_s - 0.01) * kSampleRate_hz);
   const auto wide = static_cast<std::size_t>(kWaveform_s * kSampleRate_hz);
-  const std::vector<float> samples = impulse_response(response.arrivals, first + wide);
+  const std::vector<float> samples = impulse_response(response.arrivals, wide, first);
   Chart::Series series{.look = Chart::Series::Look::kThin, .colour = 1};
   ReportTable table{"waveform",
                     "The impulse response as a table",
@@ -85,8 +85,8 @@ std::pair<Chart, ReportTable> waveform_of(const RoomResponse& response) {
   };
   for (std::size_t c = 0; c < kColumns; ++c) {
     const auto [low, high] = std::minmax_element(
-        samples.begin() + static_cast<std::ptrdiff_t>(first + c * wide / kColumns),
-        samples.begin() + static_cast<std::ptrdiff_t>(first + (c + 1) * wide / kColumns));
+        samples.begin() + static_cast<std::ptrdiff_t>(c * wide / kColumns),
+        samples.begin() + static_cast<std::ptrdiff_t>((c + 1) * wide / kColumns));
     series.points.emplace_back(ms_at(c), *low);
     series.points.emplace_back(ms_at(c), *high);
     row_low = std::min(row_low, *low);

@@ -12,6 +12,7 @@
 #include "common/sample_rate.h"
 #include "formats/bake_file/page.h"
 #include "formats/level/emitter.h"
+#include "tests/peak_memory.h"
 
 namespace clamor {
 namespace {
@@ -86,6 +87,40 @@ TEST(ImpulseResponse, InvertsNegativePolarity) {
   const auto response = impulse_response(std::vector{down}, 600);
   EXPECT_NEAR(*std::min_element(response.begin(), response.end()), -1, 1e-6);
   for (const float x : impulse_response(std::vector{up, down}, 600)) EXPECT_EQ(x, 0);
+}
+
+// At 1000 km a response once took 12 GB, from the emission to the arrival.
+TEST(ImpulseResponse, BeginsWithTheFirstArrivalWhereTheSoundTravelsForLong) {
+  std::vector<Arrival> near;
+  for (const double time_s : {0.5, 0.5101, 0.9})
+    near.push_back({.time_s = time_s, .energy = same_in_all_bands(1)});
+  std::vector<Arrival> far = near;
+  for (Arrival& arrival : far) arrival.time_s += 2900;
+  EXPECT_EQ(first_response_frame(near), 0u);
+  EXPECT_EQ(first_response_frame(far), static_cast<std::size_t>(2900.5 * kSampleRate_hz));
+  EXPECT_NEAR(static_cast<double>(whole_response_frames(near)), 45'601, 1);
+  EXPECT_NEAR(static_cast<double>(whole_response_frames(far)), 21'601, 1);
+  const std::size_t frames = whole_response_frames(near);
+  const auto expected = impulse_response(near, frames);
+  const auto found = impulse_response(far, frames, std::size_t{2900} * kSampleRate_hz);
+  for (std::size_t i = 0; i < frames; ++i) ASSERT_NEAR(found[i], expected[i], 1e-6) << i;
+}
+
+TEST(ImpulseResponse, IsNoLongerThanAMinute) {
+  std::vector<Arrival> arrivals(2, {.time_s = 1, .energy = same_in_all_bands(1)});
+  arrivals.back().time_s = 1e9;  // of a forged file
+  EXPECT_EQ(whole_response_frames(arrivals), std::size_t{60} * kSampleRate_hz + 1);
+  EXPECT_EQ(whole_response_frames({}), 0u);
+}
+
+// Only what lies between the first arrival and the last one is filtered: 90 bytes per frame.
+TEST(ImpulseResponse, TakesNoMemoryForSilence) {
+  const std::vector<Arrival> late(1, {.time_s = 59, .energy = same_in_all_bands(1)});
+  const testing::PeakMemory peak;
+  if (!peak.known()) GTEST_SKIP() << "the kernel does not reset the peak of memory";
+  const auto response = impulse_response(late, std::size_t{60} * kSampleRate_hz);
+  EXPECT_LT(peak.more_bytes(), 8 * response.size());
+  EXPECT_NEAR(response[std::size_t{59} * kSampleRate_hz], 1, 1e-6);
 }
 
 TEST(ImpulseResponse, OmitsArrivalsAfterItsEnd) {

@@ -139,5 +139,19 @@ TEST_F(FreeField, StrengthReTenMetresIsTheInverseSquareLaw) {
   }
 }
 
+// The travel time of 49 minutes once took 12 GB.
+TEST_F(FreeField, At1000KilometresTheImpulseBeginsWithTheArrival) {
+  const auto measured =
+      clamor({"impulse", bake_, "-o", wav_, "--listener", "0,0,1000000", "--json"});
+  ASSERT_EQ(measured.code, 0) << measured.err;
+  EXPECT_NE(measured.err.find("the sound travels for 29"), std::string::npos) << measured.err;
+  // Air takes about 100 dB of the lowest octave.
+  const double g_db = nlohmann::json::parse(measured.out)["energy"]["g_db"][0].get<double>();
+  EXPECT_NEAR(g_db, -100 - 10 / std::log(10) * air_loss_per_m(Air{})[0] * 1e6, 0.1);
+  const auto samples = read_audio(wav_);
+  ASSERT_TRUE(samples.ok());
+  EXPECT_LT(samples->size(), 10'000u);
+}
+
 }  // namespace
 }  // namespace clamor
