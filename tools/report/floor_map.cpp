@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <tuple>
+#include <utility>
 
 #include "bake/probes/floor_spots.h"
 #include "bake/probes/reachable_air.h"
@@ -19,6 +21,7 @@ namespace {
 
 constexpr double kClearance_m = 1, kNearest_m = 1.5;
 constexpr double kSamePlace_m = 0.5;
+constexpr double kNone_m = std::numeric_limits<double>::infinity();
 
 Vec3 middle_of(const std::vector<Emitter>& emitters, const Excitation& excitation) {
   if (excitation.emitter) return emitters[*excitation.emitter].position_m;
@@ -27,7 +30,12 @@ Vec3 middle_of(const std::vector<Emitter>& emitters, const Excitation& excitatio
   return sum / static_cast<double>(emitters.size());
 }
 
-std::vector<FloorSpot> spots_of(const Room& room) {
+struct Spots {
+  std::vector<FloorSpot> spots;
+  double spacing_m = 0;
+};
+
+Spots spots_of(const Room& room) {
   Level level;
   level.mesh = room.mesh;
   level.materials = room.file->materials();
@@ -36,27 +44,41 @@ std::vector<FloorSpot> spots_of(const Room& room) {
   const ReachableAir air(scene, level, 0);
   std::vector<FloorSpot> spots = find_floor(scene, air.lattice());
   std::erase_if(spots, [](const FloorSpot& spot) { return spot.is_roof; });
-  return spots;
+  return {std::move(spots), air.lattice().cell_m()};
 }
 
 }  // namespace
 
+double first_grid_step_m(std::size_t spots, double spacing_m, std::size_t max_cells) {
+  const auto needed = static_cast<double>(spots) / static_cast<double>(max_cells);
+  double step_m = 0.5;
+  // A cell holds at most so many spots of a storey along each side.
+  while (std::pow(std::floor(step_m / spacing_m) + 1, 2) < needed)
+    step_m = next_grid_step_m(step_m);
+  return step_m;
+}
+
+double next_grid_step_m(double step_m) { return step_m + (step_m < 4 ? 0.25 : step_m / 4); }
+
 FloorMap floor_grid(const Room& room, std::size_t max_cells) {
   FloorMap map;
   if (room.mesh.triangles.empty()) return map;
-  const std::vector<FloorSpot> spots = spots_of(room);
+  const auto [spots, spacing_m] = spots_of(room);
   if (spots.empty()) return map;
   const auto [low_m, high_m] = bounds_of(spots, &FloorSpot::ear_m);
-  // Steps are whole numbers of quarters of a metre, the least that leaves few enough cells.
+  const double longest_m = std::max(high_m.x - low_m.x, high_m.z - low_m.z);
+  // The step is the least that leaves few enough cells. Where there are more storeys than cells,
+  // the first of them are shown.
   using Key = std::tuple<int, int, int>;  // storey, row, column
   std::map<Key, std::pair<double, const FloorSpot*>> best;
-  for (double step_m = 0.5;; step_m += step_m < 4 ? 0.25 : step_m / 4) {
+  for (double step_m = first_grid_step_m(spots.size(), spacing_m, max_cells);;
+       step_m = next_grid_step_m(step_m)) {
     best.clear();
     map.step_m = step_m;
     map.low_x_m = low_m.x;
     map.low_z_m = low_m.z;
     int storey = 0;
-    for (std::size_t i = 0; i < spots.size(); ++i) {
+    for (std::size_t i = 0; i < spots.size() && best.size() <= max_cells; ++i) {
       const FloorSpot& spot = spots[i];
       const bool above =
           i > 0 && spots[i - 1].cell[0] == spot.cell[0] && spots[i - 1].cell[2] == spot.cell[2];
@@ -65,10 +87,11 @@ FloorMap floor_grid(const Room& room, std::size_t max_cells) {
       const int row = static_cast<int>((spot.ear_m.z - low_m.z) / step_m);
       const double off_m = std::hypot(spot.ear_m.x - low_m.x - (column + 0.5) * step_m,
                                       spot.ear_m.z - low_m.z - (row + 0.5) * step_m);
-      auto& [min_m, nearest] = best.try_emplace({storey, row, column}, 1e9, nullptr).first->second;
+      auto& [min_m, nearest] =
+          best.try_emplace({storey, row, column}, kNone_m, nullptr).first->second;
       if (off_m < min_m) min_m = off_m, nearest = &spot;
     }
-    if (best.size() <= max_cells) break;
+    if (best.size() <= max_cells || step_m > longest_m) break;
   }
   for (const auto& [key, found] : best) {
     MapCell cell;

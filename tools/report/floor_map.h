@@ -28,7 +28,12 @@ struct FloorMap {
   std::size_t sources = 0;  // behind each value
 };
 
-// A grid of at most about `max_cells`, without values. A level without surfaces has none.
+// The steps of grids: quarters of a metre from half a metre on, and a quarter more each from 4 m
+// on. The first that may leave at most `max_cells` of so many spots, which lie `spacing_m` apart.
+double first_grid_step_m(std::size_t spots, double spacing_m, std::size_t max_cells);
+double next_grid_step_m(double step_m);
+
+// A grid of at most `max_cells`, without values. A level without surfaces has none.
 FloorMap floor_grid(const Room& room, std::size_t max_cells);
 
 // Fills in the values, each from so many sources. Calls `progress` with the share that is done, on

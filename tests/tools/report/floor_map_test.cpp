@@ -2,6 +2,7 @@
 #include "tools/report/floor_map.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "tests/tools/report/reported_room.h"
@@ -26,6 +27,39 @@ TEST(FloorMap, CoversTheFloorOfABoxOnceAtTheHeightOfEars) {
   const FloorMap coarse = floor_grid(room, 20);
   EXPECT_LE(coarse.cells.size(), 20u);
   EXPECT_GE(coarse.cells.size(), 10u);
+}
+
+// Trying steps from half a metre on took hours on 40 km.
+TEST(FloorMap, BeginsCloseToTheStepThatFitsAndNeverAboveIt) {
+  for (const double spacing_m : {0.1, 0.25, 0.5, 2.0, 20.0})
+    for (const std::size_t across : {1, 7, 30, 200, 2000})
+      for (const std::size_t max_cells : {1, 20, 240}) {
+        const auto fits = [&](double step_m) {
+          std::set<int> columns;
+          for (std::size_t i = 0; i < across; ++i)
+            columns.insert(static_cast<int>(static_cast<double>(i) * spacing_m / step_m));
+          return columns.size() * columns.size() <= max_cells;
+        };
+        double step_m = first_grid_step_m(across * across, spacing_m, max_cells);
+        if (step_m > 0.5) {
+          double before_m = 0.5;
+          while (next_grid_step_m(before_m) < step_m) before_m = next_grid_step_m(before_m);
+          EXPECT_FALSE(fits(before_m));
+        }
+        int steps = 1;
+        for (; !fits(step_m); ++steps) step_m = next_grid_step_m(step_m);
+        EXPECT_LE(steps, 9) << across << " spots, " << spacing_m << " m apart, " << max_cells;
+      }
+}
+
+TEST(FloorMap, OfMoreStoreysThanCellsShowsAsManyAsItMay) {
+  Level level = shoebox({6, 20, 4}, uniform_material(0.2f), {2, 1, 1});
+  for (const float y : {4.0f, 8.0f, 12.0f, 16.0f})
+    add_quad(level.mesh, {Vec3f(3, y, 0), Vec3f(3, y, 4), Vec3f(6, y, 4), Vec3f(6, y, 0)});
+  const ReportedRoom reported(level, 50, 1000);
+  const Room room = reported.room();
+  EXPECT_GE(floor_grid(room, 100).cells.size(), 5u);
+  EXPECT_LE(floor_grid(room, 3).cells.size(), 4u);
 }
 
 TEST(FloorMap, KnowsAGalleryAsASecondFloor) {
