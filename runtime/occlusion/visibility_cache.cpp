@@ -20,6 +20,9 @@ constexpr float kMinPartialFactor = 1.0f / 4, kPartialFactorTimesShare = 0.08f;
 // of its neighbours.
 constexpr float kSignificantShare = 1.0f / 50;
 constexpr std::uint32_t kForgetUnused_keyframes = 1500;  // half a minute
+// A moving source has another number in each grid cell and whenever its slot is used again, so most
+// of those that are not used will never be.
+constexpr std::uint32_t kForgetUnusedMoving_keyframes = 50;
 constexpr float kPredictionRate = 0.8f;  // of the way to the neighbours' mean per line test
 
 int paths_for(VisibilityPrecision precision) {
@@ -128,7 +131,8 @@ VisibilityCache::Index VisibilityCache::add(std::uint64_t number, const Source& 
 void VisibilityCache::remove_unused() {
   upper_bounds_.clear();
   const auto& kept = entries_.remove_unused([&](const VisibilityEntry& entry) {
-    return keyframe_ - entry.used > kForgetUnused_keyframes;
+    return keyframe_ - entry.used > (is_moving_source(entry.number) ? kForgetUnusedMoving_keyframes
+                                                                    : kForgetUnused_keyframes);
   });
   std::erase_if(bent_paths_, [this](const auto& one) { return find(one.first) == kUnknown; });
   for (const VisibilityEntry& entry : kept)

@@ -10,6 +10,7 @@
 #include "common/random.h"
 #include "runtime/mixing/keyframe_maker.h"
 #include "runtime/occlusion/fresnel_visibility.h"
+#include "runtime/propagation/source_number.h"
 #include "runtime/response/energy_response.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/runtime/two_rooms.h"
@@ -163,6 +164,27 @@ TEST(VisibilityCache, ChangesTheGainOfAVoiceSmoothly) {
   }
   EXPECT_EQ(last, 0);
   EXPECT_EQ(keyframe.voices[0].gain[0][0], low);
+}
+
+// Each of 1.2 million short sources once left 170 bytes for half a minute.
+TEST(VisibilityCache, ForgetsMovingSourcesThatHaveEnded) {
+  const World world(two_rooms(false), 300);
+  const Vec3 place(1, 1, 1.6);
+  VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = 1000});
+  const auto number = [](std::uint64_t i) { return kMovingSourceBit | i << 32 | i % 20; };
+  const Source& source = world.sources[0];
+  constexpr std::uint64_t kPerKeyframe = 20, kKeyframes = 1000;
+  for (std::uint64_t k = 0; k < kKeyframes; ++k) {
+    occlusion.begin_keyframe(place);
+    for (std::uint64_t i = 0; i < kPerKeyframe; ++i)
+      occlusion.test_new(number(k * kPerKeyframe + i), source, 1);
+  }
+  std::uint64_t known = 0;
+  for (std::uint64_t i = 0; i < kKeyframes * kPerKeyframe; ++i)
+    known += occlusion.find(number(i)) != VisibilityCache::kUnknown;
+  EXPECT_NE(occlusion.find(number(kKeyframes * kPerKeyframe - 1)), VisibilityCache::kUnknown);
+  // Those of the last second, and as many again until the table is crowded.
+  EXPECT_LE(known, 4 * 50 * kPerKeyframe);
 }
 
 TEST(VisibilityCache, CoversAllSourcesForStrategyAll) {
