@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kSampleEvery_m = 0.25;
 constexpr double kMaxSamples = 8;
-constexpr std::size_t kMaxTests = 20'000'000;  // a few seconds
+constexpr std::size_t kMaxVisitsOfSearch = 4000;
 // Cos 45 degrees: a gap lies within this angle of the direction away from the face.
 constexpr double kAhead = 0.7071067811865476;
 constexpr double kSlender = 5;  // minimum ratio of length to width of a gap
@@ -56,7 +56,7 @@ std::vector<std::size_t> longest_first(std::span<const MeshEdge> edges) {
 }
 
 EdgeSurroundings classify_edge(const Mesh& mesh, const TriangleTree& tree, const MeshEdge& edge,
-                               double touch_m, double reach_m, std::size_t& tests) {
+                               double touch_m, double reach_m, std::size_t& visits) {
   EdgeSurroundings found;
   if (!(edge.length_m > 0)) return found;
   const Vec3 a = corner(mesh, edge.vertices[0]), b = corner(mesh, edge.vertices[1]);
@@ -66,21 +66,20 @@ EdgeSurroundings classify_edge(const Mesh& mesh, const TriangleTree& tree, const
   for (int i = 0; i < samples; ++i) {
     const Vec3 at = a + (b - a) * ((i + 0.5) / samples);
     const auto other = [&](std::uint32_t triangle, const Vec3&) {
-      ++tests;
       return triangle != edge.triangle;
     };
-    if (const auto touched = tree.nearest(at, touch_m, other, 1000)) {
+    if (const auto touched = tree.nearest(at, touch_m, other, kMaxVisitsOfSearch, &visits)) {
       ++resting;
+      found.seam_m = std::max(found.seam_m, touched->distance_m);
       if (before_gap == 0) found.triangle = touched->triangle;
       continue;
     }
     const auto across = [&](std::uint32_t triangle, const Vec3& point_m) {
-      ++tests;
       const Vec3 offset_m = point_m - at;
       return triangle != edge.triangle && dot(offset_m, ahead) >= kAhead * length(offset_m) &&
              !shares_a_corner(mesh, triangle, edge);
     };
-    if (const auto hit = tree.nearest(at, reach_m, across, 1000)) {
+    if (const auto hit = tree.nearest(at, reach_m, across, kMaxVisitsOfSearch, &visits)) {
       ++before_gap;
       if (hit->distance_m <= found.gap_m) continue;
       found.gap_m = hit->distance_m;
@@ -100,26 +99,30 @@ EdgeSurroundings classify_edge(const Mesh& mesh, const TriangleTree& tree, const
 
 std::vector<EdgeSurroundings> classify_edges(const Mesh& mesh, const TriangleTree& tree,
                                              std::span<const MeshEdge> edges, double touch_m,
-                                             double reach_m, const std::atomic<bool>* stop) {
+                                             double reach_m, const std::atomic<bool>* stop,
+                                             std::size_t max_visits) {
   std::vector<EdgeSurroundings> all(edges.size());
-  std::size_t tests = 0;
+  std::size_t visits = 0;
   for (const std::size_t i : longest_first(edges)) {
-    if (tests > kMaxTests || (stop != nullptr && *stop)) break;
-    all[i] = classify_edge(mesh, tree, edges[i], touch_m, reach_m, tests);
+    if (stop != nullptr && *stop) break;
+    if (visits > max_visits)
+      all[i].kind = EdgeSurroundings::Kind::kUnknown;
+    else
+      all[i] = classify_edge(mesh, tree, edges[i], touch_m, reach_m, visits);
   }
   return all;
 }
 
 std::vector<std::uint32_t> contacts(const Mesh& mesh, const TriangleTree& tree,
-                                    std::span<const MeshEdge> edges, double touch_m,
-                                    double reach_m) {
+                                    std::span<const MeshEdge> edges, double touch_m, double reach_m,
+                                    std::size_t max_visits) {
   const auto sheet = sheets_of(mesh);
   std::vector<std::uint32_t> touching;
-  std::size_t tests = 0;
+  std::size_t visits = 0;
   for (const std::size_t i : longest_first(edges)) {
     const MeshEdge& edge = edges[i];
     if (!(edge.length_m > 0)) continue;
-    if (tests > kMaxTests) {  // budget exhausted: fix the rest rather than risk a crack
+    if (visits > max_visits) {  // budget exhausted: fix the rest rather than risk a crack
       touching.push_back(edge.triangle);
       continue;
     }
@@ -130,7 +133,6 @@ std::vector<std::uint32_t> contacts(const Mesh& mesh, const TriangleTree& tree,
     for (int s = 0; s < samples; ++s) {
       const Vec3 at = a + (b - a) * ((s + 0.5) / samples);
       const auto another = [&](std::uint32_t triangle, const Vec3& point_m) {
-        ++tests;
         if (triangle == edge.triangle) return false;
         if (sheet[mesh.triangles[triangle][0]] != own_sheet) return true;
         const Vec3 offset_m = point_m - at;
@@ -138,7 +140,7 @@ std::vector<std::uint32_t> contacts(const Mesh& mesh, const TriangleTree& tree,
         return away_m <= touch_m ||
                (dot(offset_m, ahead) >= kAhead * away_m && !shares_a_corner(mesh, triangle, edge));
       };
-      if (const auto hit = tree.nearest(at, reach_m, another, 1000))
+      if (const auto hit = tree.nearest(at, reach_m, another, kMaxVisitsOfSearch, &visits))
         touching.insert(touching.end(), {edge.triangle, hit->triangle});
     }
   }

@@ -74,14 +74,16 @@ void TriangleTree::build(std::uint32_t first, std::uint32_t last) {
 
 std::optional<TriangleTree::Nearest> TriangleTree::nearest(const Vec3& point_m, double within_m,
                                                            const Accepts& accepts,
-                                                           std::size_t max_tests) const {
-  if (nodes_.empty()) return std::nullopt;
+                                                           std::size_t max_visits,
+                                                           std::size_t* visits) const {
   std::optional<Nearest> best;
+  std::size_t visited = 0;
   double best_m2 = within_m * within_m;
   std::array<std::uint32_t, 64> waiting;  // one node per level at most
   std::size_t depth = 0;
-  waiting[depth++] = 0;
-  while (depth > 0) {
+  if (!nodes_.empty()) waiting[depth++] = 0;
+  while (depth > 0 && visited < max_visits) {
+    ++visited;
     const std::uint32_t index = waiting[--depth];
     const Node& node = nodes_[index];
     if (node.box.distance2_m2(point_m) > best_m2) continue;
@@ -93,8 +95,8 @@ std::optional<TriangleTree::Nearest> TriangleTree::nearest(const Vec3& point_m, 
       waiting[depth++] = near;
       continue;
     }
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
-      if (max_tests-- == 0) return best;
+    for (std::uint32_t i = node.first; i < node.first + node.count && visited < max_visits; ++i) {
+      ++visited;
       const std::uint32_t triangle = order_[i];
       const auto& corners = mesh_.triangles[triangle];
       const Vec3 on = nearest_on_triangle(point_m, Vec3(mesh_.vertices_m[corners[0]]),
@@ -108,6 +110,7 @@ std::optional<TriangleTree::Nearest> TriangleTree::nearest(const Vec3& point_m, 
       best = Nearest{triangle, on, std::sqrt(apart_m2)};
     }
   }
+  if (visits != nullptr) *visits += visited;
   return best;
 }
 

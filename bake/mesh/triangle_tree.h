@@ -34,11 +34,12 @@ class TriangleTree {
   // The mesh must outlive the tree.
   explicit TriangleTree(const Mesh& mesh);
 
-  // The nearest accepted triangle within `within_m`; an empty filter accepts all. At most
-  // `max_tests` triangles are tested, and the nearest of these is returned.
-  std::optional<Nearest> nearest(
-      const Vec3& point_m, double within_m, const Accepts& accepts = {},
-      std::size_t max_tests = std::numeric_limits<std::size_t>::max()) const;
+  // The nearest accepted triangle within `within_m`; an empty filter accepts all. Where boxes
+  // overlap, a search may visit all nodes and triangles: at most `max_visits` of them, and the
+  // nearest triangle of these is returned. Counts the visits in `visits` unless that is null.
+  std::optional<Nearest> nearest(const Vec3& point_m, double within_m, const Accepts& accepts = {},
+                                 std::size_t max_visits = std::numeric_limits<std::size_t>::max(),
+                                 std::size_t* visits = nullptr) const;
 
  private:
   struct Node {

@@ -53,7 +53,7 @@ void simplify(PreparedMesh& prepared, const Level& level, double tolerance_m, Le
   simplification.area_before_m2 = area_of(prepared.mesh);
   const TriangleTree tree(prepared.mesh);
   for (const Emitter& emitter : level.emitters)
-    if (const auto surface = tree.nearest(emitter.position_m, tolerance_m, {}, 10'000))
+    if (const auto surface = tree.nearest(emitter.position_m, tolerance_m, {}, 40'000))
       report.emitters_at_surfaces.push_back({emitter.name, surface->distance_m});
 
   const Simplification simpler = simplify(prepared, tolerance_m);

@@ -36,6 +36,21 @@ inline void add(Mesh& mesh, const Mesh& more) {
   mesh.materials.insert(mesh.materials.end(), more.materials.begin(), more.materials.end());
 }
 
+// Long narrow triangles of one metre by a millimetre that cross at their middles: all their boxes
+// overlap there.
+inline Mesh crossing_slivers(std::uint32_t count) {
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const RandomBits bits = philox(11, {i, 0, 0, 0});
+    const Vec3 along = normalize(Vec3(unit(bits[0]), unit(bits[1]), unit(bits[2])) - Vec3(0.5));
+    for (const Vec3& corner : {-0.5 * along, 0.5 * along, 0.5 * along + Vec3(0, 1e-3, 0)})
+      mesh.vertices_m.push_back(Vec3f(corner));
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    mesh.materials.push_back(0);
+  }
+  return mesh;
+}
+
 // Samples the surface at(u, v) over the unit square with `across` x `up` cells of two triangles.
 inline Mesh patch(std::uint32_t across, std::uint32_t up,
                   const std::function<Vec3(double u, double v)>& at, std::uint16_t material = 0) {

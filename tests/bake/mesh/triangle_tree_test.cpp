@@ -51,6 +51,19 @@ TEST(TriangleTree, FindsTheNearestPointInsideOnEdgesAndAtVertices) {
   }
 }
 
+TEST(TriangleTree, VisitsNoMoreThanItMay) {
+  const Mesh mesh = testing::crossing_slivers(2000);
+  const TriangleTree tree(mesh);
+  const auto none = [](std::uint32_t, const Vec3&) { return false; };
+  std::size_t all = 0, some = 0;
+  EXPECT_FALSE(tree.nearest({0, 0, 0}, 0.5, none, 1'000'000, &all));
+  EXPECT_GT(all, 2000u);
+  EXPECT_FALSE(tree.nearest({0, 0, 0}, 0.5, none, 100, &some));
+  EXPECT_EQ(some, 100u);
+  // What is found by then is returned.
+  EXPECT_TRUE(tree.nearest({0, 0, 0}, 0.5, {}, 100));
+}
+
 TEST(TriangleTree, ReturnsTheFirstOfEquallyNearTriangles) {
   Mesh mesh;
   mesh.vertices_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
