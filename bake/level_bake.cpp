@@ -107,8 +107,10 @@ Result<void> LevelBake::prepare() {
   observer_.on_import(imported_->level.name, imported_->report);
   warn_and_keep(imported_->report.warnings);
   const LevelReport prepared = prepare_level(
-      imported_->level, {request_.simplify_m, options_.stop,
-                         options_.cache != nullptr ? &options_.cache->geometry : nullptr});
+      imported_->level,
+      {request_.simplify_m, options_.stop,
+       options_.cache != nullptr ? &options_.cache->geometry : nullptr, imported_->rounding_m,
+       [this](const char* stage) { observer_.on_stage(stage); }});
   if (stopped()) return Error("stopped before the level was prepared");
   observer_.on_prepared(prepared);
   warn_and_keep(report_warnings(prepared));
@@ -119,9 +121,9 @@ Result<void> LevelBake::prepare() {
 
 Result<void> LevelBake::place_probes() {
   const Level& level = imported_->level;
+  observer_.on_stage("placing probes");
   auto placed = clamor::place_probes(Scene(level.mesh, Scene::Build::kQuick), level,
                                      *probe_options(request_.probes));
-  observer_.on_stage("placing probes");
   if (!placed.ok()) return placed.error();
   probes_ = std::move(*placed);
   observer_.on_probes(probes_);
@@ -168,16 +170,16 @@ BakeOptions LevelBake::bake_options() const {
 }
 
 Result<BakeReport> LevelBake::trace_shard() {
+  observer_.on_stage("planning the photons and early reflections");
   auto report = bake_shard(imported_->level, bake_options(), *options_.shard);
   if (!report.ok()) return report.error().in(request_.level_path);
-  observer_.on_stage("planning the photons and early reflections");
   return report;
 }
 
 Result<BakeCost> LevelBake::cost() {
+  observer_.on_stage("tracing a few photons, to see what they cost");
   BakeOptions options = bake_options();
   if (options_.goal) {
-  observer_.on_stage("tracing a few photons, to see what they cost");
     options.settings.photons = 0;
     options.settings.sources = BakeRounds::sources_of_first(imported_->level);
   }
@@ -213,9 +215,9 @@ std::vector<std::string> LevelBake::words() const {
 
 Result<void> LevelBake::write_contents() {
   observer_.on_writing();
+  observer_.on_stage("writing the file");
   SignalCache* const signals = options_.cache != nullptr ? &options_.cache->signals : nullptr;
   if (!options_.output.empty())
-  observer_.on_stage("writing the file");
     return write_bake(options_.output, contents_, options_.threads, options_.stop, signals);
   auto bytes =
       bake_bytes(imported_->level.name, contents_, options_.threads, options_.stop, signals);
@@ -233,9 +235,9 @@ std::uint64_t LevelBake::file_bytes() const {
 
 Result<void> LevelBake::write() {
   const Level& level = imported_->level;
+  observer_.on_stage("planning the photons and early reflections");
   auto contents = options_.goal
                       ? bake_until(level, bake_options(), *options_.goal, &report_, &missed_goal_)
-  observer_.on_stage("planning the photons and early reflections");
                       : bake(level, bake_options(), &report_);
   if (!contents.ok())
     return contents.error().in(request_.level_path.empty() ? level.name : request_.level_path);
@@ -245,9 +247,9 @@ Result<void> LevelBake::write() {
   contents_.provenance.input_hash = imported_->input_hash;
   contents_.provenance.inputs = imported_->inputs;
   contents_.provenance.arguments = words();
+  observer_.on_stage("reading the level again, to see whether it changed");
   if (auto unchanged = check_unchanged(); !unchanged.ok()) return unchanged;
   warn_and_keep(contents_.statistics.warnings);
-  observer_.on_stage("reading the level again, to see whether it changed");
   contents_.statistics.warnings = kept_warnings_;
   contents_.statistics.findings = findings_;
   if (!report_.journal_warning.empty()) warn(report_.journal_warning);

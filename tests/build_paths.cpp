@@ -10,4 +10,8 @@ std::string shared_level(const std::string& name) {
   return std::string(kSourceDir) + "/../shared/levels/" + name;
 }
 
+std::string shared_case(const std::string& name) {
+  return std::string(kSourceDir) + "/../shared/cases/" + name;
+}
+
 }  // namespace clamor::testing

@@ -15,4 +15,7 @@ extern const char kJackListener[];  // the program that waits for sound from a J
 // The path of a real level. The levels lie beside the repository and may be absent.
 std::string shared_level(const std::string& name);
 
+// The path of a small input that other programs wrote; they lie there, too.
+std::string shared_case(const std::string& name);
+
 }  // namespace clamor::testing

@@ -54,7 +54,7 @@ void for_each_edge(const std::vector<Side>& sides, const Visit& visit) {
 class Preparation {
  public:
   Preparation(const Mesh& mesh, const PreparationOptions& options) : input_(mesh) {
-    out_.weld_m = options.weld_m > 0 ? options.weld_m : weld_distance_m(mesh);
+    out_.weld_m = options.weld_m > 0 ? options.weld_m : weld_distance_m(mesh, options.rounding_m);
   }
 
   PreparedMesh run() {

@@ -22,7 +22,8 @@
 namespace clamor {
 
 struct PreparationOptions {
-  double weld_m = 0;  // welding distance; 0: weld_distance_m()
+  double weld_m = 0;      // welding distance; 0: weld_distance_m()
+  double rounding_m = 0;  // how far the rounding of quantised positions may have parted vertices
 };
 
 // An edge that sound is diffracted around or leaks through.
@@ -68,8 +69,10 @@ inline constexpr double kFeatureCosine = 0.8191520442889918;
 
 // Default welding distance: 0.1 mm, a three-hundredth of the shortest wavelength. At most 1e-5 of
 // the level's extent, which is Scene's ray offset and so the resolution of rays; at least four
-// units in the last place of the largest coordinate, the rounding error of transforms.
-double weld_distance_m(const Mesh& mesh);
+// units in the last place of the largest coordinate, the rounding error of transforms; and at least
+// the rounding of quantised positions, unless that exceeds kMaxRounding_m.
+inline constexpr double kMaxRounding_m = 0.005;  // an eighth of the shortest wavelength
+double weld_distance_m(const Mesh& mesh, double rounding_m = 0);
 
 PreparedMesh prepare_mesh(const Mesh& mesh, const PreparationOptions& options = {});
 

@@ -77,16 +77,18 @@ class Grid {
 
 }  // namespace
 
-double weld_distance_m(const Mesh& mesh) {
+double weld_distance_m(const Mesh& mesh, double rounding_m) {
   if (mesh.triangles.empty()) return 1e-4;
   const Boundsf bounds = bounds_of(mesh);
   double largest_m = 0;
   for (int axis = 0; axis < 3; ++axis)
     largest_m = std::max({largest_m, std::abs(static_cast<double>(bounds.low_m[axis])),
                           std::abs(static_cast<double>(bounds.high_m[axis]))});
-  const double rounding_m = 4 * 0x1p-23 * largest_m;
+  const double single_m = 4 * 0x1p-23 * largest_m;
+  // Transforms round on top of quantisation.
+  const double quantised_m = rounding_m <= kMaxRounding_m ? rounding_m + single_m : single_m;
   // All vertices at the origin: any distance works.
-  return std::max({std::min(1e-4, 1e-5 * bounds.diagonal_m()), rounding_m, 1e-30});
+  return std::max({std::min(1e-4, 1e-5 * bounds.diagonal_m()), quantised_m, 1e-30});
 }
 
 Welding weld_vertices(const Mesh& mesh, double distance_m) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -23,8 +24,14 @@ constexpr std::size_t kKeptGaps = 200;
 // Extents below and mean free paths above these suggest a wrong unit of length.
 constexpr double kSmallLevel_m = 1, kLargeRoom_m = 60;
 
+// Single precision resolves 0.1 mm at this distance from the origin.
+constexpr double kFarFromOrigin_m = 1000;
+
 // Losses below this share of the power are not reported, because the ray counts would be noise.
 constexpr double kLeak = 0.05;
+
+// An edge further off its surface than this share of the welding distance borders a seam.
+constexpr double kSeamOfWeld = 0.1;
 
 void add_areas(const Mesh& mesh, std::vector<MaterialArea>& materials, double& all_m2,
                double MaterialArea::*where) {
@@ -44,6 +51,12 @@ double area_of(const Mesh& mesh) {
 double extent_of(const Mesh& mesh) {
   if (mesh.vertices_m.empty()) return 0;
   return bounds_of(mesh.vertices_m).diagonal_m();
+}
+
+double distance_of_centre_m(const Mesh& mesh) {
+  if (mesh.vertices_m.empty()) return 0;
+  const Boundsf bounds = bounds_of(mesh.vertices_m);
+  return 0.5 * length(Vec3(bounds.low_m) + Vec3(bounds.high_m));
 }
 
 void simplify(PreparedMesh& prepared, const Level& level, double tolerance_m, LevelReport& report) {
@@ -93,6 +106,7 @@ std::string at(const Vec3& place_m) {
 }
 
 std::string metres(double length_m) {
+  if (length_m < 0.00095) return fmt::format("{:.2f} mm", 1e3 * length_m);
   if (length_m < 0.0095) return fmt::format("{:.1f} mm", 1e3 * length_m);
   if (length_m < 0.0995) return fmt::format("{:.0f} cm", 1e2 * length_m);
   return fmt::format("{:.{}f} m", length_m, length_m < 9.95 ? 1 : 0);
@@ -169,6 +183,12 @@ std::string closedness(const LevelReport& report) {
   const LevelOpenings& found = report.openings;
   if (found.rays == 0) return "";
   if (found.openings.empty()) return fmt::format("closed: none of {} rays left it", found.rays);
+  if (report.leaks_through_seams())
+    return fmt::format(
+        "{} of the sound leaves the level through seams, {} of edges that lie up to {} off the "
+        "surface that they rest on, as rounded positions leave them: quantise positions with more "
+        "bits, or export them as floating-point numbers",
+        percent(found.escaped_share), metres(report.seams_m), metres(report.widest_seam_m));
   const std::size_t worth_naming = static_cast<std::size_t>(std::count_if(
       found.openings.begin(), found.openings.end(),
       [&](const LevelOpening& opening) { return opening.share >= 0.1 * found.escaped_share; }));
@@ -189,7 +209,10 @@ LevelFindings findings_in(const LevelReport& report) {
   LevelFindings found;
   found.closedness = closedness(report);
   found.thin_gaps = static_cast<std::uint32_t>(report.gaps.size());
-  for (const LevelOpening& opening : report.openings.openings)
+  // Seams are everywhere.
+  const std::span<const LevelOpening> openings =
+      report.leaks_through_seams() ? std::span<const LevelOpening>() : report.openings.openings;
+  for (const LevelOpening& opening : openings)
     found.list.push_back(
         {Kind::kOpening,
          fmt::format("{} of the sound leaves {}", percent(opening.share), in_words(opening)),
@@ -220,6 +243,10 @@ std::optional<double> LevelReport::geometric_free_path_m() const {
 
 namespace {
 
+void begin_stage(const char* stage, const LevelOptions& options) {
+  if (options.on_stage) options.on_stage(stage);
+}
+
 bool is_stopped(const LevelOptions& options) {
   return options.stop != nullptr && options.stop->load(std::memory_order_relaxed);
 }
@@ -233,7 +260,8 @@ GeometryCache::Entry prepare_geometry(const Level& level, const LevelOptions& op
   report.triangles_read = level.mesh.triangles.size();
   add_areas(level.mesh, report.materials, report.area_read_m2, &MaterialArea::read_m2);
 
-  PreparedMesh prepared = prepare_mesh(level.mesh);
+  begin_stage("welding corners", options);
+  PreparedMesh prepared = prepare_mesh(level.mesh, {0, options.rounding_m});
   if (is_stopped(options)) return made;
   report.weld_m = prepared.weld_m;
   report.welded_vertices = prepared.welded_vertices;
@@ -244,18 +272,22 @@ GeometryCache::Entry prepare_geometry(const Level& level, const LevelOptions& op
   for (const MaterialClash& clash : prepared.clashes)
     report.clashes.push_back({level.materials[clash.kept].name, level.materials[clash.dropped].name,
                               clash.area_m2, clash.place_m});
-  if (options.simplify_m > 0 && !prepared.mesh.triangles.empty())
+  if (options.simplify_m > 0 && !prepared.mesh.triangles.empty()) {
+    begin_stage("simplifying surfaces", options);
     simplify(prepared, level, options.simplify_m, report);
+  }
   report.volume_m3 = enclosed_volume_m3(prepared);
 
   made.mesh = std::move(prepared.mesh);
   report.triangles = made.mesh.triangles.size();
   report.extent_m = extent_of(made.mesh);
+  report.from_origin_m = distance_of_centre_m(made.mesh);
   add_areas(made.mesh, report.materials, report.area_m2, &MaterialArea::area_m2);
   report.boundary_edges = std::move(prepared.boundary_edges);
   report.feature_edges = std::move(prepared.feature_edges);
 
   if (is_stopped(options)) return made;
+  begin_stage("searching for gaps at open edges", options);
   const TriangleTree tree(made.mesh);
   const auto surroundings =
       classify_edges(made.mesh, tree, report.boundary_edges, 4 * report.weld_m,
@@ -266,6 +298,11 @@ GeometryCache::Entry prepare_geometry(const Level& level, const LevelOptions& op
     const bool rests = surroundings[i].kind == EdgeSurroundings::Kind::kRests;
     (rests ? report.resting_edges_m : report.free_edges_m) += report.boundary_edges[i].length_m;
     if (!rests) made.free_edges.push_back(report.boundary_edges[i]);
+    if (rests && surroundings[i].seam_m > kSeamOfWeld * report.weld_m) {
+      report.seams_m += report.boundary_edges[i].length_m;
+      report.widest_seam_m = std::max(report.widest_seam_m, surroundings[i].seam_m);
+    }
+    if (surroundings[i].kind == EdgeSurroundings::Kind::kUnknown) ++report.unknown_edges;
   }
   return made;
 }
@@ -298,11 +335,13 @@ LevelReport prepare_level(Level& level, const LevelOptions& options) {
   level.mesh = std::move(geometry.mesh);
   LevelReport report = std::move(geometry.report);
   if (is_stopped(options)) return report;
+  begin_stage("looking for emitters that are not heard", options);
   const Scene scene(level.mesh, Scene::Build::kQuick);
   if (is_stopped(options)) return report;
   const auto unheard = Audibility(scene, level.mesh, level.materials).inaudible(level.emitters);
   report.unheard_emitters = in_words(unheard, level.emitters);
   if (is_stopped(options)) return report;
+  begin_stage("looking for openings", options);
   report.openings =
       find_openings(scene, level, places_that_work_m(level.emitters, unheard), geometry.free_edges);
   return report;
@@ -342,6 +381,10 @@ std::vector<std::string> report_lines(const LevelReport& report) {
   const LevelFindings findings = findings_in(report);
   if (!findings.closedness.empty() && !is_suspicious(report)) lines.push_back(findings.closedness);
   if (!report.gaps.empty()) lines.push_back(gap_line(findings));
+  if (report.unknown_edges > 0)
+    lines.push_back(
+        fmt::format("{} not searched for gaps, because so many surfaces cross there",
+                    counted(report.unknown_edges, "short edge was", "short edges were")));
   if (report.openings.mean_free_path_m > 0) {
     std::string line = fmt::format("mean free path {:.2f} m", report.openings.mean_free_path_m);
     if (const auto geometric_m = report.geometric_free_path_m())
@@ -362,6 +405,11 @@ std::vector<std::string> report_warnings(const LevelReport& report) {
         "sound goes {} between surfaces, further than in any hall; glTF is in metres: was the "
         "level made in another unit?",
         metres(report.openings.mean_free_path_m)));
+  if (report.from_origin_m > std::max(kFarFromOrigin_m, report.extent_m))
+    warnings.push_back(fmt::format(
+        "the level lies {:.3g} km from the origin, where single-precision numbers are {} apart, so "
+        "that surfaces leak; move the level to the origin before it is exported",
+        report.from_origin_m / 1000, metres(0x1p-23 * report.from_origin_m)));
   warnings.insert(warnings.end(), report.unheard_emitters.begin(), report.unheard_emitters.end());
   if (is_suspicious(report)) warnings.push_back(closedness(report));
   for (std::size_t i = 0; i < std::min(report.clashes.size(), kShownClashes); ++i)

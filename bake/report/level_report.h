@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +26,8 @@ struct LevelOptions {
   // Set it to end the preparation early. Level and report are then useless.
   const std::atomic<bool>* stop = nullptr;
   GeometryCache* cache = nullptr;  // of an earlier preparation; null: none
+  double rounding_m = 0;           // of quantised positions, see mesh_preparation.h
+  std::function<void(const char* stage)> on_stage{};  // called when a stage begins; may be empty
 };
 
 struct MaterialArea {
@@ -66,12 +69,20 @@ struct LevelReport {
 
   std::vector<MeshEdge> boundary_edges, feature_edges;  // of the prepared mesh, for diffraction
   double free_edges_m = 0, resting_edges_m = 0;         // total length of boundary edges by kind
-  std::vector<ThinGap> gaps;                            // largest area first
+  std::size_t unknown_edges = 0;  // boundary edges, the shortest, whose surroundings are unknown
+  std::vector<ThinGap> gaps;      // largest area first
+  // Resting edges that do not quite touch the surface: their length, and their greatest distance.
+  double seams_m = 0, widest_seam_m = 0;
 
   LevelOpenings openings;
   double volume_m3 = 0;  // 0 for open levels
   double extent_m = 0;
+  double from_origin_m = 0;  // distance of the level's centre
 
+  // Sound leaves the level although all its edges rest on surfaces.
+  bool leaks_through_seams() const {
+    return openings.escaped > 0 && seams_m > 0 && gaps.empty() && !(free_edges_m > 0);
+  }
   // 4 V / S for closed levels without escaped sound; otherwise nothing.
   std::optional<double> geometric_free_path_m() const;
 };

@@ -1,6 +1,7 @@
 #include "formats/gltf/gltf_accessor.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include <fmt/format.h>
@@ -158,6 +159,29 @@ std::array<double, 4> GltfReader::at(std::size_t i) const {
     values[c] =
         component(from + c * component_bytes_, accessor_->component_type, accessor_->normalized);
   return values;
+}
+
+// Tools round to fewer bits than 16-bit integers have, usually 14, and repeat the highest bits of a
+// value in the lowest.
+double GltfReader::step() const {
+  const int type = accessor_->component_type;
+  if (type == kFloat) return 0;
+  if (!accessor_->normalized) return 1;
+  const int whole = static_cast<int>(8 * component_bytes_) - (type == kByte || type == kShort);
+  const auto largest = [](int bits) { return std::ldexp(1.0, bits) - 1; };
+  const auto has_bits = [&](int bits) {
+    for (std::size_t i = 0; i < count(); ++i)
+      for (const double part : at(i)) {
+        const auto value = static_cast<std::uint32_t>(std::lround(std::abs(part) * largest(whole)));
+        const std::uint32_t kept = value >> (whole - bits);
+        if (value != (kept << (whole - bits) | kept >> (2 * bits - whole))) return false;
+      }
+    return true;
+  };
+  constexpr int kMostMissing = 2;
+  for (int bits = whole - kMostMissing; component_bytes_ == 2 && bits < whole; ++bits)
+    if (has_bits(bits)) return 1 / largest(bits);
+  return 1 / largest(whole);
 }
 
 std::uint32_t GltfReader::index_at(std::size_t i) const {

@@ -23,6 +23,10 @@ class GltfReader {
 
   std::size_t count() const { return accessor_->count; }
 
+  // The distance of neighbouring values: of integers, as far as they are used, normalized or not; 0
+  // for numbers in floating point.
+  double step() const;
+
   // Element i < count(), padded with zeros.
   std::array<double, 4> at(std::size_t i) const;
 

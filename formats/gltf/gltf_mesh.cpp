@@ -25,6 +25,7 @@ struct LocalMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::uint16_t> materials;
   std::size_t points_or_lines = 0, left_over = 0;
+  double step = 0;  // of positions that are integers
 };
 
 std::string label(const GltfScene& scene, std::size_t mesh) {
@@ -81,6 +82,7 @@ class MeshReader {
     const std::size_t count = indices ? indices->count() : positions->count();
     const std::size_t triangles = triangle_count(primitive.mode, count);
     if (primitive.mode == kTriangles) local.left_over += count % 3;
+    local.step = std::max(local.step, positions->step());
     begin_remap(positions->count());
     for (std::size_t t = 0; t < triangles; ++t) {
       std::array<std::uint32_t, 3> triangle;
@@ -133,6 +135,11 @@ class MeshReader {
 
 Result<void> append(const LocalMesh& local, const glm::dmat4& place, Mesh& mesh, SceneMesh& out) {
   const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
+  // Each of the two vertices is off by half a step, in all three directions.
+  const auto columns = glm::dmat3(place);
+  const double scale = std::sqrt(dot(columns[0], columns[0]) + dot(columns[1], columns[1]) +
+                                 dot(columns[2], columns[2]));
+  out.rounding_m = std::max(out.rounding_m, local.step * scale);
   for (const Vec3& vertex : local.vertices) {
     const Vec3 p(place * glm::dvec4(vertex, 1.0));
     if (!(std::fabs(p.x) <= kFarthest_m && std::fabs(p.y) <= kFarthest_m &&

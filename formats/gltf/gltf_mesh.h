@@ -19,6 +19,9 @@ struct SceneMesh {
   // Mesh::materials contains indices of glTF materials; a primitive without material has the index
   // after the last.
   Mesh mesh;
+  // How far apart two vertices may be that were one before their file rounded positions to integers
+  // (KHR_mesh_quantization); 0: it did not.
+  double rounding_m = 0;
   std::vector<Mesh> parts;                 // of MovableNodes::parts, relative to their pivots
   std::size_t meshes = 0, placements = 0;  // that contributed triangles
   std::size_t hidden = 0;                  // skipped placements

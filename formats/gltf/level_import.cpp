@@ -404,6 +404,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   auto mesh = build_mesh(*scene, *placements, *movable, options.hidden_meshes);
   if (!mesh.ok()) return mesh.error().in(path);
   report_mesh(*mesh, report);
+  imported.rounding_m = mesh->rounding_m;
   level.mesh = std::move(mesh->mesh);
   level.movable_parts = movable_parts(*scene, *movable, std::move(mesh->parts), report);
   if (const auto ok = assign_materials(*scene, *sidecar, options.material, level, report); !ok.ok())

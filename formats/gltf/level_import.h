@@ -27,7 +27,8 @@ namespace clamor {
 
 struct ImportedLevel {
   Level level;
-  SceneGroups groups;  // of its emitters, by nodes of the glTF scene
+  double rounding_m = 0;  // of positions, see gltf_mesh.h
+  SceneGroups groups;     // of its emitters, by nodes of the glTF scene
   ImportReport report;
   std::vector<ListenerSpec> listeners;  // of the sidecar
   ImportedSettings settings;            // of the sidecar; level.air already contains its air

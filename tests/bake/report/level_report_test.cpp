@@ -1,6 +1,10 @@
 // Tests of what the report tells a designer before the bake.
 #include "bake/report/level_report.h"
 
+#include <array>
+#include <cmath>
+#include <filesystem>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -113,6 +117,75 @@ TEST(LevelReport, FindsASlitUnderADoorButNoneUnderAWallOnTheFloor) {
   EXPECT_EQ(none.free_edges_m, 0);
 }
 
+// A room of panels, each of which rounds its corners to steps from an origin of its own, as
+// KHR_mesh_quantization does.
+Level room_of_rounded_panels(double step_m) {
+  const Level whole = shoebox({4, 3, 5}, uniform_material(0.1f), {1, 1, 1});
+  Level level = whole;
+  level.mesh = {};
+  std::uint32_t panels = 0;
+  for (std::size_t t = 0; t + 1 < whole.mesh.triangles.size(); t += 2) {
+    const auto corner = [&](std::size_t triangle, std::size_t c) {
+      return Vec3(whole.mesh.vertices_m[whole.mesh.triangles[triangle][c]]);
+    };
+    // The two triangles of a side are a parallelogram from its first corner.
+    const Vec3 from = corner(t, 0), u = corner(t, 1) - from, v = corner(t + 1, 2) - from;
+    constexpr int kAcross = 4;
+    for (int i = 0; i < kAcross; ++i)
+      for (int j = 0; j < kAcross; ++j) {
+        const RandomBits bits = philox(9, {++panels, 0, 0, 0});
+        const Vec3 origin = Vec3(unit(bits[0]), unit(bits[1]), unit(bits[2]));
+        const auto at = [&](int x, int y) {
+          const Vec3 exact = from + u * (double(x) / kAcross) + v * (double(y) / kAcross);
+          return Vec3f(origin + step_m * glm::round((exact - origin) / step_m));
+        };
+        testing::add_quad(level.mesh, {at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)});
+      }
+  }
+  return level;
+}
+
+TEST(LevelReport, CallsARoomOfQuantisedPanelsClosed) {
+  for (const double step_m : {1e-4, 2e-3}) {
+    Level level = room_of_rounded_panels(step_m);
+    LevelOptions options;
+    options.rounding_m = std::sqrt(3) * step_m;
+    const LevelReport report = prepare_level(level, options);
+    EXPECT_EQ(report.openings.escaped, 0u) << step_m;
+    EXPECT_NEAR(report.volume_m3, 60, 100 * step_m);
+    EXPECT_TRUE(report.gaps.empty());
+  }
+}
+
+TEST(LevelReport, SaysThatPositionsAreRoundedWhereItDoesNotKnowTheStep) {
+  Level level = room_of_rounded_panels(1.5e-4);
+  const LevelReport report = prepare_level(level);
+  EXPECT_GT(report.openings.escaped, 0u);
+  EXPECT_NEAR(report.widest_seam_m, 1.5e-4, 1e-4);
+  EXPECT_THAT(report_warnings(report), Contains(HasSubstr("through seams")));
+  EXPECT_THAT(report_warnings(report), Contains(HasSubstr("as rounded positions leave them")));
+  EXPECT_TRUE(findings_in(report).list.empty());
+}
+
+TEST(LevelReport, OfALevelThatAProgramQuantisedIsThatOfTheLevel) {
+  const std::string folder = testing::shared_case("quantised_cracks/");
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no shared cases here";
+  std::array<LevelReport, 2> reports;
+  for (std::size_t i = 0; i < 2; ++i) {
+    ImportOptions options;
+    options.emitters = {"name=e,signal=impulse,at=1,1,0"};
+    auto imported = import_level(folder + (i == 0 ? "r1.glb" : "r1_qs.glb"), options);
+    ASSERT_TRUE(imported.ok()) << imported.error().message;
+    LevelOptions prepared;
+    prepared.rounding_m = imported->rounding_m;
+    reports[i] = prepare_level(imported->level, prepared);
+  }
+  EXPECT_EQ(reports[1].openings.escaped, 0u);
+  EXPECT_EQ(reports[1].welded_vertices, reports[0].welded_vertices);
+  EXPECT_NEAR(reports[1].volume_m3 / reports[0].volume_m3, 1, 1e-4);
+  EXPECT_TRUE(reports[1].gaps.empty());
+}
+
 TEST(LevelReport, WarnsOfCoincidentFacesWithDifferentMaterials) {
   Level level = shoebox({5, 4, 3}, uniform_material(0.1f), {1, 1, 1});
   level.materials.push_back(uniform_material(0.9f));
@@ -137,6 +210,22 @@ TEST(LevelReport, QuestionsTheUnitOfTinyAndHugeLevels) {
   EXPECT_THAT(report_warnings(prepare_level(tiny)), Contains(HasSubstr("another unit?")));
   Level huge = shoebox({500, 400, 300}, uniform_material(0.1f), {10, 10, 10});
   EXPECT_THAT(report_warnings(prepare_level(huge)), Contains(HasSubstr("another unit?")));
+}
+
+TEST(LevelReport, WarnsOfLevelsFarFromTheOrigin) {
+  for (const double away_m : {0.0, 900.0, 1100.0, 530'000.0}) {
+    Level level = shoebox({6, 4, 3}, uniform_material(0.1f), {away_m + 1, 1, 1});
+    for (Vec3f& vertex : level.mesh.vertices_m) vertex.x += static_cast<float>(away_m);
+    const auto warns = ::testing::Contains(HasSubstr("km from the origin"));
+    if (away_m < 1000)
+      EXPECT_THAT(report_warnings(prepare_level(level)), ::testing::Not(warns));
+    else
+      EXPECT_THAT(report_warnings(prepare_level(level)), warns);
+  }
+  // Whoever stands in the middle of an open world is not far away.
+  Level wide = shoebox({4000, 4, 3000}, uniform_material(0.1f), {1, 1, 1});
+  EXPECT_THAT(report_warnings(prepare_level(wide)),
+              ::testing::Not(Contains(HasSubstr("km from the origin"))));
 }
 
 TEST(LevelReport, ReportsSavedTrianglesAndChangedAreas) {

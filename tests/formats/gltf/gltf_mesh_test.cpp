@@ -98,6 +98,32 @@ TEST_F(Geometry, ReadsEveryQuantisedType) {
   EXPECT_EQ(corner(level(), 0, 1), Vec3f(300, 0, 0));
 }
 
+TEST_F(Geometry, KnowsHowFarRoundingToIntegersPartsVertices) {
+  const std::vector<std::int16_t> shorts = {0, 0, 0, 0, 32767, 0, 12345, 0, 0, 32767, 0, 0};
+  // 2550 of 8191 steps, whose highest bit is repeated.
+  const std::vector<std::int16_t> fewer = {0, 0, 0, 0, 32767, 0, -10201, 0, 0, 32767, 0, 0};
+  const json normalized = {{"normalized", true}};
+  const int normal = accessor(view(raw(shorts), 8), 5122, 3, "VEC3", normalized);
+  const int of_14_bits = accessor(view(raw(fewer), 8), 5122, 3, "VEC3", normalized);
+  const int plain = accessor(view(raw(shorts), 8), 5122, 3, "VEC3");
+  level_["extensionsRequired"] = {"KHR_mesh_quantization"};
+  mesh({{"attributes", {{"POSITION", normal}}}});
+  node({{"mesh", 0}, {"scale", {2, 3, 6}}});
+  const auto rounding_m = [this] {
+    const auto imported = import();
+    EXPECT_TRUE(imported.ok());
+    return imported.ok() ? imported->rounding_m : -1;
+  };
+  json& position = level_["meshes"][0]["primitives"][0]["attributes"]["POSITION"];
+  EXPECT_NEAR(rounding_m(), 7 / 32767.0, 1e-12);
+  position = of_14_bits;
+  EXPECT_NEAR(rounding_m(), 7 / 8191.0, 1e-12);
+  position = plain;
+  EXPECT_NEAR(rounding_m(), 7, 1e-9);
+  position = floats({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  EXPECT_EQ(rounding_m(), 0);
+}
+
 TEST_F(Geometry, TakesSparseValuesOverAndWithoutABuffer) {
   const int indices = view(raw(std::vector<std::uint16_t>{1, 2}));
   const int values = view(raw(std::vector<float>{4, 0, 0, 0, 5, 0}));
