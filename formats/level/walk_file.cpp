@@ -51,8 +51,8 @@ Result<Walk> Walk::parse(const Json& json, const std::string& path) {
     angles.roll_rad = values.number("roll_deg", -1e6, 1e6).value_or(0) * kRadians;
     const Point point{
         time_s.value_or(0), {position_m.value_or(Vec3{}), Orientation(angles)}, angles};
-    if (!walk.points_.empty() && point.time_s <= walk.points_.back().time_s)
-      values.fail("'time_s' must be later than that of the point before");
+    if (!walk.points_.empty() && point.time_s < walk.points_.back().time_s)
+      values.fail("'time_s' must not be earlier than that of the point before");
     if (const auto ok = values.result_without_unknown(); !ok.ok()) return ok.error();
     walk.points_.push_back(point);
   }

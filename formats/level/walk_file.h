@@ -5,7 +5,8 @@
 //                   "yaw_deg": 0, "pitch_deg": 0, "roll_deg": 0 }, ... ] }
 //
 // Angles are those of HeadAngles (listener.h) and 0 by default. Positions and angles are linear
-// between points, with yaw and roll along the shorter arc, and constant after the last point.
+// between points, with yaw and roll along the shorter arc, and constant after the last point. Two
+// points at one time are a jump.
 #pragma once
 
 #include <string>

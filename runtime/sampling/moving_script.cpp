@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kMaxTime_s = 1e7;
 constexpr double kVelocityStep_s = 0.02;
+constexpr double kJump_mps = 150;  // a path that is faster jumps
 
 std::string folder_of(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
@@ -128,9 +129,10 @@ Result<void> MovingScript::apply(MovingSources& moving, double time_s) {
       MovingSource source;
       source.kind = kind;
       source.position_m = on_path.position_m;
-      source.velocity_mps =
+      const Vec3 velocity_mps =
           (on_path.position_m - scripted.path.at(time_s - kVelocityStep_s).position_m) /
           kVelocityStep_s;
+      if (length(velocity_mps) <= kJump_mps) source.velocity_mps = velocity_mps;
       source.axis = on_path.forward();
       source.gain = same_in_all_bands(static_cast<float>(scripted.gain));
       source.reverberation = static_cast<float>(scripted.reverberation);

@@ -32,8 +32,8 @@ Result<std::vector<PartScript::Point>> PartScript::parse_points(const Json& json
     const auto time_s = values.number("time_s", 0, kMaxPoint_s);
     if (!time_s) values.fail("'time_s' is missing");
     point.time_s = time_s.value_or(0);
-    if (!points.empty() && point.time_s <= points.back().time_s)
-      values.fail("'time_s' must be later than that of the point before");
+    if (!points.empty() && point.time_s < points.back().time_s)
+      values.fail("'time_s' must not be earlier than that of the point before");
     point.position_m = values.vector("position_m", kMaxPartCoordinate_m);
     if (!point.position_m && !points.empty()) point.position_m = points.back().position_m;
     const auto angle_rad = [&](const char* key) {

@@ -9,7 +9,8 @@
 // the level. `yaw_deg` about +Y, `pitch_deg` about +X and `roll_deg` about -Z turn it from how it
 // is at rest, about its pivot; `position_m` is where the pivot is, by default where it is at rest
 // or where the point before has it. Positions are linear between points, and rotations take the
-// shorter arc (slerp). Before the first point and after the last a part is where these have it.
+// shorter arc (slerp); two points at one time are a jump. Before the first point and after the last a
+// part is where these have it.
 #pragma once
 
 #include <memory>

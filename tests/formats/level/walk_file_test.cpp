@@ -36,6 +36,16 @@ TEST_F(Walks, RollTheHeadAlongTheShorterArc) {
   EXPECT_NEAR(length(result->at(1).forward() - Vec3(0, 0, -1)), 0, 1e-12);
 }
 
+TEST_F(Walks, JumpWhereTwoPointsHaveOneTime) {
+  const auto result = walk(R"({"points": [
+      {"time_s": 0, "position_m": [0, 0, 0]}, {"time_s": 2, "position_m": [2, 0, 0]},
+      {"time_s": 2, "position_m": [9, 0, 0]}, {"time_s": 3, "position_m": [8, 0, 0]}]})");
+  ASSERT_TRUE(result.ok()) << result.error().message;
+  EXPECT_NEAR(result->at(1.999).position_m.x, 1.999, 1e-12);
+  EXPECT_EQ(result->at(2).position_m.x, 9);
+  EXPECT_NEAR(result->at(2.5).position_m.x, 8.5, 1e-12);
+}
+
 TEST_F(Walks, RestartIfTheyLoop) {
   const auto result = walk(R"({"loop": true, "points": [
       {"time_s": 0, "position_m": [0, 0, 0]}, {"time_s": 2, "position_m": [2, 0, 0]}]})");
@@ -52,7 +62,7 @@ TEST_F(Walks, NameTheInvalidPoint) {
       {R"({"points": [{"time_s": 0}]})", "position_m"},
       {R"({"points": [{"time_s": 0, "position_m": [0, 0]}]})", "three numbers"},
       {R"({"points": [{"time_s": 0, "position_m": [0, 0, 0], "yaw": 1}]})", "'yaw_deg'"},
-      {R"({"points": [{"time_s": 1, "position_m": [0, 0, 0]}, {"time_s": 1, "position_m": [0, 0, 0]}]})",
+      {R"({"points": [{"time_s": 1, "position_m": [0, 0, 0]}, {"time_s": 0.9, "position_m": [0, 0, 0]}]})",
        "point 2"}};
   for (const auto& [text, part] : cases) {
     const auto result = walk(text);

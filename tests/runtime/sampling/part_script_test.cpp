@@ -104,7 +104,7 @@ TEST(PartScript, RefusesWhatItCannotMove) {
       const char* text :
       {R"({})", R"([])", R"([3])", R"([{}])", R"([{ "name": "Door" }])",
        R"([{ "name": "Door", "points": [] }])", R"([{ "name": "Door", "points": [{}] }])",
-       R"([{ "name": "Door", "points": [{ "time_s": 1 }, { "time_s": 1 }] }])",
+       R"([{ "name": "Door", "points": [{ "time_s": 1 }, { "time_s": 0.5 }] }])",
        R"([{ "name": "Door", "points": [{ "time_s": 0, "position_m": [1e30, 0, 0] }] }])",
        R"([{ "name": "Door", "points": [{ "time_s": 0, "yaw_deg": 1e30 }] }])",
        R"([{ "name": "Door", "points": [{ "time_s": 0, "scale": 0 }] }])",
