@@ -10,6 +10,7 @@
 #include <soxr.h>
 
 #include "common/sample_rate.h"
+#include "formats/files/file_kind.h"
 #include "formats/files/level_folder.h"
 
 namespace clamor {
@@ -18,8 +19,11 @@ namespace {
 
 constexpr float kLoudest = 1e6f;  // 120 dB over full scale: not audio data
 
+constexpr float kSilent = 1e-4f;     // 80 dB below full scale
+constexpr double kCancelled_db = 6;  // unrelated channels lose 3 dB for two of them
+
 constexpr double kLongest_s = 30 * 60;
-constexpr int kMaxChannels = 64, kMinRate_hz = 1000, kMaxRate_hz = 768000;
+constexpr int kMaxChannels = 64;
 constexpr sf_count_t kBlockFrames = 4096;
 
 // A file in memory for libsndfile's virtual I/O.
@@ -116,26 +120,30 @@ Result<Sound> decode(std::span<const std::byte> file, const std::string& name, C
   SF_VIRTUAL_IO io = memory_io();
   SF_INFO info{};
   const SoundFile sound(sf_open_virtual(&io, SFM_READ, &info, &memory));
-  if (sound == nullptr)
+  if (sound == nullptr) {
+    const std::string other = other_kind(file, FileKind::kSound);
+    if (!other.empty()) return refused(other + ".");
     return refused(
         fmt::format("is no sound file that can be read ({}); give WAV, FLAC, Ogg or MP3.",
                     sf_strerror(nullptr)));
-  if (info.channels < 1 || info.channels > max_channels || info.samplerate < kMinRate_hz ||
-      info.samplerate > kMaxRate_hz)
-    return refused(
-        fmt::format("has {} channels at {} Hz; at most {} channels at {} to {} Hz are "
-                    "read.",
-                    info.channels, info.samplerate, max_channels, kMinRate_hz, kMaxRate_hz));
+  }
+  if (info.channels < 1 || info.channels > max_channels || info.samplerate < kMinSoundRate_hz ||
+      info.samplerate > kMaxSoundRate_hz)
+    return refused(fmt::format(
+        "has {} channels at {} Hz; at most {} channels at {} to {} Hz are "
+        "read.",
+        info.channels, info.samplerate, max_channels, kMinSoundRate_hz, kMaxSoundRate_hz));
 
   const auto channels = static_cast<std::size_t>(info.channels);
   Sound result{std::vector<std::vector<float>>(wanted == Channels::kMean ? 1 : channels),
-               info.samplerate, info.channels};
+               info.samplerate,
+               {.channels = info.channels}};
   std::vector<std::unique_ptr<Resampler>> resamplers;
   for (std::size_t c = 0; c < result.channels.size(); ++c)
     resamplers.push_back(std::make_unique<Resampler>(info.samplerate));
   std::vector<float> block(static_cast<std::size_t>(kBlockFrames) * channels);
   std::vector<float> mono;
-  double length_s = 0;
+  double length_s = 0, mean_power = 0, channel_power = 0;
   for (;;) {
     const sf_count_t frames = sf_readf_float(sound.get(), block.data(), kBlockFrames);
     if (frames <= 0) break;
@@ -147,9 +155,17 @@ Result<Sound> decode(std::span<const std::byte> file, const std::string& name, C
       const std::size_t begin = wanted == Channels::kMean ? 0 : to;
       const std::size_t end = wanted == Channels::kMean ? channels : to + 1;
       for (std::size_t i = 0; i < mono.size(); ++i) {
-        double sum = 0;
-        for (std::size_t c = begin; c < end; ++c) sum += block[i * channels + c];
-        mono[i] = static_cast<float>(sum / static_cast<double>(end - begin));
+        double sum = 0, squares = 0;
+        for (std::size_t c = begin; c < end; ++c) {
+          const double sample = block[i * channels + c];
+          sum += sample;
+          squares += sample * sample;
+        }
+        const double mean = sum / static_cast<double>(end - begin);
+        mono[i] = static_cast<float>(mean);
+        mean_power += mean * mean;
+        channel_power += squares / static_cast<double>(end - begin);
+        result.downmix.peak = std::max(result.downmix.peak, std::abs(mono[i]));
         if (!std::isfinite(mono[i]))
           return refused("holds samples that are no finite numbers (NaN or infinite); repair it.");
         if (std::abs(mono[i]) > kLoudest)
@@ -165,15 +181,17 @@ Result<Sound> decode(std::span<const std::byte> file, const std::string& name, C
     if (!resamplers[c]->append({}, result.channels[c]))
       return refused("cannot be resampled to 48 kHz.");
   if (result.frames() == 0) return refused("holds no samples; export it again.");
+  if (channel_power > 0)
+    result.downmix.loss_db = 10 * std::log10(channel_power / std::max(mean_power, 1e-30));
   return result;
 }
 
 }  // namespace
 
 Result<std::vector<float>> resampled(std::span<const float> samples, int rate_hz) {
-  if (rate_hz < kMinRate_hz || rate_hz > kMaxRate_hz)
+  if (rate_hz < kMinSoundRate_hz || rate_hz > kMaxSoundRate_hz)
     return Error(fmt::format("has a rate of {} Hz; rates lie between {} and {} Hz", rate_hz,
-                             kMinRate_hz, kMaxRate_hz));
+                             kMinSoundRate_hz, kMaxSoundRate_hz));
   std::vector<float> made;
   Resampler resampler(rate_hz);
   if (!resampler.append(samples, made) || !resampler.append({}, made))
@@ -187,18 +205,32 @@ Result<std::vector<float>> read_audio(const std::string& path) {
   return decode_audio(*bytes, path);
 }
 
-std::string downmix_note(const std::string& name, int channels) {
+std::string Downmix::note(const std::string& name) const {
+  if (channels == 1) return "";
   return fmt::format(
       "all but the mean of the {} channels of {}; an emitter is one point, so give each channel "
       "one of its own to keep them apart",
       channels, in_quotes(name));
 }
 
+std::string Downmix::warning(const std::string& name) const {
+  if (loss_db > kCancelled_db)
+    return fmt::format(
+        "{} {} when its {} channels are averaged, because they cancel; export one of them, or "
+        "invert "
+        "one",
+        in_quotes(name),
+        peak < kSilent ? "is silent" : fmt::format("becomes {:.0f} dB quieter", loss_db), channels);
+  if (peak < kSilent)
+    return in_quotes(name) + " is silent: all its samples are 0, or nearly; export it again";
+  return "";
+}
+
 Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name,
-                                        int* channels) {
+                                        Downmix* downmix) {
   Result<Sound> sound = decode(file, name, Channels::kMean, kMaxChannels);
   if (!sound.ok()) return sound.error();
-  if (channels != nullptr) *channels = sound->file_channels;
+  if (downmix != nullptr) *downmix = sound->downmix;
   return std::move(sound->channels.front());
 }
 

@@ -13,18 +13,31 @@
 
 namespace clamor {
 
+// Rates that are read.
+inline constexpr int kMinSoundRate_hz = 1000, kMaxSoundRate_hz = 768000;
+
 // Decodes to mono at kSampleRate_hz: channels are averaged, other rates resampled (soxr, very high
 // quality). Sounds longer than 30 minutes and samples that are NaN or infinite are Errors.
 Result<std::vector<float>> read_audio(const std::string& path);
-// Stores the number of channels of the file in `channels` unless null.
+
+// What averaging the channels of a sound did to it.
+struct Downmix {
+  int channels = 1;
+  float peak = 0;      // of the mean
+  double loss_db = 0;  // power of the mean relative to the mean power of the channels
+
+  // "all but the mean of the 2 channels of 'x.wav' ...": what is ignored of a sound, or "".
+  std::string note(const std::string& name) const;
+  // "'x.wav' is silent ...": why a sound is hardly heard, or "".
+  std::string warning(const std::string& name) const;
+};
+
+// Fills in `downmix` unless null.
 Result<std::vector<float>> decode_audio(std::span<const std::byte> file, const std::string& name,
-                                        int* channels = nullptr);
+                                        Downmix* downmix = nullptr);
 
 // Resamples as read_audio() does. The Error is a predicate: "has an unusable rate".
 Result<std::vector<float>> resampled(std::span<const float> samples, int rate_hz);
-
-// "all but the mean of the 2 channels of 'x.wav' ...": what the import ignores of a sound.
-std::string downmix_note(const std::string& name, int channels);
 
 // Decodes a stream of encode_flac(). Decodes at most `max_frames` + 1 frames and allocates no more,
 // whatever the stream claims. The Error is a predicate: "is no FLAC stream".
@@ -33,8 +46,8 @@ Result<std::vector<float>> decode_flac(std::span<const std::byte> flac, std::uin
 // Samples per channel, at kSampleRate_hz and of equal length.
 struct Sound {
   std::vector<std::vector<float>> channels;
-  int file_rate_hz = 0;   // before resampling
-  int file_channels = 0;  // before averaging
+  int file_rate_hz = 0;  // before resampling
+  Downmix downmix;       // if the channels were averaged
 
   std::size_t frames() const { return channels.empty() ? 0 : channels.front().size(); }
 };

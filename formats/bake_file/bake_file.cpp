@@ -13,6 +13,7 @@
 #include "formats/bake_file/page_parents.h"
 #include "formats/bake_file/signal_envelope.h"
 #include "formats/bake_file/signal_section.h"
+#include "formats/files/file_kind.h"
 #include "formats/files/random_access_file.h"
 #include "formats/level/emitter.h"
 #include "formats/level/mesh.h"
@@ -31,8 +32,11 @@ Error damaged(const std::string& what) { return Error(what + ". " + kAdvice); }
 // `first` contains the first bytes of the file, at most the size of a preamble.
 Result<Preamble> read_preamble(std::span<const std::byte> first, std::uint64_t file_bytes) {
   Preamble preamble;
-  if (first.size() < kMagic.size() || std::memcmp(first.data(), kMagic.data(), 8) != 0)
-    return Error("is not a Clamor bake file; name a file that 'clamor bake' wrote");
+  if (first.size() < kMagic.size() || std::memcmp(first.data(), kMagic.data(), 8) != 0) {
+    const std::string other = other_kind(first, FileKind::kBake);
+    return Error(other.empty() ? "is not a Clamor bake file; name a file that 'clamor bake' wrote"
+                               : other);
+  }
   if (first.size() < sizeof(preamble)) return damaged("is cut short");
   std::memcpy(&preamble, first.data(), sizeof(preamble));
   const auto copied = std::as_bytes(std::span(&preamble, 1));  // private copy, which cannot change

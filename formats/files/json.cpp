@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <span>
 
 #include <nlohmann/json.hpp>
 
 #include "common/text.h"
+#include "formats/files/file_kind.h"
 #include "formats/files/level_folder.h"
 
 namespace clamor {
@@ -162,8 +164,11 @@ const Json* Json::element(std::string_view key, std::size_t i) const {
 
 Result<Json> parse_json(std::string_view text) {
   Builder builder;
-  if (!nlohmann::json::sax_parse(text.begin(), text.end(), &builder))
+  if (!nlohmann::json::sax_parse(text.begin(), text.end(), &builder)) {
+    const std::string other = other_kind(std::as_bytes(std::span(text)), FileKind::kLevel);
+    if (!other.empty()) return Error(other);
     return Error("is no valid JSON (" + builder.error + "); correct it or export it again");
+  }
   return std::move(builder.root);
 }
 

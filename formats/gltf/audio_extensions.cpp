@@ -2,17 +2,19 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <numbers>
-#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "common/text.h"
+#include "formats/gltf/hubs_audio.h"
+#include "formats/gltf/json_members.h"
+
 namespace clamor {
 
 namespace {
-
-constexpr std::string_view kModern = "KHR_audio_emitter";
 
 struct Dialect {
   std::string_view extension;
@@ -35,21 +37,23 @@ const Json* list_in(const Json& object, std::string_view key) {
   return list != nullptr && list->array() != nullptr ? list : nullptr;
 }
 
+bool is_used_by_node(const Json& document, std::string_view extension) {
+  const Json* nodes = list_in(document, "nodes");
+  return nodes != nullptr && std::ranges::any_of(*nodes->array(), [&](const Json& node) {
+           return node.find({"extensions", extension}) != nullptr;
+         });
+}
+
+// A document whose lists were dropped by another tool is told by the nodes that use them.
 const Dialect* dialect_of(const Json& document) {
   for (const Dialect& dialect : kDialects)
     if (const Json* extension = document.find({"extensions", dialect.extension}))
       if (list_in(*extension, dialect.sounds) != nullptr &&
           list_in(*extension, dialect.emitters) != nullptr)
         return &dialect;
+  for (const Dialect& dialect : kDialects)
+    if (is_used_by_node(document, dialect.extension)) return &dialect;
   return nullptr;
-}
-
-void put(Json::Object& object, std::string_view key, Json value) {
-  object.emplace_back(std::string(key), std::move(value));
-}
-
-void copy(const Json& from, std::string_view key, Json::Object& to, std::string_view new_key) {
-  if (const Json* value = from.find(key)) put(to, new_key, *value);
 }
 
 // Keeps the first encoding of a clip.
@@ -101,6 +105,8 @@ Json sources_of(const Json& emitter, const std::string& name, Json::Array& sourc
     copy(emitter, "source", source, "audio");
   }
   copy(emitter, "loop", source, "loop");
+  put(source, "autoplay", Json(true));  // older extensions play unless they say otherwise
+  for (const char* key : {"playing", "autoPlay"}) copy(emitter, key, source, "autoplay");
   if (source.empty() || source.front().first != "audio") return Json(Json::Array{});
   sources.emplace_back(std::move(source));
   return Json(Json::Array{Json(static_cast<double>(sources.size() - 1))});
@@ -132,13 +138,6 @@ Json modern_extension(const Json& extension, const Dialect& dialect,
   return Json(std::move(modern));
 }
 
-Json* member(Json& object, std::string_view key) {
-  if (object.object() == nullptr) return nullptr;
-  for (auto& [name, value] : *object.object())
-    if (name == key) return &value;
-  return nullptr;
-}
-
 // Copies the emitters of a node or scene from the old extension.
 void rewrite_user(Json& user, const Dialect& dialect) {
   Json* extensions = member(user, "extensions");
@@ -147,24 +146,97 @@ void rewrite_user(Json& user, const Dialect& dialect) {
   Json::Object modern;
   copy(*old, dialect.emitters, modern, "emitters");
   copy(*old, dialect.node_emitter, modern, "emitter");
-  put(*extensions->object(), kModern, Json(std::move(modern)));
+  put(*extensions->object(), kKhrAudioEmitter, Json(std::move(modern)));
+}
+
+// Rewrites the first extension of kDialects in the document, unless it has KHR_audio_emitter.
+void rewrite_dialect(Json& document, RewrittenAudio& rewritten) {
+  if (document.find({"extensions", kKhrAudioEmitter}) != nullptr) return;
+  const Dialect* dialect = dialect_of(document);
+  if (dialect == nullptr) return;
+  rewritten.extensions.emplace_back(dialect->extension);
+  const Json* old = document.find({"extensions", dialect->extension});
+  if (old != nullptr && list_in(*old, dialect->sounds) != nullptr &&
+      list_in(*old, dialect->emitters) != nullptr) {
+    Json modern = modern_extension(*old, *dialect, rewritten.ignored);
+    put(*member(document, "extensions")->object(), kKhrAudioEmitter, std::move(modern));
+  }
+  for (const char* users : {"nodes", "scenes"})
+    if (Json* list = member(document, users); list != nullptr && list->array() != nullptr)
+      for (Json& user : *list->array()) rewrite_user(user, *dialect);
+}
+
+bool contains_ignoring_case(std::string_view text, std::string_view part) {
+  for (std::size_t i = 0; i + part.size() <= text.size(); ++i)
+    if (equal_ignoring_case(text.substr(i, part.size()), part)) return true;
+  return false;
+}
+
+// Places that use an extension, in order: "node 'Radio'", "source 0".
+using Users = std::map<std::string, std::vector<std::string>, std::less<>>;
+
+void add_users(const Json& parent, const char* list, const char* kind, Users& users) {
+  const Json* items = list_in(parent, list);
+  if (items == nullptr) return;
+  for (std::size_t i = 0; i < items->array()->size(); ++i) {
+    const Json& item = (*items->array())[i];
+    const Json* extensions = item.find("extensions");
+    if (extensions == nullptr || extensions->object() == nullptr) continue;
+    const Json* name = item.find("name");
+    const bool named = name != nullptr && name->string() != nullptr;
+    for (const auto& [extension, value] : *extensions->object())
+      users[extension].push_back(
+          fmt::format("{} {}", kind, named ? in_quotes(*name->string()) : std::to_string(i)));
+  }
+}
+
+// "the extension KHR_audio_graph, which Clamor does not read (of node 'Radio' and 2 more)".
+std::vector<std::string> unread_audio_extensions(const Json& document,
+                                                 const RewrittenAudio& rewritten) {
+  Users users;
+  if (const Json* used = list_in(document, "extensionsUsed"))
+    for (const Json& name : *used->array())
+      if (name.string() != nullptr) users[*name.string()];
+  if (const Json* root = document.find("extensions"); root != nullptr && root->object() != nullptr)
+    for (const auto& [name, value] : *root->object()) users[name];
+  add_users(document, "nodes", "node", users);
+  add_users(document, "scenes", "scene", users);
+  if (const Json* modern = document.find({"extensions", kKhrAudioEmitter})) {
+    add_users(*modern, "emitters", "emitter", users);
+    add_users(*modern, "sources", "source", users);
+    add_users(*modern, "audio", "audio", users);
+  }
+  std::vector<std::string> unread;
+  for (const auto& user : users) {
+    const std::string& name = user.first;
+    const std::vector<std::string>& places = user.second;
+    if (!is_audio_extension(name) || name == kKhrAudioEmitter || name == "OMI_audio_ogg_vorbis" ||
+        name == "OMI_audio_opus" ||
+        std::ranges::find(rewritten.extensions, name) != rewritten.extensions.end())
+      continue;
+    const bool older = std::ranges::any_of(
+        kDialects, [&](const Dialect& dialect) { return dialect.extension == name; });
+    std::string line = fmt::format("the extension {}, which Clamor does not read{}", name,
+                                   older ? " beside another audio extension" : "");
+    if (!places.empty()) line += " (of " + places[0];
+    if (places.size() > 1) line += fmt::format(" and {} more", places.size() - 1);
+    unread.push_back(line + (places.empty() ? "" : ")"));
+  }
+  return unread;
 }
 
 }  // namespace
 
+bool is_audio_extension(std::string_view name) {
+  return contains_ignoring_case(name, "audio") || contains_ignoring_case(name, "sound");
+}
+
 RewrittenAudio rewrite_audio_extensions(Json& document) {
   RewrittenAudio rewritten;
-  if (document.find({"extensions", kModern}) != nullptr) return rewritten;
-  const Dialect* dialect = dialect_of(document);
-  Json* extensions = member(document, "extensions");
-  if (dialect == nullptr || extensions->object() == nullptr) return rewritten;
-  rewritten.extension = dialect->extension;
-  Json modern =
-      modern_extension(*extensions->find(dialect->extension), *dialect, rewritten.ignored);
-  put(*extensions->object(), kModern, std::move(modern));
-  for (const char* users : {"nodes", "scenes"})
-    if (Json* list = member(document, users); list != nullptr && list->array() != nullptr)
-      for (Json& user : *list->array()) rewrite_user(user, *dialect);
+  rewrite_dialect(document, rewritten);
+  rewrite_hubs_components(document, rewritten);
+  for (std::string& line : unread_audio_extensions(document, rewritten))
+    rewritten.ignored.push_back(std::move(line));
   return rewritten;
 }
 

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "formats/files/file_kind.h"
+#include "formats/gltf/audio_extensions.h"
 #include "formats/gltf/gltf_check.h"
 
 namespace clamor {
@@ -88,11 +90,14 @@ Result<FileBytes> read_buffer(const Json& buffer, std::size_t index, const Conta
                     "export the level again.",
                     index));
   }
-  if (bytes.size() < length)
+  if (bytes.size() < length) {
+    const std::string other = other_kind(bytes, FileKind::kUnknown);
+    if (!other.empty()) return Error(fmt::format("buffer {} {}.", index, other));
     return Error(
         fmt::format("buffer {} is cut short: {} bytes where the level says {}; copy or "
                     "export it again.",
                     index, bytes.size(), length));
+  }
   bytes.resize(length);
   return bytes;
 }
@@ -102,16 +107,15 @@ bool is_harmless(std::string_view extension) {
   static constexpr std::array<std::string_view, 9> kPrefixes = {
       "CLAMOR_",     "KHR_materials_", "KHR_texture_", "EXT_texture_",  "MSFT_texture_",
       "KHR_lights_", "EXT_lights_",    "KHR_xmp",      "EXT_materials_"};
-  static constexpr std::array<std::string_view, 15> kNames = {
+  static constexpr std::array<std::string_view, 12> kNames = {
       "KHR_mesh_quantization",   "KHR_draco_mesh_compression",
       "EXT_meshopt_compression", "KHR_meshopt_compression",
       "EXT_mesh_gpu_instancing", "KHR_node_visibility",
-      "KHR_audio_emitter",       "MSFT_audio_emitter",
-      "OMI_audio_emitter",       "KHR_audio",
       "KHR_animation_pointer",   "KHR_camera_animation",
       "KHR_techniques_webgl",    "FB_ngon_encoding",
-      "EXT_mesh_features"};
-  return std::any_of(kPrefixes.begin(), kPrefixes.end(),
+      "EXT_mesh_features",       "MOZ_hubs_components"};
+  return is_audio_extension(extension) ||
+         std::any_of(kPrefixes.begin(), kPrefixes.end(),
                      [&](auto prefix) { return extension.starts_with(prefix); }) ||
          std::find(kNames.begin(), kNames.end(), extension) != kNames.end();
 }

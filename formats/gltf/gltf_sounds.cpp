@@ -4,11 +4,13 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 
 #include <fmt/format.h>
 
 #include "common/maths.h"
 #include "common/random.h"
+#include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
 #include "formats/gltf/khr_audio.h"
 #include "formats/level/acoustic_values.h"
@@ -52,9 +54,7 @@ class SoundReader {
       : scene_(scene), folder_(folder), signals_(signals), seed_(seed) {}
 
   Result<SceneSounds> read(const std::vector<PlacedNode>& placements) {
-    auto audio = read_khr_audio(scene_.json);
-    if (!audio.ok()) return audio.error();
-    audio_ = std::move(*audio);
+    audio_ = read_khr_audio(scene_.json);
     used_.assign(audio_.emitters.size(), false);
     for (std::size_t p = 0; p < placements.size();) {
       // All instances of a node are adjacent and share what is read from it.
@@ -64,18 +64,22 @@ class SoundReader {
         return ok.error();
       p = end;
     }
-    if (const auto ok = report_rest(); !ok.ok()) return ok.error();
+    report_rest();
     return std::move(out_);
   }
 
  private:
+  // What is wrong with the sounds of a node costs its emitters and not the level.
   Result<void> read_node(std::span<const PlacedNode> places) {
     const Json& node = *scene_.json.element("nodes", static_cast<std::size_t>(places[0].node));
     const GltfNode& plain = scene_.nodes[static_cast<std::size_t>(places[0].node)];
     const std::string where =
         "node " + (plain.name.empty() ? std::to_string(places[0].node) : in_quotes(plain.name));
-    const auto emitters = khr_emitters_of(node, audio_);
-    if (!emitters.ok()) return emitters.error().in(where);
+    const auto emitters = khr_emitters_of(node);
+    if (!emitters.ok()) {
+      leave_out(where, places[0], emitters.error().message);
+      return {};
+    }
     if (emitters->empty()) {
       if (node.find({"extensions", "CLAMOR_emitter"}) != nullptr)
         out_.warnings.push_back(where +
@@ -84,9 +88,19 @@ class SoundReader {
       return {};
     }
     for (const std::size_t index : *emitters) {
-      const KhrEmitter& emitter = audio_.emitters[index];
+      const auto entry = khr_entry(audio_.emitters, "emitters", index);
+      if (!entry.ok()) {
+        leave_out(where, places[0],
+                  entry.error().message +
+                      (index < audio_.emitters.size()
+                           ? ""
+                           : " (tools that do not know the extension drop its lists)"));
+        if (index < used_.size()) used_[index] = true;
+        continue;
+      }
+      const KhrEmitter& emitter = **entry;
       if (emitter.global) {
-        warn_global(index);
+        warn_global(index, emitter);
         continue;
       }
       if (!used_[index])
@@ -109,17 +123,16 @@ class SoundReader {
 
   Result<void> add(std::span<const PlacedNode> places, const KhrEmitter& emitter,
                    const Extra& extra, const std::string& name) {
-    if (emitter.sources.empty())
-      out_.warnings.push_back(in_quotes(name) + " has no source, so it is silent; ignored");
+    if (emitter.sources.empty()) leave_out(in_quotes(name), places[0], "it has no source");
     for (const std::size_t index : emitter.sources) {
-      const KhrSource& source = audio_.sources[index];
-      if (!source.audio) {
-        out_.warnings.push_back(
-            fmt::format("source {} of '{}' has no audio; ignored", index, name));
+      const auto entry = khr_entry(audio_.sources, "sources", index);
+      const auto signal = entry.ok() ? load(**entry, index) : entry.error();
+      if (!signal.ok()) {
+        leave_out(in_quotes(name), places[0], signal.error().message);
         continue;
       }
-      const auto signal = load(*source.audio, source);
-      if (!signal.ok()) return signal.error();
+      const KhrSource& source = **entry;
+      if (!source.autoplay) waiting_.insert(index);
       if (out_.emitters.size() + places.size() > kMaxEmitters)
         return Error(
             fmt::format("the level has more than {} emitters, the most that are read; thin "
@@ -162,62 +175,127 @@ class SoundReader {
     return made;
   }
 
-  Result<std::uint32_t> load(std::size_t audio_index, const KhrSource& source) {
-    const KhrAudio& audio = audio_.audio[audio_index];
-    const std::string key = fmt::format("glTF audio {}", audio_index);
+  // Loads the first encoding of a source that can be read.
+  Result<std::uint32_t> load(const KhrSource& source, std::size_t index) {
+    Result<std::uint32_t> signal = Error(fmt::format("its source {} has no audio", index));
+    for (const std::size_t audio : source.audio) {
+      const auto entry = khr_entry(audio_.audio, "audio", audio);
+      auto loaded = entry.ok() ? load(**entry, audio, source) : entry.error();
+      if (loaded.ok()) return loaded;
+      if (!signal.ok()) signal = std::move(loaded);
+    }
+    return signal;
+  }
+
+  Result<std::uint32_t> load(const KhrAudio& audio, std::size_t index, const KhrSource& source) {
+    const double rate_hz = kSampleRate_hz * source.playback_rate;
+    const bool is_resampled =
+        source.playback_rate != 1 && rate_hz >= kMinSoundRate_hz && rate_hz <= kMaxSoundRate_hz;
+    std::string key = fmt::format("glTF audio {}", index);
+    if (is_resampled) key += fmt::format(" at {:g} times its speed", source.playback_rate);
     if (const auto known = signals_.find(key, source.loop)) return *known;
-    if (source.playback_rate != 1)
+    if (const auto failed = failed_.find(key); failed != failed_.end()) return failed->second;
+    const std::string name = !audio.name.empty()                                   ? audio.name
+                             : !source.name.empty()                                ? source.name
+                             : audio.uri.starts_with("data:") || audio.uri.empty() ? key
+                                                                                   : audio.uri;
+    Downmix downmix;
+    auto samples = decode(audio, name, downmix);
+    if (samples.ok() && is_resampled)
+      samples = resampled(*samples, static_cast<int>(std::lround(rate_hz)));
+    if (!samples.ok()) {
+      failed_.emplace(key, samples.error());
+      return samples.error();
+    }
+    if (source.playback_rate != 1 && !is_resampled)
       out_.ignored.push_back(
           fmt::format("playback rate {:g} of source '{}'", source.playback_rate, source.name));
-    std::string name = !audio.name.empty()                                   ? audio.name
-                       : !source.name.empty()                                ? source.name
-                       : audio.uri.starts_with("data:") || audio.uri.empty() ? key
-                                                                             : audio.uri;
-    int channels = 1;
-    Result<std::vector<float>> samples = Error("");
+    if (auto note = downmix.note(name); !note.empty()) out_.ignored.push_back(std::move(note));
+    if (auto warning = downmix.warning(name); !warning.empty())
+      out_.warnings.push_back(std::move(warning));
+    return signals_.add(key, name, std::move(*samples), source.loop);
+  }
+
+  Result<std::vector<float>> decode(const KhrAudio& audio, const std::string& name,
+                                    Downmix& downmix) {
     if (!audio.view) {
       const auto bytes = folder_.read(audio.uri);
       if (!bytes.ok()) return bytes.error().in("sound " + in_quotes(name));
-      samples = decode_audio(*bytes, in_quotes(name), &channels);
-    } else {
-      const GltfView& view = scene_.views[*audio.view];
-      const FileBytes& buffer = scene_.buffers[static_cast<std::size_t>(view.buffer)];
-      samples = decode_audio(std::span(buffer).subspan(view.offset, view.length), in_quotes(name),
-                             &channels);
+      return decode_audio(*bytes, in_quotes(name), &downmix);
     }
-    if (!samples.ok()) return samples.error();
-    if (channels > 1) out_.ignored.push_back(downmix_note(name, channels));
-    return signals_.add(key, std::move(name), std::move(*samples), source.loop);
+    const GltfView& view = scene_.views[*audio.view];
+    const FileBytes& buffer = scene_.buffers[static_cast<std::size_t>(view.buffer)];
+    auto samples = decode_audio(std::span(buffer).subspan(view.offset, view.length),
+                                in_quotes(name), &downmix);
+    if (samples.ok()) return samples;
+    return Error(
+        fmt::format("buffer view {} holds no sound (tools that do not know the extension renumber "
+                    "or drop views; "
+                    "a sound file beside the level stays what it is): {}",
+                    *audio.view, samples.error().message));
   }
 
-  void warn_global(std::size_t index) {
+  // Notes that an emitter of a node is left out; nodes with the same cause share one warning.
+  void leave_out(const std::string& where, const PlacedNode& place, const std::string& cause) {
+    const auto [it, is_new] = left_out_.try_emplace(cause, LeftOut{where, Vec3(place.world[3])});
+    if (!is_new) ++it->second.others;
+  }
+
+  void warn_global(std::size_t index, const KhrEmitter& emitter) {
     if (!used_[index])
       out_.warnings.push_back(
           fmt::format("global emitter {} '{}' has no place in the room; ignored "
                       "(make it positional, or use a sidecar)",
-                      index, audio_.emitters[index].name));
+                      index, emitter.name));
     used_[index] = true;
   }
 
-  // Reports emitters that no node references.
-  Result<void> report_rest() {
+  void report_rest() {
+    for (const auto& [why, lost] : left_out_) {
+      const std::string_view cause(why.data(), why.size() - (why.ends_with('.') ? 1 : 0));
+      out_.warnings.push_back(fmt::format(
+          "the emitter of {}{} left out: {}. Repair the level, or add --emitter "
+          "\"name=NAME,signal=FILE,at={:g},{:g},{:g}\"",
+          lost.first, lost.others == 0 ? " is" : fmt::format(" and {} more are", lost.others),
+          cause, lost.at_m.x, lost.at_m.y, lost.at_m.z));
+    }
+    if (!waiting_.empty()) {
+      const std::string& name = (*audio_.sources[*waiting_.begin()]).name;
+      out_.ignored.push_back(fmt::format(
+          "autoplay false of source {}{}: it plays from the start (mute its emitter until the game "
+          "wants it: clamor_change_emitter)",
+          name.empty() ? std::to_string(*waiting_.begin()) : in_quotes(name),
+          waiting_.size() == 1 ? "" : fmt::format(" and {} more", waiting_.size() - 1)));
+    }
+    // Emitters that no node references.
     for (std::size_t i = 0; i < audio_.emitters.size(); ++i) {
       if (used_[i]) continue;
-      if (audio_.emitters[i].global)
-        warn_global(i);
+      const Result<KhrEmitter>& emitter = audio_.emitters[i];
+      if (!emitter.ok())
+        out_.ignored.push_back(emitter.error().message);
+      else if (emitter->global)
+        warn_global(i, *emitter);
       else
         out_.ignored.push_back(
-            fmt::format("emitter {} '{}', which stands on no node", i, audio_.emitters[i].name));
+            fmt::format("emitter {} '{}', which stands on no node", i, emitter->name));
     }
-    return {};
   }
+
+  struct LeftOut {
+    std::string first;  // node
+    Vec3 at_m{};
+    std::size_t others = 0;
+  };
 
   const GltfScene& scene_;
   LevelFolder& folder_;
   SignalTable& signals_;
   std::uint64_t seed_;
   KhrAudioScene audio_;
-  std::vector<bool> used_;
+  std::vector<bool> used_;                   // emitters on a node
+  std::set<std::size_t> waiting_;            // sources that the game would start
+  std::map<std::string, Error> failed_;      // sounds by key
+  std::map<std::string, LeftOut> left_out_;  // by cause
   SceneSounds out_;
 };
 

@@ -15,31 +15,32 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kMaxEntries = 1e6;
+constexpr double kDecibelsPerDoubling = 20 * std::numbers::ln2 / std::numbers::ln10;
 constexpr const char* kExtension = "KHR_audio_emitter";
 
-std::optional<std::size_t> entry(JsonFields& fields, std::string_view key) {
-  const auto value = fields.number(key, 0, kMaxEntries);
-  if (!value) return std::nullopt;
-  if (std::floor(*value) != *value) fields.fail(in_quotes(key) + " must be a whole number");
-  return static_cast<std::size_t>(*value);
+std::optional<std::size_t> whole(const double* number) {
+  if (number == nullptr || !(*number >= 0 && *number <= kMaxEntries)) return std::nullopt;
+  if (std::floor(*number) != *number) return std::nullopt;
+  return static_cast<std::size_t>(*number);
 }
 
-std::vector<std::size_t> entries(JsonFields& fields, std::string_view key, std::size_t count) {
+std::optional<std::size_t> entry(JsonFields& fields, std::string_view key) {
+  const Json* value = fields.any(key);
+  if (value == nullptr) return std::nullopt;
+  const auto index = whole(value->number());
+  if (!index) fields.fail(in_quotes(key) + " must be a whole number from 0 on");
+  return index;
+}
+
+std::vector<std::size_t> entries(JsonFields& fields, std::string_view key) {
   std::vector<std::size_t> result;
   const Json* list = fields.any(key);
   if (list == nullptr) return result;
-  if (list->array() == nullptr) {
-    fields.fail(in_quotes(key) + " must be a list");
-    return result;
-  }
-  for (const Json& item : *list->array()) {
-    const double* index = item.number();
-    if (index == nullptr || std::floor(*index) != *index || *index < 0 ||
-        *index >= static_cast<double>(count)) {
-      fields.fail(fmt::format("'{}' points to none of the {} there are", key, count));
-      return result;
-    }
-    result.push_back(static_cast<std::size_t>(*index));
+  if (list->array() == nullptr) fields.fail(in_quotes(key) + " must be a list");
+  for (std::size_t i = 0; list->array() != nullptr && i < list->array()->size(); ++i) {
+    const auto index = whole((*list->array())[i].number());
+    if (!index) fields.fail(in_quotes(key) + " must be a list of whole numbers from 0 on");
+    result.push_back(index.value_or(0));
   }
   return result;
 }
@@ -61,7 +62,14 @@ void read_positional(const Json& json, const std::string& where, KhrEmitter& emi
 
   emitter.faces_plus_z = fields.boolean("facesPlusZ").value_or(false);
   const double reference_m = fields.number("refDistance", 0, 1e6).value_or(1);
-  emitter.gain *= reference_m > 0 ? reference_m : 1;
+  if (reference_m > 0 && reference_m != 1) {
+    emitter.gain *= reference_m;
+    emitter.notes.push_back(
+        fmt::format("{}: refDistance {:g} m: {:+.1f} dB at 1 m, so that the level at {:g} m is the "
+                    "game's; nearer "
+                    "than that it is louder here, where the game keeps it constant",
+                    where, reference_m, kDecibelsPerDoubling * log2_of(reference_m), reference_m));
+  }
   const std::string model = fields.string("distanceModel").value_or("inverse");
   const double rolloff = fields.number("rolloffFactor", 0, 1e6).value_or(1);
   if (model != "inverse" || rolloff != 1)
@@ -74,14 +82,14 @@ void read_positional(const Json& json, const std::string& where, KhrEmitter& emi
   if (const auto ok = fields.result(); !ok.ok()) outer.fail(ok.error().message);
 }
 
-Result<KhrEmitter> read_emitter(const Json& json, std::size_t index, std::size_t source_count) {
+Result<KhrEmitter> read_emitter(const Json& json, std::size_t index) {
   KhrEmitter emitter;
   JsonFields fields(json, fmt::format("{} emitter {}", kExtension, index));
   emitter.name = fields.string("name").value_or("");
   const std::string where =
       "emitter " + (emitter.name.empty() ? std::to_string(index) : in_quotes(emitter.name));
   emitter.gain = fields.number("gain", 0, kMaxGain).value_or(1);
-  emitter.sources = entries(fields, "sources", source_count);
+  emitter.sources = entries(fields, "sources");
   emitter.global = fields.string("type").value_or("positional") == "global";
   if (const Json* positional = fields.any("positional"); positional != nullptr && !emitter.global)
     read_positional(*positional, where, emitter, fields);
@@ -89,16 +97,25 @@ Result<KhrEmitter> read_emitter(const Json& json, std::size_t index, std::size_t
   return emitter;
 }
 
-Result<KhrSource> read_source(const Json& json, std::size_t index, std::size_t audio_count) {
+Result<KhrSource> read_source(const Json& json, std::size_t index) {
   KhrSource source;
   JsonFields fields(json, fmt::format("{} source {}", kExtension, index));
   source.name = fields.string("name").value_or("");
   source.gain = fields.number("gain", 0, kMaxGain).value_or(1);
   source.loop = fields.boolean("loop").value_or(false);
-  source.playback_rate = fields.number("playbackRate", -1000, 1000).value_or(1);
-  source.audio = entry(fields, "audio");
-  if (source.audio && *source.audio >= audio_count)
-    fields.fail(fmt::format("'audio' points to none of the {} there are", audio_count));
+  for (const char* key : {"autoplay", "autoPlay"})
+    source.autoplay = fields.boolean(key).value_or(source.autoplay);
+  for (const char* key : {"playbackRate", "pitchSpeed"})
+    source.playback_rate = fields.number(key, -1000, 1000).value_or(source.playback_rate);
+  // OMI_audio_ogg_vorbis and OMI_audio_opus name a better encoding than the source's own.
+  if (const Json* extensions = fields.any("extensions"); extensions && extensions->object())
+    for (const auto& [name, extension] : *extensions->object())
+      if (extension.find("audio") != nullptr) {
+        JsonFields codec(extension, fields.where() + ": " + name);
+        if (const auto audio = entry(codec, "audio")) source.audio.push_back(*audio);
+        if (const auto ok = codec.result(); !ok.ok()) fields.fail(ok.error().message);
+      }
+  if (const auto audio = entry(fields, "audio")) source.audio.push_back(*audio);
   if (const auto ok = fields.result(); !ok.ok()) return ok.error();
   return source;
 }
@@ -116,66 +133,45 @@ Result<KhrAudio> read_audio_entry(const Json& json, std::size_t index, std::size
   return audio;
 }
 
-// Reads all elements of the list `key` of the extension.
+// Reads all elements of the list `key` of the extension; none if it is missing or no list.
 template <class T, class Read>
-Result<std::vector<T>> read_list(const Json& extension, const char* key, Read read) {
-  std::vector<T> result;
+std::vector<Result<T>> read_list(const Json& extension, const char* key, Read read) {
+  std::vector<Result<T>> result;
   const Json* list = extension.find(key);
-  if (list == nullptr) return result;
-  if (list->array() == nullptr)
-    return Error(fmt::format("{}: '{}' must be a list; export the level again.", kExtension, key));
-  for (const Json& item : *list->array()) {
-    auto value = read(item, result.size());
-    if (!value.ok()) return value.error();
-    result.push_back(std::move(*value));
-  }
+  if (list == nullptr || list->array() == nullptr) return result;
+  for (const Json& item : *list->array()) result.push_back(read(item, result.size()));
   return result;
-}
-
-std::size_t list_size(const Json& object, const char* key) {
-  const Json* list = object.find(key);
-  return list == nullptr || list->array() == nullptr ? 0 : list->array()->size();
 }
 
 }  // namespace
 
-Result<KhrAudioScene> read_khr_audio(const Json& document) {
+KhrAudioScene read_khr_audio(const Json& document) {
   KhrAudioScene scene;
   const Json* extension = document.find({"extensions", kExtension});
   if (extension == nullptr) return scene;
-
-  const std::size_t views = list_size(document, "bufferViews");
-  auto audio = read_list<KhrAudio>(*extension, "audio", [&](const Json& json, std::size_t i) {
+  const Json* list = document.find("bufferViews");
+  const std::size_t views = list == nullptr || list->array() == nullptr ? 0 : list->array()->size();
+  scene.audio = read_list<KhrAudio>(*extension, "audio", [&](const Json& json, std::size_t i) {
     return read_audio_entry(json, i, views);
   });
-  if (!audio.ok()) return audio.error();
-  auto sources = read_list<KhrSource>(*extension, "sources", [&](const Json& json, std::size_t i) {
-    return read_source(json, i, audio->size());
-  });
-  if (!sources.ok()) return sources.error();
-  auto emitters = read_list<KhrEmitter>(
-      *extension, "emitters",
-      [&](const Json& json, std::size_t i) { return read_emitter(json, i, sources->size()); });
-  if (!emitters.ok()) return emitters.error();
-  scene.audio = std::move(*audio);
-  scene.sources = std::move(*sources);
-  scene.emitters = std::move(*emitters);
+  scene.sources = read_list<KhrSource>(*extension, "sources", read_source);
+  scene.emitters = read_list<KhrEmitter>(*extension, "emitters", read_emitter);
   return scene;
 }
 
-Result<std::vector<std::size_t>> khr_emitters_of(const Json& node, const KhrAudioScene& audio) {
-  const Json* extension = node.find({"extensions", kExtension});
+Result<std::vector<std::size_t>> khr_emitters_of(const Json& user) {
+  const Json* extension = user.find({"extensions", kExtension});
   if (extension == nullptr) return std::vector<std::size_t>{};
   JsonFields fields(*extension, kExtension);
-  auto result = entries(fields, "emitters", audio.emitters.size());
-  if (const auto old = entry(fields, "emitter")) {
-    if (*old >= audio.emitters.size())
-      fields.fail(
-          fmt::format("'emitter' points to none of the {} there are", audio.emitters.size()));
-    result.push_back(*old);
-  }
+  auto result = entries(fields, "emitters");
+  const auto old = entry(fields, "emitter");
+  if (old && std::ranges::find(result, *old) == result.end()) result.push_back(*old);
   if (const auto ok = fields.result(); !ok.ok()) return ok.error();
   return result;
+}
+
+Error missing_khr_entry(std::string_view key, std::size_t index, std::size_t count) {
+  return Error(fmt::format("'{}' points to entry {} of {}", key, index, count));
 }
 
 double exponent_of_cone(double inner_rad, double outer_rad, double outer_gain) {

@@ -73,10 +73,13 @@ Result<Emitter> realise(const EmitterSpec& spec, bool confined, LevelFolder& fol
   }
   const auto bytes = confined ? folder.read(spec.signal) : folder.read_anywhere(spec.signal);
   if (!bytes.ok()) return bytes.error().in("emitter " + in_quotes(emitter.name));
-  int channels = 1;
-  auto samples = decode_audio(*bytes, spec.signal, &channels);
+  Downmix downmix;
+  auto samples = decode_audio(*bytes, spec.signal, &downmix);
   if (!samples.ok()) return samples.error().in("emitter " + in_quotes(emitter.name));
-  if (channels > 1) report.ignored.push_back(downmix_note(spec.signal, channels));
+  if (auto note = downmix.note(spec.signal); !note.empty())
+    report.ignored.push_back(std::move(note));
+  if (auto warning = downmix.warning(spec.signal); !warning.empty())
+    report.warnings.push_back(std::move(warning));
   const std::string name = std::filesystem::path(spec.signal).filename().string();
   emitter.signal = signals.add(key, name, std::move(*samples), loop);
   return emitter;
@@ -243,8 +246,8 @@ Result<GltfScene> read_scene(const std::string& path, LevelFolder& folder, Impor
         "dropped the list of emitters; it is left out: give it in the sidecar or with --emitter",
         node));
   const RewrittenAudio audio = rewrite_audio_extensions(document->json);
-  if (!audio.extension.empty())
-    report.found.push_back(audio.extension + ", read as KHR_audio_emitter");
+  for (const std::string& extension : audio.extensions)
+    report.found.push_back(extension + ", read as KHR_audio_emitter");
   report.ignored.insert(report.ignored.end(), audio.ignored.begin(), audio.ignored.end());
   auto scene = read_gltf_scene(std::move(*document));
   if (!scene.ok()) return scene.error().in(path);

@@ -88,7 +88,7 @@ std::unique_ptr<Auralizer> opened(const Scene& scene) {
 // at the current position.
 template <class Works>
 Sound played(Auralizer& auralizer, const Scene& scene, double seconds, Works works) {
-  Sound sound{std::vector<std::vector<float>>(2), kSampleRate_hz};
+  Sound sound{std::vector<std::vector<float>>(2), kSampleRate_hz, {}};
   std::vector<float> block(2 * kBlock_frames);
   for (int i = 0; i < static_cast<int>(seconds * kBlocksPerSecond); ++i) {
     const double time_s = static_cast<double>(i) / kBlocksPerSecond;
@@ -104,7 +104,7 @@ constexpr auto kAlways = [](double) { return true; };
 bool stalls(double time_s) { return time_s >= kBefore_s && time_s < kBefore_s + kStall_s; }
 
 Sound part(const Sound& sound, double from_s, double to_s) {
-  Sound part{{}, kSampleRate_hz};
+  Sound part{{}, kSampleRate_hz, {}};
   for (const auto& channel : sound.channels)
     part.channels.emplace_back(channel.begin() + static_cast<std::ptrdiff_t>(from_s * 48000),
                                channel.begin() + static_cast<std::ptrdiff_t>(to_s * 48000));

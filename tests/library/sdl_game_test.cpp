@@ -39,7 +39,7 @@ class SdlGame : public InstalledLibrary {
         " --record " + wav.path());
     auto sound = read_channels(wav.path(), 2);
     EXPECT_TRUE(sound.ok());
-    return sound.ok() ? std::move(*sound) : Sound{{{}, {}}};
+    return sound.ok() ? std::move(*sound) : Sound{{{}, {}}, 0, {}};
   }
 
   // Plays where nothing but the game's sources is heard, from the origin.

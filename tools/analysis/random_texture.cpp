@@ -144,7 +144,7 @@ Sound RandomTexture::roll(std::uint64_t seed, std::uint32_t roll) const {
       sums[1][at] += window[i] * values[i].imag();
     }
   }
-  Sound sound{{}, kSampleRate_hz};
+  Sound sound{{}, kSampleRate_hz, {}};
   for (std::size_t c = 0; c < channels_; ++c)
     sound.channels.emplace_back(sums[c].begin(), sums[c].end());
   return sound;

@@ -70,7 +70,7 @@ std::size_t direct_sound(const Sound& sound) {
 Sound early_part(const Sound& sound) {
   constexpr std::size_t kEarly = kSampleRate_hz * 8 / 100;
   const std::size_t direct = direct_sound(sound);
-  Sound early{{}, sound.file_rate_hz};
+  Sound early{{}, sound.file_rate_hz, {}};
   for (const auto& channel : sound.channels)
     early.channels.emplace_back(
         channel.begin() + static_cast<std::ptrdiff_t>(direct),

@@ -89,7 +89,7 @@ Sound ExperimentScene::render(Sampler& sampler, const Walk& walk, double seconds
   };
 
   const auto frames = static_cast<std::size_t>(std::llround(seconds * kSampleRate_hz));
-  Sound sound{{std::vector<float>(frames), std::vector<float>(frames)}, kSampleRate_hz};
+  Sound sound{{std::vector<float>(frames), std::vector<float>(frames)}, kSampleRate_hz, {}};
   Mixer mixer(signals_, slots);
   make();
   mixer.begin(keyframe, 0);

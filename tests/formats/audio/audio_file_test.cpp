@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -43,6 +44,55 @@ TEST_F(AudioFiles, ThatAreInvalidAreRejected) {
   EXPECT_FALSE(read_audio(write("text.wav", "this is no sound")).ok());
   EXPECT_FALSE(read_audio(folder_ + "/missing.wav").ok());
   EXPECT_FALSE(read_audio(folder_).ok());
+}
+
+// Two channels of the tone, the second times `factor`.
+std::string stereo(double factor, double gain = 1) {
+  const std::string mono = wav(4800);
+  std::string both = mono.substr(0, 44);
+  both[22] = 2;  // channels
+  both[32] = 4;  // bytes a frame
+  for (std::size_t at = 44; at < mono.size(); at += 2) {
+    std::int16_t left;
+    std::memcpy(&left, mono.data() + at, 2);
+    left = static_cast<std::int16_t>(gain * left);
+    const auto right = static_cast<std::int16_t>(factor * left);
+    both.append(reinterpret_cast<const char*>(&left), 2);
+    both.append(reinterpret_cast<const char*>(&right), 2);
+  }
+  const auto bytes = static_cast<std::uint32_t>(both.size() - 44);
+  std::memcpy(both.data() + 40, &bytes, 4);
+  return both;
+}
+
+// The mean of x and f x has the power ((1 + f) / 2)^2 of x, the channels have (1 + f^2) / 2.
+TEST_F(AudioFiles, WhoseChannelsCancelAreReported) {
+  const auto downmix = [](const std::string& file) {
+    Downmix found;
+    EXPECT_TRUE(decode_audio(std::as_bytes(std::span(file)), "x.wav", &found).ok());
+    return found;
+  };
+  for (const double factor : {1.0, 0.5, 0.0, -0.25}) {
+    const Downmix found = downmix(stereo(factor));
+    const double mean = (1 + factor) / 2, channels = (1 + factor * factor) / 2;
+    EXPECT_NEAR(found.loss_db, 10 * std::log10(channels / (mean * mean)), 0.01) << factor;
+    EXPECT_EQ(found.warning("x.wav").empty(), found.loss_db < 6) << factor;
+    EXPECT_NE(found.note("x.wav").find("2 channels of 'x.wav'"), std::string::npos);
+  }
+  EXPECT_NE(downmix(stereo(-0.5)).warning("x.wav").find("'x.wav' becomes 10 dB quieter"),
+            std::string::npos);
+  EXPECT_NE(downmix(stereo(-1)).warning("x.wav").find("'x.wav' is silent when its 2 channels"),
+            std::string::npos);
+}
+
+TEST_F(AudioFiles, WithoutSoundAreReported) {
+  Downmix downmix;
+  const std::string zeros = stereo(0, 0);
+  ASSERT_TRUE(decode_audio(std::as_bytes(std::span(zeros)), "x.wav", &downmix).ok());
+  EXPECT_NE(downmix.warning("x.wav").find("'x.wav' is silent: all its samples"), std::string::npos);
+  const std::string quiet = stereo(1, 0.001);
+  ASSERT_TRUE(decode_audio(std::as_bytes(std::span(quiet)), "x.wav", &downmix).ok());
+  EXPECT_EQ(downmix.warning("x.wav"), "") << "quiet, but a sound";
 }
 
 TEST_F(AudioFiles, AppearAtomicallyAndAreDeterministic) {

@@ -3,33 +3,18 @@
 #include <gmock/gmock.h>
 
 #include "formats/gltf/khr_audio.h"
-#include "tests/formats/level_builder.h"
+#include "tests/formats/sounding_level.h"
 
 namespace clamor::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-class Sounds : public LevelTest {
- protected:
-  // A KHR emitter with one source on a node that looks along +X at (1, 2, 3).
-  void khr(json emitter = json::object()) {
-    write("tone.wav", wav());
-    emitter["sources"] = {0};
-    emitter["type"] = "positional";
-    level_["extensions"]["KHR_audio_emitter"] = {
-        {"audio", {{{"uri", "tone.wav"}}}},
-        {"sources", {{{"audio", 0}, {"gain", 0.5}, {"loop", true}}}},
-        {"emitters", {emitter}}};
-    const double half = std::sqrt(0.5);
-    node({{"name", "Radio"},
-          {"translation", {1, 2, 3}},
-          {"rotation", {0, -half, 0, half}},
-          {"extensions", {{"KHR_audio_emitter", {{"emitters", {0}}}}}}});
-  }
-};
+class Sounds : public SoundingLevelTest {};
 
 TEST_F(Sounds, HaveThePositionAndMinusZAxisOfTheirNode) {
   khr({{"gain", 0.5}, {"positional", {{"refDistance", 2}}}});
@@ -56,9 +41,16 @@ TEST_F(Sounds, OfSeveralChannelsAreDownmixedAndReported) {
   EXPECT_EQ(of_level->level.signals.at(0).samples.size(), 12000u);
   EXPECT_THAT(of_level->report.ignored,
               Contains(HasSubstr("all but the mean of the 2 channels of 'tone.wav'")));
-  const auto added = import({.emitters = {"name=Radio,at=0,0,0,signal=" + folder_ + "/tone.wav"}});
+  const std::string spec = "name=Radio,at=0,0,0,signal=" + folder_ + "/tone.wav";
+  const auto added = import({.emitters = {spec}});
   ASSERT_TRUE(added.ok());
   EXPECT_THAT(added->report.ignored, Contains(HasSubstr("2 channels of '" + folder_)));
+  EXPECT_THAT(added->report.warnings, Not(Contains(HasSubstr("silent"))));
+  std::fill(stereo.begin() + 44, stereo.end(), '\0');
+  write("tone.wav", stereo);
+  EXPECT_THAT(import()->report.warnings, Contains(HasSubstr("'tone.wav' is silent")));
+  EXPECT_THAT(import({.emitters = {spec}})->report.warnings,
+              Contains(HasSubstr("tone.wav' is silent")));
 }
 
 TEST_F(Sounds, AreReadInTheOldSpelling) {
@@ -68,103 +60,82 @@ TEST_F(Sounds, AreReadInTheOldSpelling) {
   EXPECT_EQ(level().emitters.size(), 1u);
 }
 
-// The form of Khronos' sample AudioSimple.
-TEST_F(Sounds, AreReadFromKhrAudio) {
-  khr({{"gain", 0.5}});
-  level_["extensions"] = {{"KHR_audio", level_["extensions"]["KHR_audio_emitter"]}};
-  level_["nodes"][0]["extensions"] = {{"KHR_audio", {{"emitter", 0}}}};
-  level_["extensionsRequired"] = {"KHR_audio"};
-  const auto imported = import();
-  ASSERT_TRUE(imported.ok()) << imported.error().message;
-  ASSERT_EQ(imported->level.emitters.size(), 1u);
-  EXPECT_DOUBLE_EQ(imported->level.emitters[0].gain, 0.25);
-  EXPECT_THAT(imported->report.found, Contains(HasSubstr("KHR_audio, read as")));
-}
-
-TEST_F(Sounds, AreReadFromTheFirstDraftOfKhrAudio) {
-  khr();
-  level_["extensions"] = {{"KHR_audio",
-                           {{"sources", {{{"uri", "tone.wav"}}}},
-                            {"emitters",
-                             {{{"type", "positional"},
-                               {"gain", 0.5},
-                               {"loop", true},
-                               {"source", 0},
-                               {"positional", {{"refDistance", 3}}}}}}}}};
-  level_["nodes"][0]["extensions"] = {{"KHR_audio", {{"emitter", 0}}}};
-  const Level result = level();
-  ASSERT_EQ(result.emitters.size(), 1u);
-  EXPECT_DOUBLE_EQ(result.emitters[0].gain, 1.5);
-  EXPECT_TRUE(result.signals.at(0).loop);
-}
-
-// MSFT emitters face +Z and have half angles: a hemisphere is p = 1.
-TEST_F(Sounds, AreReadFromMsftAudioEmitter) {
-  khr();
-  level_["extensions"] = {{"MSFT_audio_emitter",
-                           {{"clips", {{{"uri", "tone.wav"}}, {{"uri", "other.wav"}}}},
-                            {"emitters",
-                             {{{"name", "foot"},
-                               {"volume", 0.5},
-                               {"loop", true},
-                               {"innerAngle", M_PI / 2},
-                               {"outerAngle", M_PI / 2},
-                               {"clips", {{{"clip", 0}}, {{"clip", 1}}}}}}}}}};
-  level_["nodes"][0]["extensions"] = {{"MSFT_audio_emitter", {{"emitters", {0}}}}};
-  const auto imported = import();
-  ASSERT_TRUE(imported.ok()) << imported.error().message;
-  ASSERT_EQ(imported->level.emitters.size(), 1u);
-  const Emitter& emitter = imported->level.emitters[0];
-  EXPECT_LT(length(emitter.axis - Vec3(-1, 0, 0)), 1e-9);
-  EXPECT_DOUBLE_EQ(emitter.gain, 0.5);
-  EXPECT_NEAR(emitter.directivity[0], 1, 1e-6);
-  EXPECT_TRUE(imported->level.signals.at(0).loop);
-  EXPECT_THAT(imported->report.ignored, Contains(HasSubstr("first of 2 clips")));
-  EXPECT_THAT(imported->report.ignored, ::testing::Not(Contains(HasSubstr("distance model"))));
-}
-
-TEST_F(Sounds, AreReadFromOmiAudioEmitter) {
-  khr();
-  level_["extensions"] = {{"OMI_audio_emitter",
-                           {{"audioSources", {{{"uri", "tone.wav"}}}},
-                            {"audioEmitters",
-                             {{{"type", "global"}, {"source", 0}},
-                              {{"type", "positional"},
-                               {"volume", 0.25},
-                               {"loop", false},
-                               {"source", 0},
-                               {"coneInnerAngle", M_PI},
-                               {"coneOuterAngle", M_PI},
-                               {"refDistance", 2}}}}}}};
-  level_["nodes"][0]["extensions"] = {{"OMI_audio_emitter", {{"audioEmitter", 1}}}};
-  const Level result = level();
-  ASSERT_EQ(result.emitters.size(), 1u);
-  EXPECT_LT(length(result.emitters[0].axis - Vec3(1, 0, 0)), 1e-9);
-  EXPECT_DOUBLE_EQ(result.emitters[0].gain, 0.5);
-  EXPECT_NEAR(result.emitters[0].directivity[0], 1, 1e-6);
-  EXPECT_FALSE(result.signals.at(0).loop);
-}
-
-TEST_F(Sounds, AreRejectedWithASentenceInOlderExtensionsToo) {
-  khr();
-  level_["extensions"] = {{"MSFT_audio_emitter",
-                           {{"clips", {{{"uri", "tone.wav"}}}},
-                            {"emitters", {{{"volume", "loud"}, {"clips", {{{"clip", 7}}}}}}}}}};
-  level_["nodes"][0]["extensions"] = {{"MSFT_audio_emitter", {{"emitters", {0}}}}};
-  EXPECT_THAT(refusal(), HasSubstr("none of the 1 there are"));
-  for (const char* broken : {"7", "[1]", "{}", "\"x\"", "null"}) {
-    level_["extensions"]["MSFT_audio_emitter"]["emitters"] = json::parse(broken);
-    (void)import();  // must terminate
-    level_["extensions"]["MSFT_audio_emitter"]["emitters"] = {json::parse(broken)};
-    (void)import();
-  }
-}
-
 TEST_F(Sounds, AreReadFromBufferViews) {
   khr();
   const int at = view(wav());
   level_["extensions"]["KHR_audio_emitter"]["audio"][0] = {{"bufferView", at}};
   EXPECT_EQ(level().signals.at(0).samples.size(), 24000u);
+}
+
+TEST_F(Sounds, OfABufferViewWithoutSoundCostTheirEmitter) {
+  khr();
+  const int at = view(raw(std::vector<float>(12, 0.5f)));
+  level_["extensions"]["KHR_audio_emitter"]["audio"][0] = {{"bufferView", at}};
+  const auto imported = import();
+  ASSERT_TRUE(imported.ok()) << imported.error().message;
+  EXPECT_TRUE(imported->level.emitters.empty());
+  EXPECT_THAT(imported->report.warnings,
+              Contains(AllOf(HasSubstr("'Radio' is left out"), HasSubstr("renumber or drop views"),
+                             HasSubstr("at=1,2,3"))));
+}
+
+TEST_F(Sounds, WithADanglingReferenceAreLeftOutAndTheOthersHeard) {
+  khr();
+  for (int i = 0; i < 3; ++i)
+    node({{"extensions", {{"KHR_audio_emitter", {{"emitters", {7, 0}}}}}}});
+  const auto imported = import();
+  ASSERT_TRUE(imported.ok()) << imported.error().message;
+  EXPECT_EQ(imported->level.emitters.size(), 4u);
+  EXPECT_THAT(imported->report.warnings,
+              ElementsAre(AllOf(HasSubstr("node 1 and 2 more are left out"),
+                                HasSubstr("'emitters' points to entry 7 of 1"))));
+  level_["extensions"].erase("KHR_audio_emitter");  // as three.js does
+  const auto without = import();
+  ASSERT_TRUE(without.ok()) << without.error().message;
+  EXPECT_TRUE(without->level.emitters.empty());
+  EXPECT_THAT(without->report.warnings, Contains(HasSubstr("entry 0 of 0 (tools that do not")));
+}
+
+TEST_F(Sounds, ThatWaitForTheGameAreReported) {
+  khr();
+  json& source = level_["extensions"]["KHR_audio_emitter"]["sources"][0];
+  for (const char* key : {"autoplay", "autoPlay"}) {
+    source[key] = false;
+    EXPECT_THAT(import()->report.ignored, Contains(HasSubstr("autoplay false of source 0")));
+    source[key] = true;
+    EXPECT_THAT(import()->report.ignored, Not(Contains(HasSubstr("autoplay"))));
+    source.erase(key);
+    EXPECT_THAT(import()->report.ignored, Contains(HasSubstr("autoplay false of source 0")))
+        << "false is the default";
+  }
+}
+
+// Half the duration and twice the frequency of 1 kHz.
+TEST_F(Sounds, PlayAtTheirSpeed) {
+  khr();
+  json& source = level_["extensions"]["KHR_audio_emitter"]["sources"][0];
+  for (const char* key : {"pitchSpeed", "playbackRate"}) {
+    source[key] = 2;
+    const std::vector<float> samples = level().signals.at(0).samples;
+    EXPECT_EQ(samples.size(), 12000u) << key;
+    int rises = 0;
+    for (std::size_t i = 1; i < samples.size(); ++i) rises += samples[i - 1] < 0 && samples[i] >= 0;
+    EXPECT_NEAR(rises, 500, 1) << key;  // 2 kHz for a quarter of a second
+    source.erase(key);
+  }
+  source["playbackRate"] = -1;
+  const auto backwards = import();
+  ASSERT_TRUE(backwards.ok());
+  EXPECT_EQ(backwards->level.signals.at(0).samples.size(), 24000u);
+  EXPECT_THAT(backwards->report.ignored, Contains(HasSubstr("playback rate -1")));
+}
+
+TEST_F(Sounds, KeepTheirLevelAtTheReferenceDistanceAndSaySo) {
+  khr({{"positional", {{"refDistance", 20}}}});
+  const auto imported = import();
+  ASSERT_TRUE(imported.ok());
+  EXPECT_DOUBLE_EQ(imported->level.emitters.at(0).gain / 20, 0.5);  // 1 / r at 20 m
+  EXPECT_THAT(imported->report.ignored, Contains(HasSubstr("refDistance 20 m: +26.0 dB at 1 m")));
 }
 
 TEST_F(Sounds, OfAnEmitterWithTwoSourcesAreTwoEmitters) {

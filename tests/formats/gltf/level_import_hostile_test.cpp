@@ -134,8 +134,6 @@ TEST_F(HostileLevel, IsRejectedWithASentence) {
       {"/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/TRANSLATION", "9", "accessors"},
       {"/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/TRANSLATION", "1", "components"},
       {"/nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/SCALE", "0", "another attribute"},
-      {"/nodes/0/extensions/KHR_audio_emitter/emitters", "[1]", "emitters"},
-      {"/nodes/0/extensions/KHR_audio_emitter/emitters", "{}", "emitters"},
       {"/nodes/0/extensions/CLAMOR_emitter/directivity", "-1", "directivity"},
       {"/nodes/0/extensions/CLAMOR_emitter/directivity", "[]", "directivity"},
       {"/nodes/0/extras/clamor", "{\"probe\": \"yes\"}", "'probe' must be true or false"},
@@ -147,16 +145,6 @@ TEST_F(HostileLevel, IsRejectedWithASentence) {
       {"/scene", "1", "scene"},
       {"/extensionsRequired", "[\"ACME_geometry\"]", "'ACME_geometry'"},
       {"/extensionsRequired", "7", "extensionsRequired"},
-      {"/extensions/KHR_audio_emitter/audio/0/uri", "\"../tone.wav\"", "leads out"},
-      {"/extensions/KHR_audio_emitter/audio/0/uri", "\"level.gltf\"", "no sound file"},
-      {"/extensions/KHR_audio_emitter/audio/0", "{\"bufferView\": 99}", "bufferView"},
-      {"/extensions/KHR_audio_emitter/audio/0", "{\"bufferView\": 0}", "no sound file"},
-      {"/extensions/KHR_audio_emitter/audio/0", "{}", "neither"},
-      {"/extensions/KHR_audio_emitter/sources/0/audio", "1", "audio"},
-      {"/extensions/KHR_audio_emitter/sources/0/gain", "-1", "gain"},
-      {"/extensions/KHR_audio_emitter/emitters/0/sources", "[3]", "sources"},
-      {"/extensions/KHR_audio_emitter/emitters/0/gain", "\"loud\"", "gain"},
-      {"/extensions/KHR_audio_emitter/emitters/0/positional", "7", "object"},
       {"/materials/0/extras/acoustic", "{\"absorption\": 1.5}", "from 0 to 1"},
       {"/materials/0/extras/acoustic", "{\"absorption\": [0.1, 0.2]}", "bandsHz"},
       {"/materials/0/extras/acoustic", "{\"absorbtion\": 0.1}", "'absorption'"},
@@ -170,6 +158,38 @@ TEST_F(HostileLevel, IsRejectedWithASentence) {
     EXPECT_THAT(imported.error().message, AllOf(HasSubstr("level.gltf"), HasSubstr(part)))
         << place << " = " << value;
     EXPECT_TRUE(imported.error().message.ends_with('.')) << imported.error().message;
+  }
+}
+
+// Faults of sounds cost their emitter and not the level.
+TEST_F(HostileLevel, WithAFaultInItsSoundsLosesTheEmitterAndSaysWhy) {
+  const struct {
+    const char* place;
+    const char* value;
+    const char* part;
+  } cases[] = {
+      {"/nodes/0/extensions/KHR_audio_emitter/emitters", "[1]", "emitters"},
+      {"/nodes/0/extensions/KHR_audio_emitter/emitters", "{}", "emitters"},
+      {"/extensions/KHR_audio_emitter/audio/0/uri", "\"../tone.wav\"", "leads out"},
+      {"/extensions/KHR_audio_emitter/audio/0/uri", "\"level.gltf\"", "no sound file"},
+      {"/extensions/KHR_audio_emitter/audio/0", "{\"bufferView\": 99}", "bufferView"},
+      {"/extensions/KHR_audio_emitter/audio/0", "{\"bufferView\": 0}", "no sound file"},
+      {"/extensions/KHR_audio_emitter/audio/0", "{}", "neither"},
+      {"/extensions/KHR_audio_emitter/sources/0/audio", "1", "audio"},
+      {"/extensions/KHR_audio_emitter/sources/0/gain", "-1", "gain"},
+      {"/extensions/KHR_audio_emitter/emitters/0/sources", "[3]", "sources"},
+      {"/extensions/KHR_audio_emitter/emitters/0/gain", "\"loud\"", "gain"},
+      {"/extensions/KHR_audio_emitter/emitters/0/positional", "7", "object"},
+  };
+  for (const auto& [place, value, part] : cases) {
+    json document = level_;
+    document[json::json_pointer(place)] = json::parse(value);
+    const auto imported = import_level(write("level.gltf", document.dump()), {});
+    ASSERT_TRUE(imported.ok()) << place << " = " << value << ": " << imported.error().message;
+    EXPECT_TRUE(imported->level.emitters.empty()) << place << " = " << value;
+    EXPECT_THAT(imported->report.warnings,
+                ::testing::Contains(AllOf(HasSubstr("left out"), HasSubstr(part))))
+        << place << " = " << value;
   }
 }
 

@@ -33,7 +33,7 @@ TEST(Spectrogram, HasASineInItsThirdOfAnOctaveAsLoudAsItIs) {
     SCOPED_TRACE(frequency_hz);
     const auto samples = tone(frequency_hz, 1.5, 0, 1.5);
     for (const bool stereo : {false, true}) {
-      Sound sound{{samples}, kSampleRate_hz};
+      Sound sound{{samples}, kSampleRate_hz, {}};
       if (stereo)
         sound.channels.emplace_back(samples.size(),
                                     0.0f);  // the second channel is silent: half the mean power

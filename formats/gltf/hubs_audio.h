@@ -1,0 +1,21 @@
+// hubs_audio.h: rewrites the sounds of Mozilla Hubs as KHR_audio_emitter.
+//
+// MOZ_hubs_components is an extension of nodes. Of its components,
+//
+// | audio          | becomes an emitter: src, autoPlay, loop                                      |
+// | audio-params   | is its positional data; audioType "stereo" is global, angles are in degrees. |
+// |                | Older levels have these members in `audio`, with `volume` for `gain` | |
+// visible        | becomes KHR_node_visibility                                                  |
+//
+// and others that concern sound (audio-zone, audio-target, video) are reported as ignored.
+//
+// Hubs-Foundation/hubs-blender-exporter, io_hubs_addon/components/definitions.
+#pragma once
+
+#include "formats/gltf/audio_extensions.h"
+
+namespace clamor {
+
+void rewrite_hubs_components(Json& document, RewrittenAudio& rewritten);
+
+}  // namespace clamor
