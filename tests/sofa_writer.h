@@ -25,6 +25,8 @@ struct SofaContent {
   std::string convention = "SimpleFreeFieldHRIR";
   std::string data_type = "FIR";
   std::int64_t says_directions = -1;  // claims another number than there is
+  bool right_first = false;           // order of the receivers
+  Vec3 view = {1, 0, 0}, up = {0, 0, 1};
 };
 
 class SofaWriter {
@@ -40,7 +42,9 @@ class SofaWriter {
     dimension("M", content.says_directions < 0 ? static_cast<std::int64_t>(count)
                                                : content.says_directions);
     table("ListenerPosition", {1, 3}, {0, 0, 0}, "I,C", "cartesian", "metre");
-    table("ReceiverPosition", {2, 3, 1}, {0, 0.09, 0, 0, -0.09, 0}, "R,C,I", "cartesian", "metre");
+    const double first = content.right_first ? -0.09 : 0.09;
+    table("ReceiverPosition", {2, 3, 1}, {0, first, 0, 0, -first, 0}, "R,C,I", "cartesian",
+          "metre");
     std::vector<double> places;
     for (const Vec3& d : content.directions) {
       constexpr double kDegrees = 57.29577951308232;
@@ -50,8 +54,9 @@ class SofaWriter {
     }
     table("SourcePosition", {count, 3}, places, "M,C", "spherical", "degree, degree, metre");
     table("EmitterPosition", {1, 3, 1}, {0, 0, 0}, "E,C,I", "cartesian", "metre");
-    table("ListenerUp", {1, 3}, {0, 0, 1}, "I,C", "cartesian", "metre");
-    table("ListenerView", {1, 3}, {1, 0, 0}, "I,C", "cartesian", "metre");
+    const auto row = [](const Vec3& v) { return std::vector<double>{v.x, v.y, v.z}; };
+    table("ListenerUp", {1, 3}, row(content.up), "I,C", "cartesian", "metre");
+    table("ListenerView", {1, 3}, row(content.view), "I,C", "cartesian", "metre");
     table("Data.IR", {count, 2, content.frames}, content.responses, "M,R,N");
     table("Data.SamplingRate", {1}, {content.rate_hz}, "I", "", "hertz");
     table("Data.Delay", {content.delays.size() / 2, 2}, content.delays,

@@ -1,7 +1,8 @@
-// sofa_file.h: reads head-related impulse responses from SOFA files (AES69). libmysofa is visible
-// only here.
+// sofa_file.h: reads head-related impulse responses from SOFA files (AES69).
 //
-// Directions are unit vectors: x points ahead of the head, y to its left, z up.
+// Directions are unit vectors: x points ahead of the head, y to its left, z up. Receivers in the
+// order right, left are exchanged, and a listener who does not look along +x is turned. libmysofa
+// reads the file, and libhdf5 those that it cannot (sofa_tables.h, hdf5_file.h).
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// sofa_fuzz.cpp: HRTFs in SOFA files. libmysofa runs in a child process, and its output is
+// sofa_fuzz.cpp: HRTFs in SOFA files. libmysofa and libhdf5 run in a child process, and their output is
 // validated; small HRTFs are also prepared for rendering.
 #include <cmath>
 

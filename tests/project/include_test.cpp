@@ -71,7 +71,7 @@ const std::vector<Fence> kFences = {
     {"libebur128",
      {"ebur128.h"},
      {"runtime/output/loudness_meter.cpp", "tools/analysis/programme_loudness.cpp", "tests/*"}},
-    {"libmysofa", {"mysofa.h"}, {"formats/audio/sofa_file.cpp"}},
+    {"libmysofa", {"mysofa.h"}, {"formats/audio/sofa_tables.cpp"}},
     {"libsamplerate", {"samplerate.h"}, {"runtime/mixing/resampler.cpp"}},
     {"libsndfile",
      {"sndfile.h"},

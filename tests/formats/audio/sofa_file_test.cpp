@@ -1,12 +1,16 @@
 // sofa_file_test.cpp: heads other than KEMAR, and invalid files.
 #include "formats/audio/sofa_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "formats/audio/hdf5_file.h"
+#include "tests/build_paths.h"
+#include "tests/formats/audio/hdf5_writer.h"
 #include "tests/sanitized.h"
 #include "tests/sofa_writer.h"
 #include "tests/temporary_file.h"
@@ -75,6 +79,81 @@ TEST(SofaFile, WithSeparateDelaysIsEquivalent) {
   EXPECT_EQ(late->response(7, 1)[5 + 10], within->response(7, 1)[10]);
 }
 
+// Compares two heads within what 32-bit floats hold.
+void expect_same(const HrirSet& read, const HrirSet& expected) {
+  ASSERT_EQ(read.directions.size(), expected.directions.size());
+  ASSERT_EQ(read.frames, expected.frames);
+  for (std::size_t d = 0; d < read.directions.size(); ++d)
+    EXPECT_LT(length(read.directions[d] - expected.directions[d]), 1e-5f) << d;
+  for (std::size_t i = 0; i < read.samples.size(); ++i)
+    ASSERT_NEAR(read.samples[i], expected.samples[i], 1e-6f) << i;
+}
+
+TEST(SofaFile, WithReceiversInTheOrderRightLeftIsEquivalent) {
+  SofaContent content = plain_head(48000, 40, 64);
+  const auto left_first = read(content);
+  content.right_first = true;
+  for (std::size_t d = 0; d < 40; ++d)
+    std::swap_ranges(content.responses.begin() + static_cast<std::ptrdiff_t>(128 * d),
+                     content.responses.begin() + static_cast<std::ptrdiff_t>(128 * d + 64),
+                     content.responses.begin() + static_cast<std::ptrdiff_t>(128 * d + 64));
+  const auto right_first = read(content);
+  ASSERT_TRUE(left_first.ok() && right_first.ok());
+  expect_same(*right_first, *left_first);
+}
+
+// A head that looks along +y hears a source at (x, y, z) as one that looks along +x hears one at
+// (y, -x, z).
+TEST(SofaFile, WhoseListenerLooksElsewhereIsTurned) {
+  SofaContent content = plain_head(48000, 40, 64);
+  const auto ahead = read(content);
+  content.view = {0, 2, 0};
+  for (Vec3& direction : content.directions) direction = {-direction.y, direction.x, direction.z};
+  const auto aside = read(content);
+  ASSERT_TRUE(ahead.ok() && aside.ok());
+  expect_same(*aside, *ahead);
+}
+
+TEST(SofaFile, InAnyFormOfHdf5IsEquivalent) {
+  if (!load_hdf5()) GTEST_SKIP() << "libhdf5 is not installed";
+  SofaContent content = plain_head(48000, 40, 64);
+  for (double& sample : content.responses) sample = std::trunc(1000 * sample);
+  const auto expected = read(content);
+  ASSERT_TRUE(expected.ok());
+  for (const testing::Hdf5Form& form : {testing::Hdf5Form{},
+                                        {.type = "H5T_IEEE_F32LE_g"},
+                                        {.type = "H5T_STD_I16LE_g"},
+                                        {.type = "H5T_IEEE_F32BE_g"},
+                                        {.deflated = true},
+                                        {.variable_text = true}}) {
+    SCOPED_TRACE(std::string(form.type) + (form.deflated ? ", deflated" : ""));
+    const testing::TemporaryFile file(".sofa", "");
+    const testing::Hdf5Writer writer(file.path(), content, form);
+    const auto head = read_sofa(file.path());
+    ASSERT_TRUE(head.ok()) << head.error().message;
+    expect_same(*head, *expected);
+  }
+  content.convention = "SimpleFreeFieldHRSOS";
+  const testing::TemporaryFile file(".sofa", "");
+  const testing::Hdf5Writer writer(file.path(), content, {});
+  EXPECT_NE(read_sofa(file.path()).error().message.find("second-order sections"),
+            std::string::npos);
+}
+
+// Heads that netCDF-4 wrote, where they are at hand.
+TEST(SofaFile, OfNetcdfIsEquivalentInAllItsForms) {
+  const std::string folder = testing::shared_case("sofa/");
+  const auto plain = read_sofa(folder + "plain.sofa");
+  if (!plain.ok()) GTEST_SKIP() << "no shared cases here";
+  for (const char* name : {"right_first.sofa", "float32.sofa", "no_shuffle.sofa"}) {
+    const auto head = read_sofa(folder + name);
+    if (head.ok())
+      expect_same(*head, *plain);
+    else
+      EXPECT_NE(head.error().message.find("install libhdf5"), std::string::npos) << name;
+  }
+}
+
 TEST(SofaFile, ThatIsInvalidIsRejectedWithAReason) {
   SofaContent room = plain_head(48000, 20, 64);
   room.convention = "MultiSpeakerBRIR";
@@ -84,7 +163,8 @@ TEST(SofaFile, ThatIsInvalidIsRejectedWithAReason) {
       << refusal(room);
   SofaContent transfer = plain_head(48000, 20, 64);
   transfer.data_type = "TF";
-  EXPECT_NE(refusal(transfer).find("holds no responses of two ears"), std::string::npos)
+  EXPECT_NE(refusal(transfer).find("holds transfer functions over frequency (SimpleFreeFieldHRIR)"),
+            std::string::npos)
       << refusal(transfer);
   EXPECT_NE(refusal(plain_head(48000, 9, 64)).find("holds 9 directions of 64 frames; 16 to 20000"),
             std::string::npos);
