@@ -1,8 +1,8 @@
 #include "formats/level/material_presets.h"
 
 #include <algorithm>
-#include <cmath>
 
+#include "common/maths.h"
 #include "common/text.h"
 #include "embedded_materials.h"
 #include "formats/files/json.h"
@@ -10,6 +10,8 @@
 namespace clamor {
 
 namespace {
+
+constexpr float kLog2PerDecibel = 0.332192809f;  // of a power
 
 std::optional<Bands> eight_values(JsonFields& fields, const char* key, double high) {
   const auto values = fields.numbers(key);
@@ -59,7 +61,7 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
     if (reduction_db)
       for (std::size_t b = 0; b < kBandCount; ++b)
         material.transmission[b] =
-            std::min(std::pow(10.0f, (*reduction_db)[b] / -10), material.absorption[b]);
+            std::min(exp2_of(kLog2PerDecibel * -(*reduction_db)[b]), material.absorption[b]);
     if (const Json* aliases = fields.any("aliases"); aliases != nullptr && aliases->object())
       for (const auto& [language, words] : *aliases->object())
         presets.add_aliases(&words, presets.names_.size());
