@@ -72,6 +72,10 @@ std::vector<std::string> BakeRequest::words() const {
   add("--acoustics", import.sidecar);
   add("--material", import.material);
   if (import.hidden_meshes) words.emplace_back("--hidden");
+  for (const std::string& pattern : import.ignored) add("--ignore", pattern);
+  for (const std::string& pattern : import.kept) add("--keep", pattern);
+  add("--scene", import.scene);
+  for (const std::string& name : import.ignored_extensions) add("--ignore-required", name);
   add("--photons", photons);
   add("--sources", sources);
   if (probes != "none") add("--probes", probes);

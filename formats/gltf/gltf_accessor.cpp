@@ -184,6 +184,16 @@ double GltfReader::step() const {
   return 1 / largest(whole);
 }
 
+glm::dmat4 GltfReader::matrix_at(std::size_t i) const {
+  glm::dmat4 matrix(0.0);
+  const std::byte* from = element(i);
+  if (from == nullptr) return matrix;
+  for (std::size_t c = 0; c < 16; ++c)
+    matrix[static_cast<int>(c / 4)][static_cast<int>(c % 4)] =
+        component(from + c * component_bytes_, accessor_->component_type, accessor_->normalized);
+  return matrix;
+}
+
 std::uint32_t GltfReader::index_at(std::size_t i) const {
   const std::byte* from = element(i);
   return from == nullptr ? 0 : unsigned_value(from, accessor_->component_type);

@@ -27,8 +27,11 @@ class GltfReader {
   // for numbers in floating point.
   double step() const;
 
-  // Element i < count(), padded with zeros.
+  // Element i < count() of at most four components, padded with zeros.
   std::array<double, 4> at(std::size_t i) const;
+
+  // Element i < count() of an accessor of 16 components, column by column.
+  glm::dmat4 matrix_at(std::size_t i) const;
 
   // Element i < count() of an unsigned integer accessor.
   std::uint32_t index_at(std::size_t i) const;

@@ -7,8 +7,8 @@
 #include <fmt/format.h>
 
 #include "formats/files/file_kind.h"
-#include "formats/gltf/audio_extensions.h"
 #include "formats/gltf/gltf_check.h"
+#include "formats/gltf/required_extensions.h"
 
 namespace clamor {
 
@@ -102,41 +102,10 @@ Result<FileBytes> read_buffer(const Json& buffer, std::size_t index, const Conta
   return bytes;
 }
 
-// Required extensions that are read or do not affect triangles.
-bool is_harmless(std::string_view extension) {
-  static constexpr std::array<std::string_view, 9> kPrefixes = {
-      "CLAMOR_",     "KHR_materials_", "KHR_texture_", "EXT_texture_",  "MSFT_texture_",
-      "KHR_lights_", "EXT_lights_",    "KHR_xmp",      "EXT_materials_"};
-  static constexpr std::array<std::string_view, 12> kNames = {
-      "KHR_mesh_quantization",   "KHR_draco_mesh_compression",
-      "EXT_meshopt_compression", "KHR_meshopt_compression",
-      "EXT_mesh_gpu_instancing", "KHR_node_visibility",
-      "KHR_animation_pointer",   "KHR_camera_animation",
-      "KHR_techniques_webgl",    "FB_ngon_encoding",
-      "EXT_mesh_features",       "MOZ_hubs_components"};
-  return is_audio_extension(extension) ||
-         std::any_of(kPrefixes.begin(), kPrefixes.end(),
-                     [&](auto prefix) { return extension.starts_with(prefix); }) ||
-         std::find(kNames.begin(), kNames.end(), extension) != kNames.end();
-}
-
-Result<void> check_required_extensions(const Json& json) {
-  const Json* required = json.find("extensionsRequired");
-  if (required == nullptr) return {};
-  if (required->array() == nullptr) return Error("'extensionsRequired' must be a list of names.");
-  for (const Json& item : *required->array()) {
-    const std::string name = item.string() == nullptr ? "" : *item.string();
-    if (!is_harmless(name))
-      return Error("it requires the extension " + in_quotes(name) +
-                   ", which Clamor does not know and "
-                   "which may change its geometry; export the level without it.");
-  }
-  return {};
-}
-
 }  // namespace
 
-Result<GltfDocument> read_gltf_document(const std::string& path, LevelFolder& folder) {
+Result<GltfDocument> read_gltf_document(const std::string& path, LevelFolder& folder,
+                                        std::span<const std::string> ignored_extensions) {
   const auto file = folder.read_anywhere(path);
   if (!file.ok()) return file.error();
   const auto container = unpack(*file);
@@ -145,7 +114,7 @@ Result<GltfDocument> read_gltf_document(const std::string& path, LevelFolder& fo
   if (!json.ok()) return Error(path + ": " + json.error().message + ".");
 
   GltfDocument document{std::move(*json), {}};
-  if (const auto ok = check_required_extensions(document.json); !ok.ok())
+  if (const auto ok = check_required_extensions(document.json, ignored_extensions); !ok.ok())
     return ok.error().in(path);
   if (const auto ok = check_gltf(document.json); !ok.ok()) return ok.error().in(path);
   if (const Json* buffers = document.json.find("buffers"))

@@ -5,6 +5,7 @@
 // buffers, views outside their buffers. Compressed geometry is left as it is (gltf_compression.h).
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,8 @@ struct GltfDocument {
 };
 
 // Recognises .glb by its first bytes, whatever the extension. Buffers are read through `folder`.
-Result<GltfDocument> read_gltf_document(const std::string& path, LevelFolder& folder);
+// `ignored_extensions` may be required, whatever they change (required_extensions.h).
+Result<GltfDocument> read_gltf_document(const std::string& path, LevelFolder& folder,
+                                        std::span<const std::string> ignored_extensions = {});
 
 }  // namespace clamor

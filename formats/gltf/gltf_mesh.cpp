@@ -11,6 +11,7 @@
 #include <glm/gtc/matrix_inverse.hpp>
 
 #include "formats/gltf/gltf_accessor.h"
+#include "formats/gltf/gltf_pose.h"
 
 namespace clamor {
 
@@ -25,7 +26,8 @@ struct LocalMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::uint16_t> materials;
   std::size_t points_or_lines = 0, left_over = 0;
-  double step = 0;  // of positions that are integers
+  double step = 0;      // of positions that are integers
+  std::string unposed;  // what is wrong with its skin or shape keys; it has then no triangles
 };
 
 std::string label(const GltfScene& scene, std::size_t mesh) {
@@ -48,18 +50,37 @@ std::array<std::size_t, 3> triangle_corners(int mode, std::size_t t) {
 
 class MeshReader {
  public:
-  explicit MeshReader(const GltfScene& scene) : scene_(scene) {}
+  // Null surfaces: all triangles are read.
+  MeshReader(const GltfScene& scene, const SceneSurfaces* surfaces)
+      : scene_(scene), surfaces_(surfaces), pose_(scene) {}
 
-  Result<LocalMesh> read(std::size_t mesh) {
+  const GltfPose& pose() const { return pose_; }
+
+  // The mesh of a node. Without a pose it is the same for all nodes that have it.
+  Result<LocalMesh> read(int node) {
+    const auto mesh = static_cast<std::size_t>(scene_.nodes[static_cast<std::size_t>(node)].mesh);
+    const auto& primitives = scene_.meshes[mesh].primitives;
     LocalMesh local;
-    for (const GltfPrimitive& primitive : scene_.meshes[mesh].primitives)
-      if (const auto ok = read(primitive, local); !ok.ok())
+    for (std::size_t p = 0; p < primitives.size(); ++p) {
+      if (surfaces_ != nullptr && !surfaces_->is_material(primitives[p].material)) continue;
+      std::optional<PrimitivePose> posed;
+      if (pose_.moves(node) && primitives[p].positions != kNone) {
+        auto opened = pose_.open(node, p);
+        if (!opened.ok()) {
+          local.unposed = opened.error().message;
+          break;
+        }
+        posed = std::move(*opened);
+      }
+      if (const auto ok = read(primitives[p], posed ? &*posed : nullptr, local); !ok.ok())
         return ok.error().in(label(scene_, mesh));
+    }
+    if (!local.unposed.empty()) local.triangles.clear();
     return local;
   }
 
  private:
-  Result<void> read(const GltfPrimitive& primitive, LocalMesh& local) {
+  Result<void> read(const GltfPrimitive& primitive, const PrimitivePose* posed, LocalMesh& local) {
     if (primitive.mode < kTriangles) {
       ++local.points_or_lines;
       return {};
@@ -92,7 +113,7 @@ class MeshReader {
         if (vertex >= positions->count())
           return Error(fmt::format("has index {}, beyond its {} vertices; export the level again.",
                                    vertex, positions->count()));
-        const auto known = local_vertex(*positions, vertex, local);
+        const auto known = local_vertex(*positions, vertex, posed, local);
         if (!known)
           return Error(
               fmt::format("vertex {} is not finite (NaN or infinite); repair the mesh.", vertex));
@@ -115,11 +136,18 @@ class MeshReader {
 
   // Index of a vertex in `local`, where it is added at its first use; none if it is not finite.
   std::optional<std::uint32_t> local_vertex(const GltfReader& positions, std::size_t vertex,
-                                            LocalMesh& local) {
+                                            const PrimitivePose* posed, LocalMesh& local) {
     auto& [round, place] = remap_[vertex];
     if (round != round_) {
       const auto p = positions.at(vertex);
-      const Vec3 position(p[0], p[1], p[2]);
+      Vec3 position(p[0], p[1], p[2]);
+      if (posed != nullptr) {
+        const auto moved = posed->moved(vertex, position);
+        if (!moved)
+          local.unposed =
+              fmt::format("vertex {} has no weight, or a joint that is not there", vertex);
+        position = moved.value_or(Vec3(0));
+      }
       if (!is_finite(position)) return std::nullopt;
       round = round_;
       place = static_cast<std::uint32_t>(local.vertices.size());
@@ -129,6 +157,8 @@ class MeshReader {
   }
 
   const GltfScene& scene_;
+  const SceneSurfaces* surfaces_;
+  GltfPose pose_;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> remap_;  // primitive number, index
   std::uint32_t round_ = 0;
 };
@@ -166,12 +196,15 @@ Result<void> append(const LocalMesh& local, const glm::dmat4& place, Mesh& mesh,
 }
 
 // Number of triangles of a mesh, from validated accessors.
-Result<std::uint64_t> count_triangles(const GltfScene& scene, std::size_t mesh) {
+Result<std::uint64_t> count_triangles(const GltfScene& scene, const SceneSurfaces& surfaces,
+                                      std::size_t mesh) {
   std::uint64_t count = 0;
   for (const GltfPrimitive& primitive : scene.meshes[mesh].primitives) {
     const bool indexed = primitive.indices != kNone;
     const int accessor = indexed ? primitive.indices : primitive.positions;
-    if (primitive.mode < kTriangles || accessor == kNone) continue;
+    if (primitive.mode < kTriangles || accessor == kNone ||
+        !surfaces.is_material(primitive.material))
+      continue;
     const auto reader = GltfReader::open(scene, accessor, indexed ? 1 : 3);
     if (!reader.ok()) return reader.error().in(label(scene, mesh));
     count += triangle_count(primitive.mode, reader->count());
@@ -182,15 +215,15 @@ Result<std::uint64_t> count_triangles(const GltfScene& scene, std::size_t mesh) 
 // Checks the total before any triangle is created, because instancing lets a small file demand any
 // number.
 Result<void> check_total(const GltfScene& scene, const std::vector<PlacedNode>& placements,
-                         bool with_hidden) {
+                         const SceneSurfaces& surfaces) {
   std::map<int, std::uint64_t> per_mesh;
   std::uint64_t total = 0;
   for (const PlacedNode& placement : placements) {
     const int mesh = scene.nodes[static_cast<std::size_t>(placement.node)].mesh;
-    if (mesh == kNone || placement.portal || (placement.hidden && !with_hidden)) continue;
+    if (mesh == kNone || placement.portal || !surfaces.is_surface(placement.node)) continue;
     auto known = per_mesh.find(mesh);
     if (known == per_mesh.end()) {
-      const auto count = count_triangles(scene, static_cast<std::size_t>(mesh));
+      const auto count = count_triangles(scene, surfaces, static_cast<std::size_t>(mesh));
       if (!count.ok()) return count.error();
       known = per_mesh.emplace(mesh, *count).first;
     }
@@ -207,31 +240,34 @@ Result<void> check_total(const GltfScene& scene, const std::vector<PlacedNode>& 
 }  // namespace
 
 Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNode>& placements,
-                             const MovableNodes& movable, bool with_hidden) {
+                             const MovableNodes& movable, const SceneSurfaces& surfaces) {
   SceneMesh out;
   out.parts.resize(movable.parts.size());
   std::size_t movable_triangles = 0;
   if (scene.materials.size() >= std::numeric_limits<std::uint16_t>::max())
     return Error(fmt::format("has {} materials; at most 65534 are read.", scene.materials.size()));
-  if (const auto ok = check_total(scene, placements, with_hidden); !ok.ok()) return ok.error();
+  if (const auto ok = check_total(scene, placements, surfaces); !ok.ok()) return ok.error();
 
-  MeshReader reader(scene);
-  std::map<int, LocalMesh> local_meshes;  // each read once, however often it is placed
+  MeshReader reader(scene, &surfaces);
+  const GltfPose& pose = reader.pose();
+  // By mesh, and by node if a pose moves it: each is read once, however often it is placed.
+  std::map<std::pair<int, int>, LocalMesh> local_meshes;
   for (const PlacedNode& placement : placements) {
     const int mesh = scene.nodes[static_cast<std::size_t>(placement.node)].mesh;
-    if (mesh == kNone || placement.portal) continue;
-    if (placement.hidden && !with_hidden) {
-      ++out.hidden;
-      continue;
-    }
-    auto found = local_meshes.find(mesh);
+    if (mesh == kNone || placement.portal || !surfaces.is_surface(placement.node)) continue;
+    const std::pair key(mesh, pose.moves(placement.node) ? placement.node : kNone);
+    auto found = local_meshes.find(key);
     if (found == local_meshes.end()) {
-      auto local = reader.read(static_cast<std::size_t>(mesh));
+      auto local = reader.read(placement.node);
       if (!local.ok()) return local.error();
+      const std::string& name = scene.nodes[static_cast<std::size_t>(placement.node)].name;
+      if (!local->unposed.empty()) out.unposed.push_back(in_quotes(name) + ": " + local->unposed);
+      if (pose.is_skinned(placement.node)) out.skinned.push_back(placement.node);
+      if (pose.has_keys(placement.node)) out.keyed.push_back(placement.node);
       out.points_or_lines += local->points_or_lines;
       out.left_over += local->left_over;
       if (!local->triangles.empty()) ++out.meshes;
-      found = local_meshes.emplace(mesh, std::move(*local)).first;
+      found = local_meshes.emplace(key, std::move(*local)).first;
     }
     if (found->second.triangles.empty()) continue;
     ++out.placements;
@@ -241,20 +277,47 @@ Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNod
     if (movable_triangles > kMaxMovableTriangles)
       return Error(fmt::format("the movable parts have more than {} triangles; simplify them.",
                                kMaxMovableTriangles));
-    const auto ok =
-        part == kNone
-            ? append(found->second, placement.world, out.mesh, out)
-            : append(found->second, glm::affineInverse(movable.parts[p].world) * placement.world,
-                     out.parts[p], out);
+    const std::size_t first_vertex = out.mesh.vertices_m.size(),
+                      first_triangle = out.mesh.triangles.size();
+    // A skin places its vertices in the world.
+    const glm::dmat4 place = pose.is_skinned(placement.node) ? glm::dmat4(1.0) : placement.world;
+    const auto ok = part == kNone
+                        ? append(found->second, place, out.mesh, out)
+                        : append(found->second, glm::affineInverse(movable.parts[p].world) * place,
+                                 out.parts[p], out);
     if (!ok.ok()) return ok.error().in(label(scene, static_cast<std::size_t>(mesh)));
+    if (part == kNone)
+      out.placed.push_back({placement.node, first_vertex, out.mesh.vertices_m.size(),
+                            first_triangle, out.mesh.triangles.size()});
   }
   return out;
 }
 
+void remove_placed(SceneMesh& mesh, const std::function<bool(std::size_t)>& goes) {
+  SceneMesh kept;
+  for (std::size_t p = 0; p < mesh.placed.size(); ++p) {
+    if (goes(p)) continue;
+    PlacedTriangles placed = mesh.placed[p];
+    const std::size_t vertices = kept.mesh.vertices_m.size(),
+                      triangles = kept.mesh.triangles.size();
+    for (std::size_t v = placed.first_vertex; v < placed.end_vertex; ++v)
+      kept.mesh.vertices_m.push_back(mesh.mesh.vertices_m[v]);
+    for (std::size_t t = placed.first_triangle; t < placed.end_triangle; ++t) {
+      auto triangle = mesh.mesh.triangles[t];
+      for (auto& corner : triangle)
+        corner = static_cast<std::uint32_t>(corner - placed.first_vertex + vertices);
+      kept.mesh.triangles.push_back(triangle);
+      kept.mesh.materials.push_back(mesh.mesh.materials[t]);
+    }
+    kept.placed.push_back({placed.node, vertices, kept.mesh.vertices_m.size(), triangles,
+                           kept.mesh.triangles.size()});
+  }
+  mesh.mesh = std::move(kept.mesh);
+  mesh.placed = std::move(kept.placed);
+}
+
 Result<Mesh> placed_mesh(const GltfScene& scene, const PlacedNode& placement) {
-  const auto mesh =
-      static_cast<std::size_t>(scene.nodes[static_cast<std::size_t>(placement.node)].mesh);
-  const auto local = MeshReader(scene).read(mesh);
+  const auto local = MeshReader(scene, nullptr).read(placement.node);
   if (!local.ok()) return local.error();
   SceneMesh out;
   if (const auto ok = append(*local, placement.world, out.mesh, out); !ok.ok()) return ok.error();

@@ -3,17 +3,26 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include "common/result.h"
 #include "formats/gltf/gltf_movable.h"
 #include "formats/gltf/gltf_placement.h"
 #include "formats/gltf/gltf_scene.h"
+#include "formats/gltf/gltf_surfaces.h"
 #include "formats/level/mesh.h"
 
 namespace clamor {
 
 inline constexpr std::uint64_t kMaxTriangles = 200'000'000;
+
+// The triangles and vertices of one placement of a node's mesh.
+struct PlacedTriangles {
+  int node = 0;
+  std::size_t first_vertex = 0, end_vertex = 0, first_triangle = 0, end_triangle = 0;
+};
 
 struct SceneMesh {
   // Mesh::materials contains indices of glTF materials; a primitive without material has the index
@@ -22,9 +31,11 @@ struct SceneMesh {
   // How far apart two vertices may be that were one before their file rounded positions to integers
   // (KHR_mesh_quantization); 0: it did not.
   double rounding_m = 0;
+  std::vector<PlacedTriangles> placed;     // of `mesh`, in its order; without movable parts
   std::vector<Mesh> parts;                 // of MovableNodes::parts, relative to their pivots
   std::size_t meshes = 0, placements = 0;  // that contributed triangles
-  std::size_t hidden = 0;                  // skipped placements
+  std::vector<int> skinned, keyed;         // nodes whose meshes skins or shape keys move
+  std::vector<std::string> unposed;        // skipped meshes, and what is wrong with their pose
   std::size_t points_or_lines = 0;         // skipped primitives
   std::size_t degenerate = 0;              // skipped triangles without area
   std::size_t left_over = 0;               // trailing indices without a complete triangle
@@ -34,9 +45,12 @@ struct SceneMesh {
 // vertices, and more than kMaxTriangles triangles, which are counted before any is created; more
 // than kMaxMovableTriangles in movable parts.
 Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNode>& placements,
-                             const MovableNodes& movable, bool with_hidden);
+                             const MovableNodes& movable, const SceneSurfaces& surfaces);
 
-// The triangles of one node, hidden or not. It must have a mesh.
+// Removes the placements for which `goes` is true of their index, and renumbers the rest.
+void remove_placed(SceneMesh& mesh, const std::function<bool(std::size_t)>& goes);
+
+// The triangles of one node, surfaces or not. It must have a mesh.
 Result<Mesh> placed_mesh(const GltfScene& scene, const PlacedNode& placement);
 
 }  // namespace clamor

@@ -5,9 +5,11 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <glm/gtc/quaternion.hpp>
 
 #include "common/text.h"
 #include "formats/gltf/gltf_marks.h"
+#include "formats/gltf/report_words.h"
 #include "formats/level/name_match.h"
 
 namespace clamor {
@@ -96,6 +98,26 @@ class MovableSearch {
   std::vector<bool> is_used_;  // by glob
 };
 
+// Quantisers write the transform of a mesh's integers into its node, whose origin then is no longer
+// where its author put it. Other tools leave the middle of the mesh there when they unpack it.
+bool has_quantised_pivot(const GltfScene& scene, std::size_t node, const Mesh& part) {
+  if (scene.nodes[node].mesh == kNone) return false;
+  constexpr int kFloat = 5126;
+  for (const auto& primitive :
+       scene.meshes[static_cast<std::size_t>(scene.nodes[node].mesh)].primitives)
+    if (primitive.positions != kNone &&
+        scene.accessors[static_cast<std::size_t>(primitive.positions)].component_type != kFloat)
+      return true;
+  const Json* generator = scene.json.find({"asset", "generator"});
+  if (generator == nullptr || generator->string() == nullptr ||
+      (!generator->string()->starts_with("glTF-Transform") &&
+       !generator->string()->starts_with("gltfpack")))
+    return false;
+  constexpr double kMiddle = 1e-3;  // of the diagonal
+  const Boundsf bounds = bounds_of(part);
+  return length(Vec3(bounds.low_m) + Vec3(bounds.high_m)) < 2 * kMiddle * bounds.diagonal_m();
+}
+
 }  // namespace
 
 Result<MovableNodes> find_movable_nodes(const GltfScene& scene,
@@ -105,6 +127,34 @@ Result<MovableNodes> find_movable_nodes(const GltfScene& scene,
   auto found = search.run();
   if (found.ok()) search.warn_of_unused(report);
   return found;
+}
+
+std::vector<MovablePart> movable_parts(const GltfScene& scene, const MovableNodes& movable,
+                                       std::vector<Mesh> meshes, ImportReport& report) {
+  std::vector<MovablePart> parts;
+  std::size_t triangles = 0;
+  for (std::size_t p = 0; p < meshes.size(); ++p) {
+    const auto& [node, world] = movable.parts[p];
+    const std::string& name = scene.nodes[static_cast<std::size_t>(node)].name;
+    if (meshes[p].triangles.empty()) {
+      report.warnings.push_back(
+          fmt::format("the movable node {} '{}' has no triangles; it is left out", node, name));
+      continue;
+    }
+    triangles += meshes[p].triangles.size();
+    if (has_quantised_pivot(scene, static_cast<std::size_t>(node), meshes[p]))
+      report.warnings.push_back(fmt::format(
+          "the movable part '{0}' turns about ({1:.4g}, {2:.4g}, {3:.4g}), where a tool that "
+          "quantises meshes has moved its origin; mark a node above it as movable, at its hinge, "
+          "or leave '{0}' out when you quantise",
+          name, world[3].x, world[3].y, world[3].z));
+    const PartPose pose{Vec3(world[3]), Rotation(glm::quat_cast(glm::dmat3(world)))};
+    parts.push_back({name, std::move(meshes[p]), normalized(pose)});
+  }
+  if (!parts.empty())
+    report.found.push_back(number_of(parts.size(), "movable part") + " with " +
+                           number_of(triangles, "triangle"));
+  return parts;
 }
 
 }  // namespace clamor

@@ -31,4 +31,9 @@ Result<MovableNodes> find_movable_nodes(const GltfScene& scene,
                                         const std::vector<std::string>& globs,
                                         ImportReport& report);
 
+// The parts that have triangles; `meshes` has those of each. Warns of parts without, and of parts
+// whose pivot a quantiser has moved.
+std::vector<MovablePart> movable_parts(const GltfScene& scene, const MovableNodes& movable,
+                                       std::vector<Mesh> meshes, ImportReport& report);
+
 }  // namespace clamor

@@ -85,18 +85,11 @@ Result<std::vector<InstancePlace>> instance_places(const GltfScene& scene, const
   return places;
 }
 
-bool hides(const Json* extensions) {
-  const Json* visible =
-      extensions == nullptr ? nullptr : extensions->find({"KHR_node_visibility", "visible"});
-  return visible != nullptr && visible->boolean() != nullptr && !*visible->boolean();
-}
-
 }  // namespace
 
 Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene) {
   struct Visit {
     int node;
-    bool hidden;
     glm::dmat4 parent;
   };
   std::vector<PlacedNode> placements;
@@ -104,7 +97,7 @@ Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene) {
   std::vector<Visit> stack;
   const Json::Array* nodes = scene.nodes.empty() ? nullptr : scene.json.find("nodes")->array();
   for (auto it = scene.roots.rbegin(); it != scene.roots.rend(); ++it)
-    stack.push_back({*it, false, glm::dmat4(1.0)});
+    stack.push_back({*it, glm::dmat4(1.0)});
 
   while (!stack.empty()) {
     const Visit visit = stack.back();
@@ -117,17 +110,16 @@ Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene) {
     visited[n] = true;
     const GltfNode& node = scene.nodes[n];
     const Json* extensions = (*nodes)[n].find("extensions");
-    const bool hidden = visit.hidden || hides(extensions);
     const glm::dmat4 world = visit.parent * node.local;
     // Pushed in reverse, so that children are popped in order.
     for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
-      stack.push_back({*it, hidden, world});
+      stack.push_back({*it, world});
 
     if (node.mesh == kNone && extensions == nullptr && (*nodes)[n].find("extras") == nullptr)
       continue;
     const Json* instancing = extensions == nullptr ? nullptr : extensions->find(kInstancing);
     if (instancing == nullptr) {
-      placements.push_back({visit.node, 0, false, hidden, world});
+      placements.push_back({visit.node, 0, false, world});
       continue;
     }
     const auto instances = instance_places(scene, *instancing);
@@ -138,7 +130,7 @@ Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene) {
                       "thin them out.",
                       label(scene, visit.node), kMaxPlacements));
     for (std::size_t i = 0; i < instances->size(); ++i)
-      placements.push_back({visit.node, static_cast<std::uint32_t>(i), true, hidden,
+      placements.push_back({visit.node, static_cast<std::uint32_t>(i), true,
                             world * (*instances)[i].local, (*instances)[i].delay_s});
   }
   return placements;

@@ -14,7 +14,6 @@ struct PlacedNode {
   int node = 0;
   std::uint32_t instance = 0;  // 0, 1, ... of a node with EXT_mesh_gpu_instancing
   bool instanced = false;
-  bool hidden = false;  // by KHR_node_visibility of the node or an ancestor
   glm::dmat4 world{1.0};
   double delay_s = 0;   // attribute _DELAY_S of an instance
   bool portal = false;  // set by read_scene_portals(): its triangles are no surfaces

@@ -8,6 +8,7 @@
 
 #include "formats/gltf/gltf_check.h"
 #include "formats/gltf/gltf_compression.h"
+#include "formats/gltf/gltf_scenes.h"
 
 namespace clamor {
 
@@ -76,19 +77,6 @@ GltfMesh plain(const tinygltf::Mesh& from) {
   return to;
 }
 
-// Roots of the default scene, else of the first, else all nodes without parent.
-std::vector<int> scene_roots(const tinygltf::Model& model) {
-  if (!model.scenes.empty())
-    return model.scenes[static_cast<std::size_t>(std::max(model.defaultScene, 0))].nodes;
-  std::vector<bool> is_child(model.nodes.size(), false);
-  for (const auto& node : model.nodes)
-    for (const int child : node.children) is_child[static_cast<std::size_t>(child)] = true;
-  std::vector<int> roots;
-  for (std::size_t i = 0; i < model.nodes.size(); ++i)
-    if (!is_child[i]) roots.push_back(static_cast<int>(i));
-  return roots;
-}
-
 Result<tinygltf::Model> parse(const Json& document) {
   const std::string text = essential_gltf(document);
   if (text.size() > std::numeric_limits<unsigned>::max())
@@ -112,7 +100,9 @@ Result<tinygltf::Model> parse(const Json& document) {
 
 }  // namespace
 
-Result<GltfScene> read_gltf_scene(GltfDocument document) {
+Result<GltfScene> read_gltf_scene(GltfDocument document, const std::optional<std::string>& wanted) {
+  const auto chosen = choose_scene(document.json, wanted);
+  if (!chosen.ok()) return chosen.error();
   if (const auto ok = unpack_geometry(document); !ok.ok()) return ok.error();
   const auto model = parse(document.json);
   if (!model.ok()) return model.error();
@@ -125,8 +115,9 @@ Result<GltfScene> read_gltf_scene(GltfDocument document) {
   for (const auto& node : model->nodes)
     scene.nodes.push_back({node.name, node.children, node.mesh, local_transform(node)});
   for (const auto& material : model->materials) scene.materials.push_back(material.name);
-  scene.roots = scene_roots(*model);
   scene.json = std::move(document.json);
+  scene.chosen = *chosen;
+  scene.roots = scene_roots(scene, scene.chosen);
   scene.buffers = std::move(document.buffers);
   for (const FileBytes& buffer : scene.buffers) scene.bytes += buffer.size();
   return scene;

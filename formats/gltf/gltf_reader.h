@@ -2,6 +2,7 @@
 // here.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "common/result.h"
@@ -11,7 +12,9 @@
 namespace clamor {
 
 // tinygltf parses only the essential parts of the checked document, with file callbacks that always
-// fail: it never sees a URI, an image or a buffer.
-Result<GltfScene> read_gltf_scene(GltfDocument document);
+// fail: it never sees a URI, an image or a buffer. `wanted` is the name or number of a scene
+// (gltf_scenes.h).
+Result<GltfScene> read_gltf_scene(GltfDocument document,
+                                  const std::optional<std::string>& wanted = {});
 
 }  // namespace clamor

@@ -9,6 +9,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,7 +65,8 @@ struct GltfScene {
   std::vector<GltfMesh> meshes;
   std::vector<GltfNode> nodes;
   std::vector<std::string> materials;  // names
-  std::vector<int> roots;              // root nodes of the scene
+  std::vector<int> roots;              // root nodes of the chosen scene
+  std::optional<std::size_t> chosen;   // the scene; nothing if the file has none
   Json json;                           // whole document, for extensions and extras
   std::size_t bytes = 0;               // total size of all files, which limits allocations
 };

@@ -277,7 +277,7 @@ class SoundReader {
         warn_global(i, *emitter);
       else
         out_.ignored.push_back(
-            fmt::format("emitter {} '{}', which stands on no node", i, emitter->name));
+            fmt::format("emitter {} '{}', which stands on no node of the scene", i, emitter->name));
     }
   }
 

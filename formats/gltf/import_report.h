@@ -1,9 +1,12 @@
 // import_report.h: what the import of a level found, and how it understood it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
+
+#include "formats/level/surface_rules.h"
 
 namespace clamor {
 
@@ -18,6 +21,8 @@ struct MaterialAssignment {
 };
 
 struct ImportReport {
+  // Meshes and materials that are no surfaces, by their NoSurface.
+  std::array<std::size_t, kNoSurfaceReasons> left_out{};
   std::vector<MaterialAssignment> materials;
   std::vector<std::string> found;     // "66454 triangles in 12 meshes on 14 nodes"
   std::vector<std::string> ignored;   // "2 cameras", "textures", "distance model 'linear' of ..."

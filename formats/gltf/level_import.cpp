@@ -10,17 +10,23 @@
 #include "formats/audio/audio_file.h"
 #include "formats/files/level_folder.h"
 #include "formats/gltf/audio_extensions.h"
+#include "formats/gltf/emitter_props.h"
 #include "formats/gltf/gltf_document.h"
 #include "formats/gltf/gltf_groups.h"
 #include "formats/gltf/gltf_mesh.h"
+#include "formats/gltf/gltf_mesh_report.h"
 #include "formats/gltf/gltf_movable.h"
 #include "formats/gltf/gltf_placement.h"
 #include "formats/gltf/gltf_portals.h"
 #include "formats/gltf/gltf_probes.h"
 #include "formats/gltf/gltf_reader.h"
+#include "formats/gltf/gltf_scenes.h"
 #include "formats/gltf/gltf_sounds.h"
+#include "formats/gltf/gltf_surfaces.h"
 #include "formats/gltf/kept_extensions.h"
 #include "formats/gltf/level_materials.h"
+#include "formats/gltf/report_words.h"
+#include "formats/gltf/sky_shell.h"
 #include "formats/gltf/tool_losses.h"
 #include "formats/level/emitter_spec.h"
 #include "formats/level/name_match.h"
@@ -29,10 +35,6 @@
 namespace clamor {
 
 namespace {
-
-std::string counted(std::size_t count, const std::string& thing) {
-  return fmt::format("{} {}{}", count, thing, count == 1 ? "" : thing.ends_with("sh") ? "es" : "s");
-}
 
 Result<Sidecar> read_sidecar(const std::string& level, const ImportOptions& options,
                              LevelFolder& folder, ImportReport& report) {
@@ -169,52 +171,13 @@ void keep_used_signals(Level& level) {
   level.signals = std::move(kept);
 }
 
-void report_mesh(const SceneMesh& scene, ImportReport& report) {
-  std::size_t triangles = scene.mesh.triangles.size();
-  for (const Mesh& part : scene.parts) triangles += part.triangles.size();
-  report.found.push_back(counted(triangles, "triangle") + " in " + counted(scene.meshes, "mesh") +
-                         ", placed " + counted(scene.placements, "time"));
-  if (scene.hidden > 0) report.ignored.push_back(counted(scene.hidden, "hidden mesh"));
-  if (scene.points_or_lines > 0)
-    report.ignored.push_back(counted(scene.points_or_lines, "primitive") + " of points or lines");
-  if (scene.degenerate > 0)
-    report.ignored.push_back(counted(scene.degenerate, "triangle") + " without area");
-  if (scene.left_over > 0)
-    report.warnings.push_back(counted(scene.left_over, "index") +
-                              " at the end of a list make no "
-                              "whole triangle; the mesh may be damaged");
-}
-
-// The parts of movable nodes that have triangles.
-std::vector<MovablePart> movable_parts(const GltfScene& scene, const MovableNodes& movable,
-                                       std::vector<Mesh> meshes, ImportReport& report) {
-  std::vector<MovablePart> parts;
-  std::size_t triangles = 0;
-  for (std::size_t p = 0; p < meshes.size(); ++p) {
-    const auto& [node, world] = movable.parts[p];
-    const std::string& name = scene.nodes[static_cast<std::size_t>(node)].name;
-    if (meshes[p].triangles.empty()) {
-      report.warnings.push_back(
-          fmt::format("the movable node {} '{}' has no triangles; it is left out", node, name));
-      continue;
-    }
-    triangles += meshes[p].triangles.size();
-    const PartPose pose{Vec3(world[3]), Rotation(glm::quat_cast(glm::dmat3(world)))};
-    parts.push_back({name, std::move(meshes[p]), normalized(pose)});
-  }
-  if (!parts.empty())
-    report.found.push_back(counted(parts.size(), "movable part") + " with " +
-                           counted(triangles, "triangle"));
-  return parts;
-}
-
 void report_ignored(const Json& document, ImportReport& report) {
-  for (const char* list : {"images", "cameras", "animations", "skins"}) {
+  for (const char* list : {"images", "cameras", "animations"}) {
     const Json* items = document.find(list);
     if (items == nullptr || items->array() == nullptr || items->array()->empty()) continue;
     std::string thing(list);
     thing.pop_back();
-    report.ignored.push_back(counted(items->array()->size(), thing));
+    report.ignored.push_back(number_of(items->array()->size(), thing));
   }
 }
 
@@ -228,7 +191,7 @@ void warn_of_silence(const std::vector<Emitter>& emitters, ImportReport& report)
       "is; in decibels, write \"0dB\" or gain_db",
       in_quotes(std::ranges::find_if(emitters, silent)->name),
       count == 1 ? " is"
-                 : fmt::format(" and {} of {} are", counted(count - 1, "other emitter"),
+                 : fmt::format(" and {} of {} are", number_of(count - 1, "other emitter"),
                                emitters.size())));
 }
 
@@ -237,8 +200,9 @@ void hash_value(InputHash& hash, const T& value) {
   hash.add(std::as_bytes(std::span(&value, 1)));
 }
 
-Result<GltfScene> read_scene(const std::string& path, LevelFolder& folder, ImportReport& report) {
-  auto document = read_gltf_document(path, folder);
+Result<GltfScene> read_scene(const std::string& path, const ImportOptions& options,
+                             LevelFolder& folder, ImportReport& report) {
+  auto document = read_gltf_document(path, folder, options.ignored_extensions);
   if (!document.ok()) return document.error();
   for (const std::string& node : restore_kept_extensions(document->json))
     report.warnings.push_back(fmt::format(
@@ -249,8 +213,9 @@ Result<GltfScene> read_scene(const std::string& path, LevelFolder& folder, Impor
   for (const std::string& extension : audio.extensions)
     report.found.push_back(extension + ", read as KHR_audio_emitter");
   report.ignored.insert(report.ignored.end(), audio.ignored.begin(), audio.ignored.end());
-  auto scene = read_gltf_scene(std::move(*document));
+  auto scene = read_gltf_scene(std::move(*document), options.scene);
   if (!scene.ok()) return scene.error().in(path);
+  report_other_scenes(*scene, scene->chosen, report);
   return scene;
 }
 
@@ -260,14 +225,23 @@ struct EmitterOrigins {
   const std::vector<PlacedNode>& placements;
   const Sidecar& sidecar;
   const std::vector<EmitterSpec>& command_line;
+
+  // Whether the sidecar or the command line changes or replaces an emitter of the scene.
+  bool changes(const std::string& name) const {
+    const auto is_it = [&name](const auto& entry) { return entry.name == name; };
+    return std::ranges::any_of(sidecar.emitter_changes, is_it) ||
+           std::ranges::any_of(sidecar.emitters, is_it) || std::ranges::any_of(command_line, is_it);
+  }
 };
 
 // Reads emitters of all origins and the signals that they play.
 Result<void> import_emitters(const EmitterOrigins& origins, LevelFolder& folder, std::uint64_t seed,
-                             ImportedLevel& imported) {
+                             EmitterProps& props, ImportedLevel& imported) {
   SignalTable signals;
   auto sounds = read_scene_sounds(origins.scene, origins.placements, folder, signals, seed);
   if (!sounds.ok()) return sounds.error();
+  props.add_objects(sounds->emitters, sounds->nodes,
+                    [&](const std::string& name) { return origins.changes(name); });
   imported.level.emitters = std::move(sounds->emitters);
   imported.groups = scene_groups(origins.scene, sounds->nodes);
   ImportReport& report = imported.report;
@@ -281,6 +255,7 @@ Result<void> import_emitters(const EmitterOrigins& origins, LevelFolder& folder,
     return ok;
   imported.level.signals = signals.take();
   keep_used_signals(imported.level);
+  props.add_small(imported.level.emitters);
   return {};
 }
 
@@ -292,7 +267,7 @@ Result<void> import_probes(const EmitterOrigins& origins, const std::vector<Vec3
   std::vector<Vec3>& probes_m = imported.level.probes_m = std::move(*scene_m);
   probes_m.insert(probes_m.end(), sidecar_m.begin(), sidecar_m.end());
   if (probes_m.empty()) return {};
-  imported.report.found.push_back(counted(probes_m.size(), "probe") + " placed by hand");
+  imported.report.found.push_back(number_of(probes_m.size(), "probe") + " placed by hand");
   return {};
 }
 
@@ -329,7 +304,7 @@ Result<void> add_portals(const std::vector<PortalSpec>& specs, ImportedLevel& im
     level.materials.push_back(std::move(*material));
   }
   if (specs.empty()) return {};
-  std::string found = counted(specs.size(), "portal");
+  std::string found = number_of(specs.size(), "portal");
   if (closed > 0) found += fmt::format(", {} baked open and closed", closed);
   imported.report.found.push_back(found);
   return {};
@@ -388,7 +363,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   LevelFolder folder(path);
   level.name = std::filesystem::path(path).filename().string();
 
-  const auto scene = read_scene(path, folder, report);
+  const auto scene = read_scene(path, options, folder, report);
   if (!scene.ok()) return scene.error();
   auto sidecar = read_sidecar(path, options, folder, report);
   if (!sidecar.ok()) return sidecar.error();
@@ -404,27 +379,34 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
     return ok.error().in(path);
   const auto movable = find_movable_nodes(*scene, sidecar->movable, report);
   if (!movable.ok()) return movable.error().in(path);
-  auto mesh = build_mesh(*scene, *placements, *movable, options.hidden_meshes);
+  const SceneSurfaces surfaces =
+      find_surfaces(*scene, SurfaceChoice({sidecar->surfaces, {options.ignored, options.kept}}),
+                    options.hidden_meshes, report);
+  auto mesh = build_mesh(*scene, *placements, *movable, surfaces);
   if (!mesh.ok()) return mesh.error().in(path);
-  report_mesh(*mesh, report);
   imported.rounding_m = mesh->rounding_m;
+  report_mesh(*scene, *mesh, report);
+  report_left_out(*scene, *placements, surfaces, report);
+  leave_out_sky_shells(*scene, surfaces, *mesh, report);
+  const EmitterOrigins origins{*scene, *placements, *sidecar, command_line};
+  EmitterProps props(*scene, surfaces, *mesh);
+  if (const auto ok = import_emitters(origins, folder, seed, props, imported); !ok.ok())
+    return ok.error().in(path);
+  props.leave_out(*mesh, report);
   level.mesh = std::move(mesh->mesh);
   level.movable_parts = movable_parts(*scene, *movable, std::move(mesh->parts), report);
-  if (const auto ok = assign_materials(*scene, *sidecar, options.material, level, report); !ok.ok())
+  if (const auto ok = assign_materials(*scene, *sidecar, options.material, folder, level, report);
+      !ok.ok())
     return ok.error().in(path);
   warn_of_collapsed_materials(scene->json, report);
 
   if (const auto ok = add_portals(portals, imported); !ok.ok()) return ok.error().in(path);
 
-  const EmitterOrigins origins{*scene, *placements, *sidecar, command_line};
-  if (const auto ok = import_emitters(origins, folder, seed, imported); !ok.ok())
-    return ok.error().in(path);
-
   if (const auto ok = import_probes(origins, sidecar->probes_m, imported); !ok.ok())
     return ok.error().in(path);
 
-  report.found.push_back(counted(level.emitters.size(), "emitter") + " of " +
-                         counted(level.signals.size(), "sound"));
+  report.found.push_back(number_of(level.emitters.size(), "emitter") + " of " +
+                         number_of(level.signals.size(), "sound"));
   report_ignored(scene->json, report);
   warn_of_silence(level.emitters, report);
   if (level.emitters.empty() && level.probes_m.empty())

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "common/text.h"
+#include "formats/gltf/material_holes.h"
 #include "formats/level/level.h"
 #include "formats/level/material_presets.h"
 #include "formats/level/name_match.h"
@@ -118,8 +119,8 @@ void warn_of_unused_rules(const Sidecar& sidecar, const GltfScene& scene, Import
 }  // namespace
 
 Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
-                              const std::optional<std::string>& default_preset, Level& level,
-                              ImportReport& report) {
+                              const std::optional<std::string>& default_preset, LevelFolder& folder,
+                              Level& level, ImportReport& report) {
   const MaterialPresets& presets = MaterialPresets::built_in();
   const std::string fallback = default_preset.value_or("plaster");
   if (const auto known = presets.get(fallback); !known.ok())
@@ -144,12 +145,16 @@ Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
                                            name, ruled->how, (*written)->how));
       *written = std::move(*ruled);
     }
-    if (!*written) {
+    const bool is_explicit = written->has_value();
+    if (!is_explicit) {
       auto guessed = from_name(name, presets, fallback, report);
       if (!guessed.ok()) return guessed.error();
       *written = std::move(*guessed);
     }
     Assigned& assigned = **written;
+    if (const auto holes = material_holes(scene, m, folder))
+      apply_holes(*holes, assigned.acoustics.preset, is_explicit, assigned.acoustics.material,
+                  report);
     if (assigned.how == "default") ++defaults;
     measured[m].material = name;
     measured[m].preset = assigned.acoustics.preset;

@@ -7,6 +7,7 @@
 //   3. its extras: "acoustic": { ... } or the name of a preset, or flat "acoustic_preset", ...
 //   4. the preset that the name of the material tells, unless it tells two opposite ones
 //   5. the default preset, with a warning
+// Values of 4 and 5 are opened as far as the material's alpha channel is (material_holes.h).
 #pragma once
 
 #include <optional>
@@ -19,13 +20,14 @@
 
 namespace clamor {
 
+class LevelFolder;
 struct Level;
 
 // Fills level.materials with the materials that triangles use, in the order of the glTF file, and
 // renumbers the materials of level.mesh and of the movable parts, which are glTF indices before
-// (gltf_mesh.h).
+// (gltf_mesh.h). Reads textures of materials with holes from `folder`.
 Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
-                              const std::optional<std::string>& default_preset, Level& level,
-                              ImportReport& report);
+                              const std::optional<std::string>& default_preset, LevelFolder& folder,
+                              Level& level, ImportReport& report);
 
 }  // namespace clamor

@@ -11,7 +11,7 @@ namespace clamor {
 
 #ifdef TINYGLTF_NO_STB_IMAGE
 
-std::optional<Vec3f> mean_colour(std::span<const std::byte>) { return std::nullopt; }
+std::optional<TextureMeans> texture_means(std::span<const std::byte>) { return std::nullopt; }
 
 #else
 
@@ -31,7 +31,7 @@ std::array<double, 256> linear_of_srgb() {
 
 }  // namespace
 
-std::optional<Vec3f> mean_colour(std::span<const std::byte> image) {
+std::optional<TextureMeans> texture_means(std::span<const std::byte> image) {
   if (image.empty() || image.size() > kMaxImage_bytes) return std::nullopt;
   tinygltf::Image decoded;
   std::string error, warning;
@@ -39,18 +39,24 @@ std::optional<Vec3f> mean_colour(std::span<const std::byte> image) {
                                reinterpret_cast<const unsigned char*>(image.data()),
                                static_cast<int>(image.size()), nullptr))
     return std::nullopt;
-  if (decoded.component != 4 || decoded.bits != 8 || decoded.image.size() % 4 != 0)
+  if (decoded.component != 4 || decoded.bits != 8 || decoded.image.empty() ||
+      decoded.image.size() % 4 != 0)
     return std::nullopt;
   static const std::array<double, 256> kLinear = linear_of_srgb();
   Vec3 sum(0);
   double weight = 0;
+  std::size_t clear = 0;
   for (std::size_t i = 0; i < decoded.image.size(); i += 4) {
     const double alpha = decoded.image[i + 3] / 255.0;
     for (int c = 0; c < 3; ++c)
       sum[c] += alpha * kLinear[decoded.image[i + static_cast<std::size_t>(c)]];
     weight += alpha;
+    clear += decoded.image[i + 3] == 0 ? 1 : 0;
   }
-  return weight > 0 ? std::optional(Vec3f(sum / weight)) : std::nullopt;
+  const auto pixels = static_cast<double>(decoded.image.size() / 4);
+  TextureMeans means{std::nullopt, weight / pixels, static_cast<double>(clear) / pixels};
+  if (weight > 0) means.colour = Vec3f(sum / weight);
+  return means;
 }
 
 #endif

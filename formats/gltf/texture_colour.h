@@ -1,4 +1,5 @@
-// texture_colour.h: the mean colour of a texture, for displays that draw no textures.
+// texture_colour.h: the mean colour and opacity of a texture, for displays that draw no textures,
+// and for the holes of alpha-masked surfaces.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +10,15 @@
 
 namespace clamor {
 
-// The mean of a PNG or JPEG file, linear, each channel from 0 to 1; transparent pixels count less.
-// Nothing if it cannot be decoded, or the program was built with a tinygltf that decodes no images.
-std::optional<Vec3f> mean_colour(std::span<const std::byte> image);
+// All from 0 to 1.
+struct TextureMeans {
+  std::optional<Vec3f> colour;  // linear; transparent pixels count less, and some must be opaque
+  double alpha = 1;
+  double clear_share = 0;  // share of the pixels that are fully transparent
+};
+
+// The means of a PNG or JPEG file. Nothing if it cannot be decoded, or the program was built with a
+// tinygltf that decodes no images.
+std::optional<TextureMeans> texture_means(std::span<const std::byte> image);
 
 }  // namespace clamor

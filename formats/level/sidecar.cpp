@@ -11,9 +11,6 @@ namespace {
 
 constexpr double kMaxWhole = 9007199254740992.0;  // 2^53, the limit of exact integers in JSON
 
-constexpr const char* kMovableIsAList =
-    "'movable' must be a list of patterns for names of nodes, as in [\"Door*\"].";
-
 std::optional<std::uint64_t> whole_number(JsonFields& fields, const char* key, double low) {
   const auto value = fields.number(key, low, kMaxWhole);
   if (!value) return std::nullopt;
@@ -39,6 +36,22 @@ Result<ImportedSettings> read_settings(const Json& json) {
   }
   if (const auto ok = fields.result_without_unknown(); !ok.ok()) return ok.error();
   return settings;
+}
+
+// A list of patterns for names; `example` shows one.
+std::vector<std::string> read_patterns(JsonFields& fields, const char* key, const char* example) {
+  std::vector<std::string> patterns;
+  const Json* list = fields.any(key);
+  if (list == nullptr) return patterns;
+  bool ok = list->array() != nullptr;
+  if (ok)
+    for (const Json& glob : *list->array()) {
+      ok = ok && glob.string() != nullptr && !glob.string()->empty();
+      if (ok) patterns.push_back(*glob.string());
+    }
+  if (!ok)
+    fields.fail(fmt::format("'{}' must be a list of patterns, as in [\"{}\"]", key, example));
+  return patterns;
 }
 
 std::optional<Vec3> read_facing(JsonFields& fields) {
@@ -244,13 +257,9 @@ Result<Sidecar> parse_sidecar(std::string_view text, const MaterialPresets& pres
     if (!read.ok()) return read.error();
     sidecar.probes_m = std::move(*read);
   }
-  if (const Json* movable = fields.any("movable")) {
-    if (movable->array() == nullptr) return Error(kMovableIsAList);
-    for (const Json& glob : *movable->array()) {
-      if (glob.string() == nullptr || glob.string()->empty()) return Error(kMovableIsAList);
-      sidecar.movable.push_back(*glob.string());
-    }
-  }
+  sidecar.movable = read_patterns(fields, "movable", "Door*");
+  sidecar.surfaces.ignored = read_patterns(fields, "ignored", "UCX_*");
+  sidecar.surfaces.kept = read_patterns(fields, "kept", "Sky_Ceiling");
   if (const Json* portals = fields.any("portals")) {
     auto read = read_portals(*portals);
     if (!read.ok()) return read.error();

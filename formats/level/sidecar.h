@@ -6,6 +6,7 @@
 //     "listeners": [ { "name": "row 5", "at": [0, 1.2, 6], "yaw": 0 } ],
 //     "probes":    [ { "at": [0, 1.5, 4] } ],
 //     "movable":   [ "Door*" ],
+//     "ignored":   [ "UCX_*" ],  "kept": [ "Sky_Ceiling" ],
 //     "portals":   [ { "name": "Door", "at": [5, 1, 2], "size": [0.9, 2], "facing": [1, 0, 0] } ],
 //     "settings":  { "photons": 200000, "seed": 1, "air": { "temperature_c": 20 } } }
 #pragma once
@@ -22,6 +23,7 @@
 #include "formats/level/acoustic_values.h"
 #include "formats/level/emitter_spec.h"
 #include "formats/level/portal.h"
+#include "formats/level/surface_rules.h"
 
 namespace clamor {
 
@@ -56,6 +58,7 @@ struct Sidecar {
   std::vector<ListenerSpec> listeners;
   std::vector<Vec3> probes_m;        // placed by hand
   std::vector<std::string> movable;  // globs for the names of nodes
+  SurfacePatterns surfaces;          // "ignored" and "kept"
   std::vector<PortalSpec> portals;
   ImportedSettings settings;
 };

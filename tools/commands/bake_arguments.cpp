@@ -6,17 +6,30 @@
 
 namespace clamor {
 
-void add_bake_options(Arguments& parser, BakeRequest& request) {
+void add_import_options(Arguments& parser, ImportOptions& options) {
   parser.option(
-      "--emitter", request.import.emitters,
+      "--emitter", options.emitters,
       "add an emitter: name=NAME,signal=FILE|noise|impulse,at=X,Y,Z[,facing=X,Y,Z][,gain=0dB]"
       "[,directivity=P][,delay=S][,loop=yes]; may be repeated");
-  parser.option("--acoustics", request.import.sidecar,
+  parser.option("--acoustics", options.sidecar,
                 "sidecar file to use instead of LEVEL.acoustics.json");
-  parser.option("--material", request.import.material,
+  parser.option("--material", options.material,
                 "preset for materials without acoustic data [plaster]");
-  parser.flag("--hidden", request.import.hidden_meshes,
-              "include meshes that the level marks as hidden");
+  parser.flag("--hidden", options.hidden_meshes, "include meshes that the level marks as hidden");
+  parser.option("--ignore", options.ignored,
+                "leave out the surfaces of nodes, meshes or materials of this name, as in 'UCX_*'; "
+                "may be repeated");
+  parser.option("--keep", options.kept,
+                "take nodes, meshes or materials of this name for surfaces, whatever their names "
+                "and transparency say; may be repeated");
+  parser.option("--scene", options.scene,
+                "name or number of the scene of the level to bake [its default scene]");
+  parser.option("--ignore-required", options.ignored_extensions,
+                "bake a level that requires this extension without it; may be repeated");
+}
+
+void add_bake_options(Arguments& parser, BakeRequest& request) {
+  add_import_options(parser, request.import);
   parser.option(
       "--photons", request.photons,
       "photons to trace; more of them reduce noise, not the number of sources [unset: enough for "

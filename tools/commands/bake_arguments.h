@@ -10,6 +10,8 @@
 
 namespace clamor {
 
+// The options of reading a level, which add_bake_options() adds as well.
+void add_import_options(Arguments& parser, ImportOptions& options);
 void add_bake_options(Arguments& parser, BakeRequest& request);
 
 // Level path and words in one string, which a shard stores so that it can be merged; and back.

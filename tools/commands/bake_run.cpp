@@ -14,6 +14,7 @@
 #include "tools/commands/bake_arguments.h"
 #include "tools/commands/bake_summary.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/level_inspection.h"
 #include "tools/commands/progress_json.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
@@ -58,13 +59,7 @@ class BakePrinter final : public BakeObserver {
   void on_import(const std::string& level, const ImportReport& report) override {
     if (!text_) return;
     const auto held = notice_.hold();
-    fmt::print(err_, "{}\n", printable(level));
-    for (const auto& line : report.found) fmt::print(err_, "  found    {}\n", printable(line));
-    for (const auto& material : report.materials)
-      fmt::print(err_, "  material {:<24} {:<18} {:>8.1f} m2  ({})\n", printable(material.material),
-                 material.preset.empty() ? "own values" : printable(material.preset),
-                 material.area_m2, printable(material.how));
-    for (const auto& line : report.ignored) fmt::print(err_, "  ignored  {}\n", printable(line));
+    print_import(level, report, err_);
   }
 
   void on_prepared(const LevelReport& report) override {

@@ -11,6 +11,7 @@
 #include "formats/files/level_folder.h"
 #include "formats/gltf/gltf_document.h"
 #include "formats/gltf/texture_colour.h"
+#include "formats/gltf/texture_image.h"
 
 namespace clamor {
 
@@ -76,49 +77,16 @@ class TextureColours {
 
   // `index`: of a texture; null: none.
   std::optional<Vec3f> mean(const Json* index) {
-    const Json* const image = item("images", member(item("textures", index), "source"));
+    const Json* const image = texture_image(document_.json, index);
     if (image == nullptr) return std::nullopt;
     const auto [known, is_new] = means_.try_emplace(image);
-    if (is_new) known->second = decoded(*image);
+    if (!is_new) return known->second;
+    if (const auto bytes = read_image(document_.json, document_.buffers, *image, folder_))
+      if (const auto means = texture_means(*bytes)) known->second = means->colour;
     return known->second;
   }
 
  private:
-  static const Json* member(const Json* object, const char* key) {
-    return object != nullptr ? object->find(key) : nullptr;
-  }
-  // The item of a list of the document, or null.
-  const Json* item(const char* list, const Json* index) const {
-    const Json* const items = document_.json.find(list);
-    if (items == nullptr || items->array() == nullptr || index == nullptr) return nullptr;
-    const double* const number = index->number();
-    if (number == nullptr || !(*number >= 0) ||
-        *number >= static_cast<double>(items->array()->size()))
-      return nullptr;
-    return &(*items->array())[static_cast<std::size_t>(*number)];
-  }
-  static std::size_t size_in(const Json* view, const char* key) {
-    const Json* const value = member(view, key);
-    constexpr double kMost = 1e15;  // beyond every buffer
-    return value != nullptr && value->number() != nullptr && *value->number() > 0
-               ? static_cast<std::size_t>(std::min(*value->number(), kMost))
-               : 0;
-  }
-
-  std::optional<Vec3f> decoded(const Json& image) {
-    if (const Json* const uri = image.find("uri"); uri != nullptr && uri->string() != nullptr) {
-      const auto bytes = folder_.read(*uri->string());
-      return bytes.ok() ? mean_colour(*bytes) : std::nullopt;
-    }
-    const Json* const view = item("bufferViews", image.find("bufferView"));
-    const std::size_t buffer = size_in(view, "buffer"), offset = size_in(view, "byteOffset"),
-                      length = size_in(view, "byteLength");
-    if (view == nullptr || buffer >= document_.buffers.size()) return std::nullopt;
-    const std::span<const std::byte> bytes = document_.buffers[buffer];
-    if (offset > bytes.size() || length > bytes.size() - offset) return std::nullopt;
-    return mean_colour(bytes.subspan(offset, length));
-  }
-
   const GltfDocument& document_;
   LevelFolder& folder_;
   std::map<const Json*, std::optional<Vec3f>> means_;  // by image

@@ -110,5 +110,32 @@ TEST_F(Movable, ScaledToNothingIsFlatOrLeftOutButNoCrash) {
   EXPECT_FALSE(import().ok());
 }
 
+// Quantised positions in a node mean that its transform unpacks them, and no longer is a hinge.
+TEST_F(Movable, IsWarnedOfWhereAQuantiserMovedItsPivot) {
+  two_triangles();
+  const auto warnings = [&] { return import()->report.warnings; };
+  EXPECT_THAT(warnings(), ::testing::Not(::testing::Contains(HasSubstr("quantises"))));
+  const std::vector<std::int16_t> corners = {-32767, 0, 0, 0, 32767, 0, 0, 0, 32767, -32767, 0, 0};
+  level_["meshes"][1]["primitives"][0]["attributes"]["POSITION"] =
+      accessor(view(raw(corners), 8), 5122, 3, "VEC3", {{"normalized", true}});
+  level_["nodes"][1]["translation"] = {3, 1, 0};
+  EXPECT_THAT(warnings(), ::testing::Contains(HasSubstr(
+                              "the movable part 'Door_Left' turns about (3, 1, 0), where a tool")));
+  // The mark of a node above is not touched.
+  level_["nodes"][1].erase("extras");
+  node({{"name", "Hinge"}, {"children", {1}}, {"extras", {{"clamor", {{"movable", true}}}}}});
+  EXPECT_THAT(warnings(), ::testing::Not(::testing::Contains(HasSubstr("quantises"))));
+}
+
+TEST_F(Movable, IsWarnedOfAPivotInTheMiddleOfAMeshThatAQuantiserUnpacked) {
+  two_triangles();
+  level_["meshes"][1]["primitives"][0]["attributes"]["POSITION"] =
+      floats({-1, -1, 0, 1, -1, 0, 1, 1, 0});
+  const auto warnings = [&] { return import()->report.warnings; };
+  EXPECT_THAT(warnings(), ::testing::Not(::testing::Contains(HasSubstr("quantises"))));
+  level_["asset"]["generator"] = "glTF-Transform v4.5.1";
+  EXPECT_THAT(warnings(), ::testing::Contains(HasSubstr("quantises")));
+}
+
 }  // namespace
 }  // namespace clamor::testing
