@@ -99,7 +99,7 @@ TEST_F(Geometry, ReadsEveryQuantisedType) {
 }
 
 TEST_F(Geometry, KnowsHowFarRoundingToIntegersPartsVertices) {
-  const std::vector<std::int16_t> shorts = {0, 0, 0, 0, 32767, 0, 12345, 0, 0, 32767, 0, 0};
+  const std::vector<std::int16_t> shorts = {0, 0, 0, 0, 32767, 0, 12347, 0, 0, 32767, 0, 0};
   // 2550 of 8191 steps, whose highest bit is repeated.
   const std::vector<std::int16_t> fewer = {0, 0, 0, 0, 32767, 0, -10201, 0, 0, 32767, 0, 0};
   const json normalized = {{"normalized", true}};
