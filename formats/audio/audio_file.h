@@ -47,7 +47,7 @@ Result<std::vector<float>> decode_flac(std::span<const std::byte> flac, std::uin
 struct Sound {
   std::vector<std::vector<float>> channels;
   int file_rate_hz = 0;  // before resampling
-  Downmix downmix;       // if the channels were averaged
+  Downmix downmix{};     // if the channels were averaged
 
   std::size_t frames() const { return channels.empty() ? 0 : channels.front().size(); }
 };
