@@ -136,7 +136,7 @@ Result<void> check_required_extensions(const Json& document, std::span<const std
     if (const std::string change = change_by(document, name); !change.empty())
       return Error(fmt::format(
           "it requires the extension '{}', which Clamor does not know and which may change {}; "
-          "export the level without it, or bake it as it is without it: --ignore-required {}",
+          "export the level without it, or let --ignore-required {} bake it as it is.",
           name, change, name));
   }
   return {};

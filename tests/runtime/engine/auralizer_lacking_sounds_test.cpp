@@ -59,7 +59,7 @@ std::shared_ptr<const BakeFile> crowd() {
   return file;
 }
 
-AuralizerOptions options(std::uint64_t memory_bytes) {
+AuralizerOptions options_with(std::uint64_t memory_bytes) {
   AuralizerOptions made;
   made.voices = kVoices;
   made.visibility = false;
@@ -120,7 +120,7 @@ class Playing {
 // The same crowd at the same time with all sounds in memory, of which only some are heard.
 std::map<std::uint64_t, float> sample_of(const std::shared_ptr<const BakeFile>& file,
                                          const std::set<std::uint32_t>& heard, int keyframes) {
-  AuralizerOptions all = options(0);
+  AuralizerOptions all = options_with(0);
   all.wait_for_pages = true;
   Playing playing(file, all);
   playing.mute_all_but(heard);
@@ -141,7 +141,7 @@ TEST(CrowdSounds, FitIntoTheDefaultMemoryAndSilenceNoVoice) {
   const auto file = crowd();
   std::set<std::uint32_t> all;
   for (std::uint32_t s = 0; s < kSounds; ++s) all.insert(s);
-  Playing playing(file, options(0));
+  Playing playing(file, options_with(0));
   playing.play(150, 1);
   const SoundStatistics sounds = playing.sounds();
   EXPECT_EQ(sounds.late, 0u);
@@ -154,7 +154,7 @@ TEST(CrowdSounds, FitIntoTheDefaultMemoryAndSilenceNoVoice) {
 
 TEST(CrowdSounds, LeaveTheirVoicesToOthersUntilTheyArrive) {
   const auto file = crowd();
-  Playing playing(file, options(0));
+  Playing playing(file, options_with(0));
   const std::set<std::uint32_t> first = {0, 3, 4, 7, 11, 12, 18, 21};
   std::set<std::uint32_t> all;
   for (std::uint32_t s = 0; s < kSounds; ++s) all.insert(s);
@@ -179,7 +179,7 @@ TEST(CrowdSounds, LeaveTheirVoicesToOthersUntilTheyArrive) {
 
 TEST(CrowdSounds, ThatDoNotFitLeaveTheirVoicesToTheLoudest) {
   const auto file = crowd();
-  Playing playing(file, options(1'000'000));
+  Playing playing(file, options_with(1'000'000));
   playing.play(200, 1);
   const SoundStatistics sounds = playing.sounds();
   EXPECT_EQ(sounds.late, 0u);
