@@ -65,7 +65,7 @@ VisibilityCache::VisibilityCache(const OcclusionGeometry& geometry, double speed
     : geometry_(geometry), speed_of_sound_mps_(speed_of_sound_mps), options_(options) {}
 
 void VisibilityCache::begin_keyframe(const Vec3& place) {
-  is_at_rest_ = place == place_;
+  is_at_rest_ = keyframe_ == 0 || place == place_;
   if (!is_at_rest_) refresh_.idle_keyframes = 0;
   place_ = place;
   upper_bounds_.begin_keyframe(scene_changed());
@@ -78,10 +78,10 @@ void VisibilityCache::begin_keyframe(const Vec3& place) {
 }
 
 // Returns whether a source takes its neighbours' estimate where there is one. An exact cache shares
-// those of direct sounds only, whose edges cost the most.
+// those of direct sounds, whose edges cost the most, also while the listener is at rest.
 bool VisibilityCache::may_share(const VisibilityEntry& entry) const {
   return entry.share < kSignificantShare && !entry.is_image &&
-         (options_.exact ? entry.is_direct : !is_at_rest_);
+         (!is_at_rest_ || (options_.exact && entry.is_direct));
 }
 
 // --- Entries ------------------------------------------------------------------------------------

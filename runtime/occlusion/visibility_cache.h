@@ -7,9 +7,10 @@
 // another changes the sum by less than 0.1 dB. Significant sources have estimates of their own.
 // The others share the mean of one or two of their neighbours' (occlusion_grid.h) whose straight
 // line to the listener is free or blocked like their own, which one ray tells; the first of a
-// neighbourhood is estimated. While the listener is at rest, rays that are left give all sources
-// estimates of their own. A crowd of 16 000 is heard within 0.2 dB of what as many estimates of
-// their own give (tests/physics/crowd_occlusion_test.cpp), at the price of some hundred.
+// neighbourhood is estimated. Nothing is shared while the listener is at rest, but for direct
+// sounds in an exact cache, whose edges cost the most: rays that are left give each source its own.
+// A crowd of 16 000 is heard within 0.2 dB of what as many estimates of their own give
+// (tests/physics/crowd_occlusion_test.cpp), at the price of some hundred.
 //
 // Each estimate is valid within a ball around the listener's position whose radius is 1/24 of the
 // source's distance, from 0.1 to 0.4 m, and down to a quarter of that where an edge partly occludes
@@ -53,9 +54,9 @@
 // New sources for which no rays are left count as occluded. They are a few keyframes late and
 // quieter than all tested ones.
 //
-// An offline render uses an exact cache, which has no budget, and in which reflections have
-// estimates of their own. Its sampler requests an estimate (estimate_now) of every source that may
-// be chosen and has none that is valid at the listener's position.
+// An offline render uses an exact cache, which has no budget. Its sampler requests an estimate
+// (estimate_now) of every source that may be chosen and has none that is valid at the listener's
+// position.
 //
 // The budget counts rays and not time, so the result does not depend on the machine's load.
 //
@@ -234,7 +235,7 @@ class VisibilityCache {
   std::unordered_map<std::uint64_t, BentPath> bent_paths_;  // by source number
   ChangedParts changed_parts_;                              // since the last keyframe
   Vec3 place_{};
-  bool is_at_rest_ = false;  // the listener has not moved since the last keyframe
+  bool is_at_rest_ = false;  // the listener is where it was in the last keyframe, if any
   std::uint32_t keyframe_ = 0;
   std::uint32_t parts_keyframe_ = 0;  // the last in which parts had changed
   std::int64_t rays_left_ = 0;
