@@ -23,6 +23,9 @@ constexpr double kToleratedError = 0.08, kClockPerError = 10, kErrorLearningRate
 constexpr double kFadePerDistance = 0.1;
 // A mean has at most the weight of two estimates, and predicts with that of half an estimate.
 constexpr float kMaxWeight = 2, kMinWeight = 0.5f;
+// Reflections take the mean of their own cell as theirs while it has lost no more than this. Beside
+// a door they change faster than what is heard of a crowd.
+constexpr float kFreshReflection = 0.75f;
 
 // Level of the cell size that suits a source's distance.
 int level_at(const Source& source, const Vec3& place) {
@@ -105,7 +108,10 @@ bool OcclusionGrid::mean(const Source& source, const Vec3& place, bool line_is_f
     const Cell* const cell = cells_.find(key_of(source, l));
     if (cell == nullptr) continue;
     const RunningMean& known = cell->means[line_is_free ? 1 : 0];
-    if (known.weight * remaining_weight(*cell, source, place) < kMinWeight) continue;
+    const float remaining = remaining_weight(*cell, source, place);
+    if (known.weight * remaining < kMinWeight ||
+        (reach == Reach::kCell && !source.is_emitter && remaining < kFreshReflection))
+      continue;
     for (std::size_t b = 0; b < kBandCount; ++b) mean.visibility[b] = known.sum[b] / known.weight;
     mean.keyframe = cell->keyframe;
     mean.number = known.newest;

@@ -12,13 +12,14 @@ namespace clamor {
 
 namespace {
 
-// An estimate's validity radius: a fraction of the source's distance, within limits, and a quarter
-// of it where an edge partly occludes the source and visibility changes fastest.
+// An estimate's validity radius: a fraction of the source's distance, within limits, and down to a
+// quarter of it where an edge partly occludes a source with a large share and visibility changes
+// fastest.
 constexpr double kRadiusPerDistance = 1.0 / 24, kMinRadius_m = 0.1, kMaxRadius_m = 0.4;
 constexpr float kMinPartialFactor = 1.0f / 4, kPartialFactorTimesShare = 0.08f;
-// A source of a smaller share changes the sum of all by less than 0.1 dB, and shares the estimates
-// of its neighbours.
-constexpr float kSignificantShare = 1.0f / 50;
+// Shares of the sum of all from which on direct sounds and reflections have estimates of their own:
+// another direct sound changes the sum by less than 0.1 dB, and reflections change together.
+constexpr float kSignificantShare = 1.0f / 50, kSignificantReflection = 1.0f / 1000;
 constexpr std::uint32_t kForgetUnused_keyframes = 1500;  // half a minute
 // A moving source has another number in each grid cell and whenever its slot is used again, so most
 // of those that are not used will never be.
@@ -80,8 +81,8 @@ void VisibilityCache::begin_keyframe(const Vec3& place) {
 // Returns whether a source takes its neighbours' estimate where there is one. An exact cache shares
 // those of direct sounds, whose edges cost the most, also while the listener is at rest.
 bool VisibilityCache::may_share(const VisibilityEntry& entry) const {
-  return entry.share < kSignificantShare && !entry.is_image &&
-         (!is_at_rest_ || (options_.exact && entry.is_direct));
+  return entry.share < (entry.is_direct ? kSignificantShare : kSignificantReflection) &&
+         !entry.is_image && (!is_at_rest_ || (options_.exact && entry.is_direct));
 }
 
 // --- Entries ------------------------------------------------------------------------------------
