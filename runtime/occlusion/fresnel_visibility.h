@@ -73,8 +73,8 @@ std::optional<bool> path_is_free(const OcclusionGeometry& geometry, const LineOf
                                  double detour_m, double azimuth_rad, double chance,
                                  std::uint64_t& rays);
 
-// Paths per ring; rings that are not mixed get half of them. A medium estimate takes 70 rays on average in a furnished room, and 9 of 10
-// bands are within 1 dB. A fine one is within 1 dB of any larger number of paths.
+// Paths per ring, half of them for rings that are not mixed. A medium estimate takes 70 rays in a
+// furnished room, with 9 of 10 bands within 1 dB; a fine one is within 1 dB of any larger number.
 inline constexpr int kMediumPaths = 8, kFinePaths = 64;
 
 // Share of the power that arrives, per band. Adds the rays cast to `rays`, and sets

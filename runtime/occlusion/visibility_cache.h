@@ -3,8 +3,8 @@
 //
 // A visibility estimate costs 10 to 1200 rays, and thousands of sources matter, so precision goes
 // where it is heard. A direct sound is significant if it alone would be a fiftieth of all that is
-// heard, in any band and without occlusion: another changes the sum by less than 0.1 dB. A reflection
-// is from a thousandth on, as many change together at a door. These have estimates of their own.
+// heard, in any band, without occlusion: any other changes the sum by less than 0.1 dB. Reflections
+// change together at a door, and are from a thousandth on. These have estimates of their own.
 // The others share the mean of one or two of their neighbours' (occlusion_grid.h) whose straight
 // line to the listener is free or blocked like their own, which one ray tells; the first of a
 // neighbourhood is estimated. Nothing is shared while the listener is at rest, but for direct
