@@ -1,6 +1,7 @@
 #include "tools/view/edited_level.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -23,16 +24,24 @@ namespace {
 // Four decimals are finer than any of these values is known.
 Json number(double value) { return Json(std::round(value * 1e4) / 1e4); }
 
+// The shortest number that is read as the same float: transmissions of walls span many decades.
+Json exact_number(double value) {
+  const std::string text = fmt::format("{}", static_cast<float>(value));
+  double shortest = 0;
+  std::from_chars(text.data(), text.data() + text.size(), shortest);
+  return Json(shortest);
+}
+
 Json vector(const Vec3& value) {
   return Json(Json::Array{number(value.x), number(value.y), number(value.z)});
 }
 
 // One number if all bands are alike.
-Json bands(const Bands& values) {
+Json bands(const Bands& values, Json (*number_of)(double) = number) {
   if (std::ranges::all_of(values, [&](float value) { return value == values[0]; }))
-    return number(static_cast<double>(values[0]));
+    return number_of(static_cast<double>(values[0]));
   Json::Array list;
-  for (const float value : values) list.push_back(number(static_cast<double>(value)));
+  for (const float value : values) list.push_back(number_of(static_cast<double>(value)));
   return Json(std::move(list));
 }
 
@@ -70,7 +79,7 @@ Json json_of(const Material& material) {
   if (material.phong != same_in_all_bands(kMirrorExponent))
     values.emplace_back("phong", bands(material.phong));
   if (material.transmission != Bands{})
-    values.emplace_back("transmission", bands(material.transmission));
+    values.emplace_back("transmission", bands(material.transmission, exact_number));
   return Json(std::move(values));
 }
 
