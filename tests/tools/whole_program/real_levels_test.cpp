@@ -43,9 +43,12 @@ TEST_P(RealLevels, BakeInspectRenderAndMeasureSanely) {
   const auto inspected = clamor({"inspect", bake, "--json"});
   ASSERT_EQ(inspected.code, 0) << inspected.err;
   const auto json = nlohmann::json::parse(inspected.out);
-  EXPECT_EQ(json["photons"]["traced"], kPhotons);
+  // The boom box is the housing of its own emitters, which does not hold their sound back: with it
+  // left out, nothing reflects.
+  const bool has_surfaces = level.file != std::string("boom_box/boom_box.gltf");
+  EXPECT_EQ(json["photons"]["traced"], has_surfaces ? kPhotons : 0);
   EXPECT_GE(json["sources"]["emitters"], 1);
-  EXPECT_GT(json["sources"]["secondary"], kPhotons / 10);
+  if (has_surfaces) EXPECT_GT(json["sources"]["secondary"], kPhotons / 10);
   EXPECT_LE(json["photons"]["escaped_share"], level.max_escaped) << level.file;
   EXPECT_EQ(json["bytes"]["file"], std::filesystem::file_size(bake));
 
