@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include <fmt/format.h>
+
+#include "common/maths.h"
 
 namespace clamor {
 
@@ -26,9 +27,10 @@ std::array<Vec3, kDirections> directions() {
   std::array<Vec3, kDirections> all;
   for (std::size_t i = 0; i < kDirections; ++i) {
     const double y = 1 - (2 * static_cast<double>(i) + 1) / kDirections;
-    const double turn = static_cast<double>(i) * std::numbers::pi * (3 - std::sqrt(5.0));
+    const double turns = static_cast<double>(i) * (3 - std::sqrt(5.0)) / 2;
+    const SinCos turn = sin_cos_of_turn(static_cast<float>(turns - std::floor(turns)));
     const double radius = std::sqrt(1 - y * y);
-    all[i] = Vec3(radius * std::cos(turn), y, radius * std::sin(turn));
+    all[i] = {radius * static_cast<double>(turn.cos), y, radius * static_cast<double>(turn.sin)};
   }
   return all;
 }

@@ -84,7 +84,7 @@ const std::vector<Fence> kFences = {
     {"nlohmann-json",
      {"nlohmann/*"},
      {"formats/files/json.cpp", "tools/*_command.cpp", "tools/*_json.cpp",
-      "tools/analysis/report_page.cpp", "tests/*"}},
+      "tools/commands/level_inspection.cpp", "tools/analysis/report_page.cpp", "tests/*"}},
     {"The installed library",
      {"clamor.h", "clamor.hpp", "clamor_bake.h"},
      {"runtime/examples/*", "runtime/clamor.hpp", "bake/examples/*"}},
