@@ -204,7 +204,7 @@ bool VisibilityCache::is_free(const VisibilityEntry& entry) {
   return entry.has_origin && geometry_.is_free(entry.origin_m, Vec3f(place_));
 }
 
-// Gives a direct sound the mean estimate of its neighbours with a straight line like its own.
+// Gives a source the mean estimate of its neighbours with a straight line like its own.
 // Returns false where they have none that is valid here.
 bool VisibilityCache::share_estimate(VisibilityEntry& entry, const Source& source) {
   OcclusionGrid::Mean mean;

@@ -37,7 +37,7 @@ struct alignas(64) VisibilityEntry {
   bool is_direct : 1 = false;      // an emitter or a moving source
   bool is_image : 1 = false;       // of one (image_path.h)
   bool is_over_edges : 1 = false;  // a direct sound that the last estimate heard over edges
-  bool is_shared : 1 = false;      // a direct sound with the estimate of its neighbours
+  bool is_shared : 1 = false;      // has the mean estimate of its neighbours
   Bands diffracted{};              // share of the power that passes beside the surfaces
   Bands visibility{};              // and what is transmitted through them, too
 };
