@@ -48,7 +48,9 @@ TEST_P(RealLevels, BakeInspectRenderAndMeasureSanely) {
   const bool has_surfaces = level.file != std::string("boom_box/boom_box.gltf");
   EXPECT_EQ(json["photons"]["traced"], has_surfaces ? kPhotons : 0);
   EXPECT_GE(json["sources"]["emitters"], 1);
-  if (has_surfaces) EXPECT_GT(json["sources"]["secondary"], kPhotons / 10);
+  if (has_surfaces) {
+    EXPECT_GT(json["sources"]["secondary"], kPhotons / 10);
+  }
   EXPECT_LE(json["photons"]["escaped_share"], level.max_escaped) << level.file;
   EXPECT_EQ(json["bytes"]["file"], std::filesystem::file_size(bake));
 
