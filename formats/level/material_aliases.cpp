@@ -1,7 +1,6 @@
 #include "formats/level/material_aliases.h"
 
 #include <algorithm>
-#include <sstream>
 
 namespace clamor {
 
@@ -10,6 +9,30 @@ namespace {
 constexpr int kThing = 0, kSubstance = 1, kTreatment = 2;
 constexpr std::size_t kNoEnd = 0;  // no alias ends where a name begins
 
+// The end of an alias's words if they are in the name at `at`, else kNoEnd.
+std::size_t end_of(std::string_view words, const NameLetters& name, std::size_t at) {
+  const std::size_t space = words.find(' ');
+  const bool is_last = space == words.npos;
+  std::string_view word = words.substr(0, space);
+  const bool any_end = word.ends_with('*');
+  if (any_end) word.remove_suffix(1);
+  if (name.letters.compare(at, word.size(), word) != 0) return kNoEnd;
+  const std::size_t end = at + word.size();
+  if (is_last && any_end) return end;
+  for (const std::string_view plural : {"", "s", "es"}) {
+    const std::size_t next = end + plural.size();
+    if (name.letters.compare(end, plural.size(), plural) != 0) continue;
+    if (is_last && name.begins[next]) return next;
+    if (!is_last)
+      if (const std::size_t last = end_of(words.substr(space + 1), name, next); last != kNoEnd)
+        return last;
+  }
+  if (is_last || !any_end) return kNoEnd;
+  std::size_t next = end;
+  while (!name.begins[next]) ++next;
+  return end_of(words.substr(space + 1), name, next);
+}
+
 }  // namespace
 
 struct MaterialAliases::Place {
@@ -17,45 +40,24 @@ struct MaterialAliases::Place {
   int rank;
 };
 
-void MaterialAliases::add(std::string_view text, std::size_t preset) {
-  Alias alias{{}, preset, kSubstance};
-  if (text.starts_with('~')) alias.rank = kThing;
-  if (text.starts_with('!')) alias.rank = kTreatment;
-  if (alias.rank != kSubstance) text.remove_prefix(1);
-  std::istringstream words{std::string(text)};
-  for (std::string word; words >> word;)
-    if (std::string letters = letters_of(word).letters; !letters.empty())
-      alias.words.push_back({std::move(letters), word.starts_with('*'), word.ends_with('*')});
-  if (!alias.words.empty()) aliases_.push_back(std::move(alias));
-}
-
-// The end of the alias's words from `word` on if they are in the name at `at`, else kNoEnd.
-std::size_t MaterialAliases::end_of(const Alias& alias, std::size_t word, const NameLetters& name,
-                                    std::size_t at) {
-  const Word& wanted = alias.words[word];
-  if (name.letters.compare(at, wanted.letters.size(), wanted.letters) != 0) return kNoEnd;
-  const std::size_t end = at + wanted.letters.size();
-  const bool is_last = word + 1 == alias.words.size();
-  if (is_last && wanted.any_end) return end;
-  for (const std::string_view plural : {"", "s", "es"}) {
-    const std::size_t next = end + plural.size();
-    if (name.letters.compare(end, plural.size(), plural) != 0) continue;
-    if (is_last && name.begins[next]) return next;
-    if (!is_last)
-      if (const std::size_t last = end_of(alias, word + 1, name, next); last != kNoEnd) return last;
-  }
-  if (is_last || !wanted.any_end) return kNoEnd;
-  std::size_t next = end;
-  while (!name.begins[next]) ++next;
-  return end_of(alias, word + 1, name, next);
+void MaterialAliases::add(std::string_view words, std::size_t preset) {
+  const auto takes = [&](char mark) {
+    const bool is_there = words.starts_with(mark);
+    if (is_there) words.remove_prefix(1);
+    return is_there;
+  };
+  const int rank = takes('~') ? kThing : takes('!') ? kTreatment : kSubstance;
+  const bool any_beginning = takes('*');
+  if (words.empty()) return;
+  aliases_[static_cast<unsigned char>(words[0])].push_back({words, preset, rank, any_beginning});
 }
 
 std::vector<MaterialAliases::Place> MaterialAliases::places_in(const NameLetters& name) const {
   std::vector<Place> places;
-  for (const Alias& alias : aliases_)
-    for (std::size_t at = 0; at < name.letters.size(); ++at) {
-      if (!name.begins[at] && !alias.words[0].any_beginning) continue;
-      if (const std::size_t end = end_of(alias, 0, name, at); end != kNoEnd)
+  for (std::size_t at = 0; at < name.letters.size(); ++at)
+    for (const Alias& alias : aliases_[static_cast<unsigned char>(name.letters[at])]) {
+      if (!name.begins[at] && !alias.any_beginning) continue;
+      if (const std::size_t end = end_of(alias.words, name, at); end != kNoEnd)
         places.push_back({at, end, alias.preset, alias.rank});
     }
   // The longest first, then the last.

@@ -1,4 +1,5 @@
-// material_aliases.h: the words by which a material is known from its name.
+// material_aliases.h: the words by which a material is known from its name
+// (assets/material_names.txt).
 //
 // An alias is a run of words, as in "wood floor*", in the letters of name_match.h. Its words may be
 // joined in the name ("WoodFloor", "woodfloor"), the last may have a plural s or es, and * stands
@@ -13,11 +14,14 @@
 // longest in the rest, and so on. Of those, the best rank counts, and in it the longest alias, the
 // last of equals. If others of that rank are of the opposite kind, which absorbs where it reflects
 // or the other way round, the name is in doubt.
+//
+// Programs that start for one level pay for the whole table, so aliases are kept as they are
+// written, by their first byte: adding one costs as much as pushing it into a vector.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -30,6 +34,7 @@ class MaterialAliases {
   // A preset without a place in the list: names that mean no material ("ice cream").
   static constexpr std::size_t kNothing = static_cast<std::size_t>(-1);
 
+  // `alias` must outlive this object.
   void add(std::string_view alias, std::size_t preset);
 
   struct Match {
@@ -40,21 +45,16 @@ class MaterialAliases {
   Match find(std::string_view name, const std::vector<bool>& absorbs) const;
 
  private:
-  struct Word {
-    std::string letters;
-    bool any_beginning = false, any_end = false;
-  };
   struct Alias {
-    std::vector<Word> words;
+    std::string_view words;
     std::size_t preset;
     int rank;
+    bool any_beginning;
   };
   struct Place;
-  static std::size_t end_of(const Alias& alias, std::size_t word, const NameLetters& name,
-                            std::size_t at);
   std::vector<Place> places_in(const NameLetters& name) const;
 
-  std::vector<Alias> aliases_;
+  std::array<std::vector<Alias>, 256> aliases_;  // by first byte
 };
 
 }  // namespace clamor

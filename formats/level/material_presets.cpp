@@ -32,14 +32,14 @@ constexpr float kAbsorbs = 0.2f;
 
 const MaterialPresets& MaterialPresets::built_in() {
   static const MaterialPresets presets = [] {
-    auto parsed = parse(kMaterialsJson);
-    assert(parsed.ok());  // a test parses the same text
-    return parsed.ok() ? *parsed : MaterialPresets();
+    auto parsed = parse(kMaterialsJson, kMaterialNames);
+    assert(parsed.ok());  // a test parses the same texts
+    return parsed.ok() ? std::move(*parsed) : MaterialPresets();
   }();
   return presets;
 }
 
-Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
+Result<MaterialPresets> MaterialPresets::parse(std::string_view text, std::string_view names) {
   const auto json = parse_json(text);
   if (!json.ok()) return json.error();
   const Json* materials = json->find("materials");
@@ -62,9 +62,6 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
       for (std::size_t b = 0; b < kBandCount; ++b)
         material.transmission[b] =
             std::min(exp2_of(kLog2PerDecibel * -(*reduction_db)[b]), material.absorption[b]);
-    if (const Json* aliases = fields.any("aliases"); aliases != nullptr && aliases->object())
-      for (const auto& [language, words] : *aliases->object())
-        presets.add_aliases(&words, presets.names_.size());
     Origin origin{.source = fields.string("source").value_or(""),
                   .reduction_db = reduction_db,
                   .reduction_source = fields.string("sound_reduction_source").value_or("")};
@@ -79,14 +76,33 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text) {
         (material.absorption[3] + material.absorption[4] + material.absorption[5]) / 3 >= kAbsorbs);
     presets.materials_.push_back(material);
   }
-  presets.add_aliases(json->find("not_materials"), MaterialAliases::kNothing);
+  if (const auto added = presets.add_aliases(names); !added.ok()) return added.error();
   return presets;
 }
 
-void MaterialPresets::add_aliases(const Json* list, std::size_t preset) {
-  if (list == nullptr || list->array() == nullptr) return;
-  for (const Json& alias : *list->array())
-    if (alias.string() != nullptr) aliases_.add(*alias.string(), preset);
+Result<void> MaterialPresets::add_aliases(std::string_view names) {
+  // The text before the first `separator`, which is removed.
+  const auto take = [](std::string_view& text, std::string_view separator) {
+    const std::size_t end = std::min(text.find(separator), text.size());
+    const std::string_view taken = text.substr(0, end);
+    text.remove_prefix(std::min(end + separator.size(), text.size()));
+    return taken;
+  };
+  std::size_t preset = MaterialAliases::kNothing;
+  while (!names.empty()) {
+    std::string_view line = take(names, "\n");
+    if (line.starts_with(' ')) {
+      take(line, ": ");
+      while (!line.empty()) aliases_.add(take(line, ", "), preset);
+    } else if (line == "-") {
+      preset = MaterialAliases::kNothing;
+    } else if (!line.empty() && !line.starts_with('#')) {
+      const auto it = std::find(names_.begin(), names_.end(), line);
+      if (it == names_.end()) return Error("there is no preset " + in_quotes(line));
+      preset = static_cast<std::size_t>(it - names_.begin());
+    }
+  }
+  return {};
 }
 
 Result<Material> MaterialPresets::get(std::string_view name) const {

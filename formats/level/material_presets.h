@@ -1,4 +1,5 @@
-// material_presets.h: the built-in acoustic materials (assets/materials.json).
+// material_presets.h: the built-in acoustic materials (assets/materials.json), and the names by
+// which they are known (assets/material_names.txt).
 #pragma once
 
 #include <optional>
@@ -11,8 +12,6 @@
 #include "formats/level/material_aliases.h"
 
 namespace clamor {
-
-class Json;
 
 // What a material's name tells.
 struct NameGuess {
@@ -28,9 +27,13 @@ class MaterialPresets {
   static const MaterialPresets& built_in();
 
   // Parses { "bands_hz": [8], "materials": { NAME: { "absorption": [8], "scattering": [8], "phong":
-  // p or [8] (optional), "sound_reduction_db": R or [8] (optional), "aliases": { LANGUAGE: ["word",
-  // "two words", "tile*", "~thing"] } } } }. Transmission is 10^(-R/10), at most the absorption.
-  static Result<MaterialPresets> parse(std::string_view json);
+  // p or [8] (optional), "sound_reduction_db": R or [8] (optional) } } }. Transmission is
+  // 10^(-R/10), at most the absorption.
+  //
+  // `names` has a line with the name of a preset, or with "-" for names of no material, followed
+  // by indented lines "LANGUAGE: alias, alias", and comments that begin with #. It must outlive
+  // what is returned.
+  static Result<MaterialPresets> parse(std::string_view json, std::string_view names = {});
 
   // Finds a preset by its name. The Error suggests the preset with that alias ("velvet": curtain)
   // or else the one with the most similar name.
@@ -51,7 +54,7 @@ class MaterialPresets {
   const Origin& origin(std::size_t index) const { return origins_[index]; }
 
  private:
-  void add_aliases(const Json* list, std::size_t preset);
+  Result<void> add_aliases(std::string_view names);
 
   std::vector<std::string> names_;
   std::vector<Material> materials_;

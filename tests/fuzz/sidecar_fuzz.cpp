@@ -6,8 +6,8 @@
 using namespace clamor;
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const auto presets = MaterialPresets::parse(
-      R"({"brick": {"aliases": ["brick*"], "absorption": [0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]}})");
+  static const auto presets =
+      MaterialPresets::parse(R"({"materials": {"brick": {"absorption": 0.1, "scattering": 0.1}}})");
   const std::string_view text = fuzz::text_of(data, size);
   if (presets.ok()) {
     const auto sidecar = parse_sidecar(text, *presets);

@@ -106,12 +106,20 @@ TEST(MaterialNames, AreReadWithoutCaseAccentsAndSeparators) {
 
 TEST(MaterialNames, LetTheLongestAliasTakeItsLetters) {
   const auto presets = MaterialPresets::parse(R"({"materials": {
-    "hard": {"aliases": {"en": ["stone*", "concrete", "~table"]}, "absorption": 0.02,
-             "scattering": 0.1},
-    "soft": {"aliases": {"en": ["stone wool", "carpet", "~seat"]}, "absorption": 0.7,
-             "scattering": 0.1},
-    "treated": {"aliases": {"en": ["!perforated*"]}, "absorption": 0.6, "scattering": 0.1}},
-    "not_materials": ["stone age"]})");
+    "hard": {"absorption": 0.02, "scattering": 0.1},
+    "soft": {"absorption": 0.7, "scattering": 0.1},
+    "treated": {"absorption": 0.6, "scattering": 0.1}}})",
+                                              R"(# aliases
+hard
+  en: stone*, concrete
+  de: ~table
+
+soft
+  en: stone wool, carpet, ~seat
+treated
+  en: !perforated*
+-
+  en: stone age)");
   ASSERT_TRUE(presets.ok()) << presets.error().message;
   const auto guess = [&](const char* name) {
     const NameGuess found = presets->guess(name);
@@ -126,6 +134,19 @@ TEST(MaterialNames, LetTheLongestAliasTakeItsLetters) {
   EXPECT_EQ(guess("concrete carpet"), "hard or soft");
   EXPECT_EQ(guess("concrete stone"), "hard") << "of the same kind";
   EXPECT_EQ(guess("perforated concrete"), "treated");
+  EXPECT_FALSE(MaterialPresets::parse(R"({"materials": {}})", "hard\n  en: stone").ok());
+}
+
+// Aliases are compared as they are written.
+TEST(MaterialNames, AreListedInTheLettersInWhichTheyAreCompared) {
+  std::ifstream in(std::string(kSourceDir) + "/assets/material_names.txt");
+  for (std::string line; std::getline(in, line);) {
+    if (!line.starts_with("  ")) continue;
+    for (char& c : line.erase(0, line.find(':') + 1))
+      if (std::string_view("*,~!").find(c) != std::string_view::npos) c = ' ';
+    std::istringstream words(line);
+    for (std::string word; words >> word;) EXPECT_EQ(letters_of(word).letters, word);
+  }
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ class ClamorConan(ConanFile):
         self.version = ".".join(parts)
 
     def export_sources(self):
-        for pattern in ("CMakeLists.txt", "LICENSE", "assets/materials.json", "common/*",
+        for pattern in ("CMakeLists.txt", "LICENSE", "assets/material*", "common/*",
                         "formats/*", "runtime/*", "tools/packaging/*"):
             copy(self, pattern, self._root(), self.export_sources_folder)
 
