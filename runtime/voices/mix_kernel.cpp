@@ -67,12 +67,26 @@ HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kRe
     }
   };
   FloatVector x[kReads][kVectors];
-  for_each_of(lines.steady, [&](std::size_t v) HWY_ATTR {
+  const auto prefetch_ahead = [&](std::size_t v) HWY_ATTR {
     // The first cache line of the high layer was the last one of the previous chunk, or take() has
     // prefetched it.
     for (int r = 0; r < kReads; ++r)
       for (int line = kLow ? 0 : 16; line <= kFrames; line += 16)
         hwy::Prefetch(lines.x[r][v + kVoicesAhead] + first + line);
+  };
+  for_each_of(lines.resting, [&](std::size_t v) HWY_ATTR {
+    prefetch_ahead(v);
+    for (int r = 0; r < kReads; ++r)
+      read_at_rest<kCubic, kFrames>(lines.x[r][v], lines.fraction[r][v], first, x[r]);
+    const float* HWY_RESTRICT gain = tile.gain[v] + kFirstLane + ear;
+    for (int b = 0; b < kBands * kEarsHere; ++b) {
+      const int e = kReads == 1 ? 0 : b % kEarsHere;
+      const auto g = hn::Set(d, gain[b * kStride]);
+      for (int i = 0; i < kVectors; ++i) sum[b][i] = hn::MulAdd(g, x[e][i], sum[b][i]);
+    }
+  });
+  for_each_of(lines.steady, [&](std::size_t v) HWY_ATTR {
+    prefetch_ahead(v);
     for (int r = 0; r < kReads; ++r)
       read_steadily<kCubic, kFrames>(lines.x[r][v], lines.fraction[r][v], lines.drift[r][v],
                                      lines.turn[r][v], first, x[r]);

@@ -10,8 +10,9 @@
 // (mix_tile-inl.h). A chunk of 16 to 64 frames of the buses stays in registers for all voices of a
 // tile. If a voice's integer offset is constant within the step, it reads contiguous neighbours
 // with linearly changing fractions. The others, one in sixteen, are read in separate passes: across
-// the single change of the offset or, for fast changes, vector by vector. The state for the next
-// call is written back on request.
+// the single change of the offset or, for fast changes, vector by vector. Where neither delays nor
+// gains change, as for a listener who stands still, each neighbour has one weight, which takes half
+// the time. The state for the next call is written back on request.
 //
 // Cubic interpolation is a uniform B-spline over samples that were prefiltered at loading, so that
 // whole delays reproduce the signal. Its largest error, at a fraction of one half and relative to
@@ -28,8 +29,8 @@
 //            mean           -0.01  -0.05  -0.20  -0.80  -1.82  -3.29
 //            images           -64    -52    -40    -27    -20    -15
 //
-// Voices are summed in their order, except that within each tile moving ones come last and fast
-// ones after those. Multiply-adds are fused where the CPU can: CPUs may differ in the last bits,
+// Voices are summed in their order, except that within each tile resting ones come first, sliding
+// ones after the others, and fast ones last. Multiply-adds are fused where the CPU can: CPUs may differ in the last bits,
 // but on one CPU the result does not depend on how calls divide time. Highway is visible only in
 // mix_*.cpp and mix_*-inl.h.
 #pragma once

@@ -200,6 +200,29 @@ HWY_INLINE void read_steadily(const float* HWY_RESTRICT from, const float& fract
   }
 }
 
+// Like read_steadily(), without drift: each neighbour has one weight.
+template <bool kCubic, int kFrames>
+HWY_INLINE void read_at_rest(const float* HWY_RESTRICT from, const float& fraction, int first,
+                             FloatVector (&x)[kFrames / kFloats]) {
+  const FloatTag d;
+  const auto f = hn::Set(d, fraction), g = hn::Sub(hn::Set(d, 1.0f), f);
+  const auto third = hn::Set(d, 1.0f / 3);
+  const auto f2 = hn::Mul(f, f), g2 = hn::Mul(g, g);
+  const auto w0 = hn::Mul(hn::Mul(third, g), g2), w3 = hn::Mul(hn::Mul(third, f), f2);
+  const auto four = hn::Set(d, 4.0f / 3), two = hn::Set(d, 2.0f), three = hn::Set(d, 3.0f);
+  const auto w1 = hn::MulAdd(three, w3, hn::NegMulAdd(two, f2, four));
+  const auto w2 = hn::MulAdd(three, w0, hn::NegMulAdd(two, g2, four));
+  const float* HWY_RESTRICT at = from + first;
+  for (int i = 0; i < kFrames / kFloats; ++i, at += kFloats) {
+    const auto x1 = hn::LoadU(d, at), x2 = hn::LoadU(d, at + 1);
+    if constexpr (kCubic)
+      x[i] = hn::Add(hn::MulAdd(w0, hn::LoadU(d, at - 1), hn::Mul(w1, x1)),
+                     hn::MulAdd(w2, x2, hn::Mul(w3, hn::LoadU(d, at + 2))));
+    else
+      x[i] = hn::MulAdd(f, x2, hn::Mul(g, x1));
+  }
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace clamor

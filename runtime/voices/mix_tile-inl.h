@@ -39,12 +39,42 @@ HWY_INLINE void one_by_one([[maybe_unused]] Path*& paths) {
 #endif
 }
 
+// A set of a tile's voices.
+using VoiceSet = std::uint64_t;
+static_assert(kTileVoices == 64);
+
+// The voices whose number is not 0.
+template <class T>
+HWY_INLINE VoiceSet those_not_zero(const T (&numbers)[kTileVoices]) {
+  const hn::CappedTag<T, 16> d;
+  VoiceSet set = 0;
+  for (std::size_t v = 0; v < kTileVoices; v += hn::Lanes(d)) {
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(d, hn::Ne(hn::Load(d, numbers + v), hn::Zero(d)), bits);
+    VoiceSet some;
+    std::memcpy(&some, bits, sizeof(some));
+    set |= some << v;
+  }
+  return set;
+}
+
+HWY_INLINE bool any_not_zero(const float* HWY_RESTRICT numbers, int count) {
+  std::uint32_t bits = 0;
+  for (int i = 0; i < count; ++i) {
+    std::uint32_t number;
+    std::memcpy(&number, numbers + i, sizeof(number));
+    bits |= number << 1;  // without the sign of -0
+  }
+  return bits != 0;
+}
+
 // With kTwoLayers the low layer is read as well.
 template <int kDelays, bool kTwoLayers>
 struct Tile {
   static constexpr int kLayers = kTwoLayers ? 2 : 1;
 
   std::size_t count;
+  VoiceSet ramped;  // the voices whose gains change
   const float* gain[kTileVoices];
   const float* signal[kLayers][kDelays][kTileVoices];  // high, low
   // At the beginning of a step, as in VoicePath; the drift is the step less 1.
@@ -58,10 +88,12 @@ struct Tile {
   HWY_INLINE void take(const MixJob& job, const std::uint32_t* active, std::size_t voices,
                        int lanes) {
     count = voices;
+    ramped = 0;
     for (std::size_t v = 0; v < count; ++v) {
       const VoicePath* paths = job.paths + std::size_t{kEars} * active[v];
       one_by_one(paths);
       gain[v] = job.gains + 2 * static_cast<std::size_t>(lanes) * active[v];
+      ramped |= VoiceSet{any_not_zero(gain[v] + lanes, lanes)} << v;
       for (int e = 0; e < kDelays; ++e) {
         signal[0][e][v] = paths[e].high;
         if constexpr (kTwoLayers) signal[1][e][v] = paths[e].low;
@@ -121,30 +153,13 @@ struct Tile {
   }
 };
 
-// A set of a tile's voices.
-using VoiceSet = std::uint64_t;
-static_assert(kTileVoices == 64);
-
-// The voices whose number is not 0.
-HWY_INLINE VoiceSet those_not_zero(const std::int32_t (&numbers)[kTileVoices]) {
-  const hn::CappedTag<std::int32_t, 16> d;
-  VoiceSet set = 0;
-  for (std::size_t v = 0; v < kTileVoices; v += hn::Lanes(d)) {
-    std::uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, hn::Ne(hn::Load(d, numbers + v), hn::Zero(d)), bits);
-    VoiceSet some;
-    std::memcpy(&some, bits, sizeof(some));
-    set |= some << v;
-  }
-  return set;
-}
-
 // Reads of one layer in one step for kReads ears at once. A voice is steady if its integer offset
-// to the output is constant in the step, and slides if the offset changes at most once. Each kind
-// is read in its own loop, since a branch per voice would be unpredictable.
+// to the output is constant in the step, and slides if the offset changes at most once. A steady one
+// rests if its fractions and gains are constant as well. Each kind is read in its own loop, since a
+// branch per voice would be unpredictable.
 template <int kReads>
 struct Lines {
-  VoiceSet steady, sliding, fast;
+  VoiceSet resting, steady, sliding, fast;
   // The slide is 0 for a steady delay and less than kStepFrames. Narrow integers keep the
   // comparisons to few vectors.
   alignas(64) std::int32_t slides[kTileVoices];
@@ -158,6 +173,7 @@ struct Lines {
   HWY_INLINE void look(const Tile<kDelays, kTwoLayers>& tile, int first_ear) {
     constexpr int kFrames = kStepFrames / (kLow ? kLowRate : 1);
     const std::size_t count = tile.count;
+    VoiceSet moving = tile.ramped;
     for (int r = 0; r < kReads; ++r) {
       const int e = first_ear + r;
       for (std::size_t v = 0; v < count; ++v) {
@@ -173,13 +189,16 @@ struct Lines {
         turn[r][v] = drift[r][v] * kFloats;
         x[r][v] = tile.signal[kLow][e][v] + (at >> 32);
       }
+      moving |= those_not_zero(drift[r]);
       // Prefetch addresses: the next step of the first voices and, of few voices, later steps.
       for (std::size_t v = 0; v < kVoicesAhead; ++v) x[r][count + v] = x[r][v] + kFrames;
     }
     const VoiceSet all = ~VoiceSet{0} >> (kTileVoices - count);
-    steady = all & ~those_not_zero(slides);
-    fast = all & ~steady & those_not_zero(runs);
-    sliding = all & ~steady & ~fast;
+    const VoiceSet constant = all & ~those_not_zero(slides);
+    resting = constant & ~moving;
+    steady = constant & moving;
+    fast = all & ~constant & those_not_zero(runs);
+    sliding = all & ~constant & ~fast;
   }
 };
 

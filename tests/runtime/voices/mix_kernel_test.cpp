@@ -24,7 +24,8 @@ const MixMode kModes[] = {
 };
 
 // Voices at random positions in white noise, together at full scale. Their delays change by
-// nothing, at the speed of a pedestrian, of a car, and of anything up to the speed of sound.
+// nothing, at the speed of a pedestrian, of a car, and of anything up to the speed of sound. Every
+// twelfth voice rests: its gains are constant as well.
 class ManyVoices {
  public:
   ManyVoices(std::size_t count, const MixMode& mode, unsigned seed) : random_(seed) {
@@ -32,6 +33,7 @@ class ManyVoices {
       for (int i = 0; i < 8192; ++i) layer->push_back(static_cast<float>(between(-1, 1)));
     const double loudness = 1 / std::sqrt(static_cast<double>(count));
     for (std::uint32_t v = 0; v < count; ++v) {
+      const bool rests = v % 12 == 0;
       active_.push_back(2 * v + 1);  // only odd slots
       paths_.resize(kEars * (2 * v + 2));
       const double fastest[] = {0, 0.004, 0.1, 0.28, 0.32, 0.999};
@@ -49,15 +51,15 @@ class ManyVoices {
       gaps_.resize(2 * v + 2);
       if (mode.delays == 2)
         gaps_.back() = {static_cast<std::int64_t>(between(-15, 15) * 0x1p32),
-                        static_cast<std::int64_t>(between(-0.01, 0.01) * 0x1p32)};
-      // Gains change from any value to any other within 960 frames.
+                        rests ? 0 : static_cast<std::int64_t>(between(-0.01, 0.01) * 0x1p32)};
+      // The gains of the others change from any value to any other within 960 frames.
       const auto lanes = static_cast<std::size_t>(mode.gain_lanes());
       gains_.resize(2 * lanes * (2 * v + 2));
       for (std::size_t lane = 0; lane < lanes; ++lane) {
         const double from = between(-loudness, loudness), to = between(-loudness, loudness);
         float* const gain = &gains_[2 * lanes * active_.back() + lane];
         gain[0] = static_cast<float>(from);
-        gain[lanes] = static_cast<float>((to - from) * kGainFrames / 960);
+        gain[lanes] = rests ? 0 : static_cast<float>((to - from) * kGainFrames / 960);
       }
     }
   }
