@@ -70,7 +70,7 @@ std::string in_percent(double share) {
 }
 
 BakeStatistics statistics_of(const TraceTally& tally, const PhotonTracer& tracer,
-                             const Level& level) {
+                             const Level& level, double longest_path_s) {
   BakeStatistics statistics;
   statistics.photons_traced = tally.photons;
   statistics.bounces = tally.bounces;
@@ -83,8 +83,10 @@ BakeStatistics statistics_of(const TraceTally& tally, const PhotonTracer& tracer
   const double emitted = sum_of(statistics.power_emitted);
   const double unfinished = sum_of(statistics.power_unfinished);
   if (emitted > 0 && unfinished > 0.001 * emitted)
-    statistics.warnings.push_back(in_percent(unfinished / emitted) +
-                                  " of the power was still under way at the longest path");
+    statistics.warnings.push_back(
+        in_percent(unfinished / emitted) +
+        " of the power was still under way at the longest path, so the reverberation ends early" +
+        (longest_path_s < kLongestPath_s ? "; --longest 60 traces more" : ""));
   if (level.mesh.triangles.empty())
     statistics.warnings.push_back("The level has no triangles: sound meets nothing, a free field.");
   return statistics;
@@ -111,6 +113,8 @@ struct TraceSetup {
     if (kept != nullptr) keep_estimates(plan, kept->plan());
     trace.deposit_threshold = plan.deposit_threshold;
     trace.decay = plan.decay;
+    trace.longest_path_s = plan.longest_path_s;
+    trace.fade_s = plan.fade_s;
     if (reweighed != nullptr)
       trace.images = reweighed->images();
     else if (auto images = find_images(scene, level, early_order); !images.empty())
@@ -159,7 +163,7 @@ struct SortPlace {
 Result<SortPlace> check_memory(const Level& level, const BakePlan& plan,
                                const BakeOptions& options) {
   const int threads = tbb::this_task_arena::max_concurrency();
-  const std::uint64_t listening = DecayEstimate::max_bytes(options.settings.longest_path_s);
+  const std::uint64_t listening = DecayEstimate::max_bytes(plan.longest_path_s);
   const auto needs = [&](const BakePlan& of, SortStorage sorted) {
     return bake_memory_bytes(level, of, threads, sorted) + listening;
   };
@@ -184,18 +188,17 @@ Result<SortPlace> check_memory(const Level& level, const BakePlan& plan,
 }
 
 // A shard keeps no sources, so it needs far less memory than a bake.
-std::uint64_t shard_memory_bytes(const Level& level, const BakePlan& plan,
-                                 const BakeSettings& settings, int threads) {
+std::uint64_t shard_memory_bytes(const Level& level, const BakePlan& plan, int threads) {
   BakePlan of_shard = plan;
   of_shard.sources = 0;
   return bake_memory_bytes(level, of_shard, threads) +
-         DecayEstimate::max_bytes(settings.longest_path_s);
+         DecayEstimate::max_bytes(plan.longest_path_s);
 }
 
 Result<void> check_shard_memory(const Level& level, const BakePlan& plan,
                                 const BakeOptions& options) {
   const std::uint64_t needed =
-      shard_memory_bytes(level, plan, options.settings, tbb::this_task_arena::max_concurrency());
+      shard_memory_bytes(level, plan, tbb::this_task_arena::max_concurrency());
   if (options.memory_bytes == 0 || needed <= options.memory_bytes) return {};
   return Error("a shard needs about " + in_megabytes(needed) + " of memory, more than the " +
                in_megabytes(options.memory_bytes) + " it may have");
@@ -250,11 +253,13 @@ void describe(const Level& level, const BakeOptions& options, const TraceSetup& 
   contents.settings = options.settings;
   contents.settings.photons = setup.plan.wanted_photons;
   contents.settings.sources = setup.plan.sources;
+  contents.settings.longest_path_s = setup.trace.longest_path_s;
   contents.provenance.tool = std::string("clamor ") + kVersion;
   contents.provenance.libraries = file_library_versions();
   contents.provenance.libraries.insert(contents.provenance.libraries.begin(),
                                        "Embree " + embree_version());
-  contents.statistics = statistics_of(traced.tally, setup.tracer, level);
+  contents.statistics =
+      statistics_of(traced.tally, setup.tracer, level, setup.trace.longest_path_s);
   contents.statistics.rooms = setup.plan.rooms;
   contents.statistics.deposits = traced.deposits;
   contents.statistics.decay = decay.summary();
@@ -556,6 +561,7 @@ Result<BakeCost> bake_cost(const Level& level, const BakeOptions& options) {
     cost.settings = options.settings;
     cost.settings.photons = setup.plan.wanted_photons;
     cost.settings.sources = setup.plan.sources;
+    cost.settings.longest_path_s = setup.trace.longest_path_s;
     TracedPart part = trace_part(setup.tracer, setup.plan);
     cost.photons = setup.plan.all_photons();
     if (!options.probes_m.empty()) {
@@ -573,11 +579,10 @@ Result<BakeCost> bake_cost(const Level& level, const BakeOptions& options) {
     if (has_closed_state(level)) cost.photons *= 2;
     if (part.seconds > 0) cost.photons_per_core_s = part.photons / part.seconds;
     if (part.photons > 0) cost.bytes_per_photon = part.bytes / part.photons;
-    cost.shard_memory_bytes = shard_memory_bytes(level, setup.plan, options.settings, 1);
-    cost.thread_memory_bytes =
-        shard_memory_bytes(level, setup.plan, options.settings, 2) - cost.shard_memory_bytes;
+    cost.shard_memory_bytes = shard_memory_bytes(level, setup.plan, 1);
+    cost.thread_memory_bytes = shard_memory_bytes(level, setup.plan, 2) - cost.shard_memory_bytes;
     cost.merge_memory_bytes = bake_memory_bytes(level, setup.plan, 1) +
-                              DecayEstimate::max_bytes(options.settings.longest_path_s);
+                              DecayEstimate::max_bytes(setup.plan.longest_path_s);
     return cost;
   });
 }

@@ -31,6 +31,15 @@ bool are_within(const Bands& values, const Bands& others, float factor) {
   return true;
 }
 
+// Takes whole steps of 5 s, so that the plan stays the same as emitters move a little.
+void plan_longest_path(double asked_s, double needed_s, BakePlan& plan) {
+  constexpr double kStep_s = 5, kFadingShare = 0.2;
+  plan.longest_path_s = asked_s > 0 ? asked_s
+                                    : std::clamp(std::ceil(needed_s / kStep_s) * kStep_s,
+                                                 kUsualPath_s, kLongestPath_s);
+  plan.fade_s = needed_s > plan.longest_path_s ? kFadingShare * plan.longest_path_s : 0;
+}
+
 }  // namespace
 
 std::uint64_t BakePlan::all_photons() const {
@@ -102,7 +111,6 @@ TraceSettings trace_settings(const BakeSettings& settings) {
   TraceSettings trace;
   trace.seed = settings.seed;
   trace.roulette_exponent = settings.roulette_exponent;
-  trace.longest_path_s = settings.longest_path_s;
   trace.speed_mps = speed_of_sound_mps(settings.air);
   trace.air_loss_per_m = air_loss_per_m(settings.air);
   return trace;
@@ -120,8 +128,15 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
   for (const Emitter& emitter : level.emitters) power.push_back(emitted_power(emitter));
   const double total = std::accumulate(power.begin(), power.end(), 0.0);
 
-  const Pilot pilot = trace_pilot(scene, level, trace);
+  TraceSettings of_pilot = trace;
+  of_pilot.longest_path_s = settings.longest_path_s > 0 ? settings.longest_path_s : kUsualPath_s;
+  Pilot pilot = trace_pilot(scene, level, of_pilot);
   plan.decay = pilot.decay;
+  plan_longest_path(settings.longest_path_s, pilot.decay_path_m / trace.speed_mps, plan);
+  if (plan.longest_path_s > of_pilot.longest_path_s) {
+    of_pilot.longest_path_s = plan.longest_path_s;
+    lengthen_pilot(scene, level, of_pilot, pilot);
+  }
   const double per_photon = std::max(1.0, pilot.deposits_per_photon());
   double photons = static_cast<double>(settings.photons);
   if (settings.photons == 0)
@@ -144,7 +159,8 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
 void keep_estimates(BakePlan& plan, const BakePlan& earlier) {
   constexpr double kThresholdStep = 2;  // Pilot::threshold()
   constexpr float kDecayStep = 1.51f;   // decay_model() rounds to 1, 1.5, 2, 3, ...
-  if (plan.deposit_threshold > kThresholdStep * earlier.deposit_threshold ||
+  if (plan.longest_path_s != earlier.longest_path_s || plan.fade_s != earlier.fade_s ||
+      plan.deposit_threshold > kThresholdStep * earlier.deposit_threshold ||
       earlier.deposit_threshold > kThresholdStep * plan.deposit_threshold ||
       !are_within(plan.decay.early_m, earlier.decay.early_m, kDecayStep) ||
       !are_within(plan.decay.knee_m, earlier.decay.knee_m, kDecayStep) ||

@@ -28,6 +28,8 @@ struct BakePlan {
   double deposit_threshold = 0;        // see TraceSettings
   double deposits = 0;                 // estimated number of deposits
   DecayModel decay{};                  // see TraceSettings
+  double longest_path_s = 0;           // see TraceSettings
+  double fade_s = 0;                   // see TraceSettings: for a decay that is longer
 
   std::uint64_t all_photons() const;
 
@@ -36,15 +38,18 @@ struct BakePlan {
   std::vector<std::vector<PhotonRun>> batches() const;
 };
 
-// Defaults for photons or sources of 0 in the settings:
+// Defaults for photons, sources or the longest path of 0 in the settings:
 //
-//   sources   200 000 for each room with emitters in it
-//   photons   enough for about four deposits per source
+//   sources        200 000 for each room with emitters in it
+//   photons        enough for about four deposits per source
+//   longest path   what the slowest band takes to decay by 60 dB, at least kUsualPath_s and at most
+//                  kLongestPath_s
 //
 // The deposits per photon are estimated by a pilot of 1024 photons. Above 1.25 deposits per source,
 // weak deposits are thinned while tracing. Photons are distributed by power; an emitter with any
 // power gets at least kMinPhotons. A free field gets none.
 inline constexpr std::uint64_t kMinPhotons = 4, kMaxSources = 200'000'000;
+inline constexpr double kUsualPath_s = 10, kLongestPath_s = 60;
 BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettings& settings,
                         const TraceSettings& trace);
 

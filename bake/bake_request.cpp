@@ -59,7 +59,8 @@ std::optional<std::string> BakeRequest::complaint() const {
     return "--early-order " + in_quotes(early_order) + " is neither auto nor 0 to " +
            std::to_string(kMaxImageOrder);
   if (!(kappa >= 0 && kappa <= 1)) return "--kappa must lie between 0 and 1";
-  if (!(longest_s > 0 && longest_s <= 60)) return "--longest must lie between 0 and 60 seconds";
+  if (longest_s && !(*longest_s > 0 && *longest_s <= kLongestPath_s))
+    return "--longest must lie between 0 and 60 seconds";
   return std::nullopt;
 }
 
@@ -85,7 +86,7 @@ std::vector<std::string> BakeRequest::words() const {
   if (instances != "on") add("--instances", instances);
   if (early_order != "auto") add("--early-order", early_order);
   if (kappa != BakeSettings{}.roulette_exponent) add("--kappa", fmt::format("{}", kappa));
-  if (longest_s != BakeSettings{}.longest_path_s) add("--longest", fmt::format("{}", longest_s));
+  if (longest_s) add("--longest", fmt::format("{}", *longest_s));
   return words;
 }
 

@@ -24,7 +24,8 @@ struct BakeRequest {
   std::string instances = "on";
   std::string early_order = "auto";  // or 0 to kMaxImageOrder
   double simplify_m = 0;
-  double kappa = BakeSettings{}.roulette_exponent, longest_s = BakeSettings{}.longest_path_s;
+  double kappa = BakeSettings{}.roulette_exponent;
+  std::optional<double> longest_s;  // see BakeSettings; the plan chooses it if there is none
 
   // The problem with the values, if there is one.
   std::optional<std::string> complaint() const;

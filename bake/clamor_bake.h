@@ -235,7 +235,7 @@ typedef struct clamor_bake_options {
   double goal_s;            /* or for about this long */
   double simplify_m;        /* remove triangles and move no surface further than this [0: off] */
   double roulette_exponent; /* of Russian roulette, at most 1 [0.15] */
-  double longest_path_s;    /* at most 60 [10] */
+  double longest_path_s;    /* at most 60 [10, or what a slow decay takes] */
   uint64_t memory_bytes;    /* what exceeds it is kept in temporary files beside the output, if
                                that is a file; a bake that needs more even then is refused [any] */
   uint32_t no_instances;    /* 1: store emitter groups that the level repeats once each */

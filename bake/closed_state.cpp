@@ -42,6 +42,8 @@ Result<BatchTracing::Output> trace_closed_state(const Level& level, const TraceS
   const BakePlan plan = make_bake_plan(scene, closed, options.settings, open);
   trace.deposit_threshold = plan.deposit_threshold;
   trace.decay = plan.decay;
+  trace.longest_path_s = plan.longest_path_s;
+  trace.fade_s = plan.fade_s;
   trace.first_portals = PortalSet::of_state(PortalSet::kStateClosed);
   const PhotonTracer tracer(scene, closed, trace);
   JournalSet journal_set(journals, RunKeys(closed, tracer, scene_hash(closed, trace)));

@@ -140,7 +140,7 @@ BakeOptions LevelBake::bake_options() const {
   if (const auto order = whole_number(request_.early_order))
     options.settings.early_order = static_cast<int>(*order);
   options.settings.roulette_exponent = request_.kappa;
-  options.settings.longest_path_s = request_.longest_s;
+  options.settings.longest_path_s = request_.longest_s.value_or(0);
   options.settings.air = imported_->level.air;
   options.probes_m = probes_.positions_m;
   options.probe_sources =

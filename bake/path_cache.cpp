@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include "bake/closed_state.h"
+#include "bake/trace/pilot.h"
 #include "formats/level/level.h"
 
 namespace clamor {
@@ -81,6 +82,10 @@ Result<ReweighedPhotons> PathCache::reweigh(const Level& level,
     photon_shares.push_back(photons > 0 ? 1 / static_cast<double>(photons) : 0);
   if (min_deposits_ > 0 && !enough_deposits(runs, photon_shares, min_deposits_))
     return Error("too few of the kept paths carry the new decay");
+  const double speed_mps = speed_of_sound_mps(settings.air);
+  if (settings.longest_path_s == 0 && plan_.longest_path_s < kLongestPath_s &&
+      decay_path_m(runs, photon_shares, plan_.longest_path_s * speed_mps, speed_mps) > 0)
+    return Error("the new decay needs longer paths than those that were kept");
   return ReweighedPhotons(plan_, images_, std::move(runs));
 }
 

@@ -55,6 +55,7 @@ std::uint64_t scene_hash(const Level& level, const TraceSettings& settings) {
       .add(settings.seed)
       .add(settings.roulette_exponent)
       .add(settings.longest_path_s)
+      .add(settings.fade_s)
       .add(settings.speed_mps)
       .add(settings.air_loss_per_m)
       .add(settings.max_bounces)

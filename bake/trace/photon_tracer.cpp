@@ -98,6 +98,7 @@ PhotonTracer::PhotonTracer(const Scene& scene, const Level& level, const TraceSe
       materials_(kernel_materials(level.materials, laws_)) {
   kernel_settings_.roulette_exponent = static_cast<float>(settings.roulette_exponent);
   kernel_settings_.max_path_m = settings.longest_path_s * settings.speed_mps;
+  kernel_settings_.fade_m = settings.fade_s * settings.speed_mps;
   kernel_settings_.max_bounces = settings.max_bounces;
   kernel_settings_.seconds_per_m = 1 / settings.speed_mps;
   kernel_settings_.images = settings_.images.get();

@@ -43,6 +43,7 @@ struct TraceSettings {
   // Survival probability = (power after / before)^exponent, in the loudest band.
   double roulette_exponent = 0.5;
   double longest_path_s = 10;  // longer paths end and are counted as unfinished
+  double fade_s = 0;           // before that, over which the power of paths falls to 0 linearly
   double speed_mps = 343.2;
   Bands air_loss_per_m{};
   std::uint32_t max_bounces = 0xffffffff;

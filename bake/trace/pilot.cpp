@@ -1,7 +1,9 @@
 #include "bake/trace/pilot.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "common/maths.h"
@@ -33,6 +35,44 @@ double root_threshold(const std::vector<double>& roots, double per_root, double 
   return below / (wanted / per_root);
 }
 
+// The photons of a pilot, as runs of at most `at_once` of them.
+std::vector<PhotonRun> pilot_runs(std::span<const double> power, std::uint32_t at_once) {
+  const double total = std::accumulate(power.begin(), power.end(), 0.0);
+  std::vector<PhotonRun> runs;
+  double below = 0;
+  for (std::uint32_t i = 0; i < power.size() && total > 0; ++i) {
+    // Systematic sampling: photon k belongs to the emitter at (k + 1/2) / n of the power.
+    const auto first = static_cast<std::int64_t>(std::ceil(below / total * kPilotPhotons - 0.5));
+    below += power[i];
+    const auto last = static_cast<std::int64_t>(std::ceil(below / total * kPilotPhotons - 0.5));
+    const auto count = static_cast<std::uint32_t>(last - first);
+    for (std::uint32_t begin = 0; begin < count; begin += at_once)
+      runs.push_back({i, begin, std::min(at_once, count - begin)});
+  }
+  return runs;
+}
+
+std::vector<double> powers_of(const Level& level) {
+  std::vector<double> power;
+  for (const Emitter& emitter : level.emitters) power.push_back(emitted_power(emitter));
+  return power;
+}
+
+TraceSettings pilot_settings(const TraceSettings& trace, const DecayModel& decay) {
+  TraceSettings settings = trace;
+  settings.seed = trace.seed ^ 0x70696c6f74u;
+  settings.deposit_threshold = settings.early_until_m = settings.fade_s = 0;
+  settings.decay = decay;
+  return settings;
+}
+
+void append_deposits(std::span<const Deposit> deposits, std::span<const double> power,
+                     double speed_mps, Pilot& pilot) {
+  for (const Deposit& deposit : deposits)
+    pilot.deposits.push_back({static_cast<double>(deposit.delay_s) * speed_mps,
+                              sum_of(deposit.power) / power[deposit.emitter]});
+}
+
 }  // namespace
 
 double Pilot::deposits_per_photon() const {
@@ -50,36 +90,61 @@ double Pilot::threshold(double photons, double wanted, double from_m) const {
   return power_of_two_down(root * root * root * root);
 }
 
-Pilot trace_pilot(const Scene& scene, const Level& level, const TraceSettings& trace) {
-  std::vector<double> power;
-  for (const Emitter& emitter : level.emitters) power.push_back(emitted_power(emitter));
-  const double total = std::accumulate(power.begin(), power.end(), 0.0);
-
-  TraceSettings settings = trace;
-  settings.seed = trace.seed ^ 0x70696c6f74u;
-  settings.deposit_threshold = settings.early_until_m = 0;
-  settings.decay = {};
-  std::vector<PhotonRun> runs;
-  double below = 0;
-  for (std::uint32_t i = 0; i < power.size() && total > 0; ++i) {
-    // Systematic sampling: photon k belongs to the emitter at (k + 1/2) / n of the power.
-    const auto first = static_cast<std::int64_t>(std::ceil(below / total * kPilotPhotons - 0.5));
-    below += power[i];
-    const auto last = static_cast<std::int64_t>(std::ceil(below / total * kPilotPhotons - 0.5));
-    if (last > first) runs.push_back({i, 0, static_cast<std::uint32_t>(last - first)});
+// With energies E1 to E4 of the four quarters of the longest path, E4 / (E3 / E4 - 1) follows
+// beyond it, and a band has lost 60 dB when 1e-6 of the energy is left.
+double decay_path_m(std::span<const TracedRuns> runs, std::span<const double> photon_shares,
+                    double longest_path_m, double speed_mps) {
+  constexpr double kLeft = 1e-6;
+  const double quarter_m = longest_path_m / 4;
+  std::array<std::array<double, 4>, kBandCount> energies{};
+  for (const TracedRuns& some : runs)
+    for (const Deposit& deposit : some.deposits()) {
+      const double quarters = static_cast<double>(deposit.delay_s) * speed_mps / quarter_m;
+      const auto at = static_cast<std::size_t>(std::clamp(quarters, 0.0, 3.0));
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        energies[b][at] += static_cast<double>(deposit.power[b]) * photon_shares[deposit.emitter];
+    }
+  double needed_m = 0;
+  for (const auto& energy : energies) {
+    const double total = std::accumulate(energy.begin(), energy.end(), 0.0);
+    if (!(energy[3] > kLeft * total)) continue;
+    if (!(energy[2] > energy[3])) return std::numeric_limits<double>::infinity();
+    const double ratio = energy[2] / energy[3], rest = energy[3] / (ratio - 1);
+    const double quarters = log2_of(rest / (kLeft * (total + rest))) / log2_of(ratio);
+    if (quarters > 0) needed_m = std::max(needed_m, longest_path_m + quarters * quarter_m);
   }
+  return needed_m;
+}
+
+Pilot trace_pilot(const Scene& scene, const Level& level, const TraceSettings& trace) {
+  const std::vector<double> power = powers_of(level);
+  const std::vector<PhotonRun> runs = pilot_runs(power, kPilotPhotons);
   Pilot pilot;
   TracedRuns traced;
-  PhotonTracer(scene, level, settings).trace(runs, traced);
+  PhotonTracer(scene, level, pilot_settings(trace, {})).trace(runs, traced);
   pilot.decay = decay_model(traced.deposits(), trace.speed_mps);
+  pilot.decay_path_m = decay_path_m({&traced, 1}, std::vector<double>(power.size(), 1.0),
+                                    trace.longest_path_s * trace.speed_mps, trace.speed_mps);
   // Weight windows change how many deposits a photon leaves.
   traced.clear();
-  settings.decay = pilot.decay;
-  PhotonTracer(scene, level, settings).trace(runs, traced);
-  for (const Deposit& deposit : traced.deposits())
-    pilot.deposits.push_back({static_cast<double>(deposit.delay_s) * trace.speed_mps,
-                              sum_of(deposit.power) / power[deposit.emitter]});
+  PhotonTracer(scene, level, pilot_settings(trace, pilot.decay)).trace(runs, traced);
+  append_deposits(traced.deposits(), power, trace.speed_mps, pilot);
   return pilot;
+}
+
+void lengthen_pilot(const Scene& scene, const Level& level, const TraceSettings& trace,
+                    Pilot& pilot) {
+  // In a small, hard room a photon leaves up to 10 000 deposits, so few photons are traced at once.
+  constexpr std::uint32_t kAtOnce = 128;
+  const std::vector<double> power = powers_of(level);
+  const PhotonTracer tracer(scene, level, pilot_settings(trace, pilot.decay));
+  pilot.deposits.clear();
+  TracedRuns traced;
+  for (const PhotonRun& run : pilot_runs(power, kAtOnce)) {
+    traced.clear();
+    tracer.trace({&run, 1}, traced);
+    append_deposits(traced.deposits(), power, trace.speed_mps, pilot);
+  }
 }
 
 }  // namespace clamor

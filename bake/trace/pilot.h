@@ -1,7 +1,7 @@
 // pilot.h: a few photons traced ahead of a bake, to plan it.
 #pragma once
 
-#include <optional>
+#include <span>
 #include <vector>
 
 #include "bake/trace/photon_tracer.h"
@@ -19,6 +19,7 @@ struct Pilot {
   };
   std::vector<PilotDeposit> deposits;
   DecayModel decay;
+  double decay_path_m = 0;  // see decay_path_m()
 
   double deposits_per_photon() const;
 
@@ -28,8 +29,18 @@ struct Pilot {
   double threshold(double photons, double wanted, double from_m = 0) const;
 };
 
+// Path after which the slowest band has lost 60 dB, if that is longer than the longest path that
+// was traced; else 0. Extrapolated by the decay in its last half, so that it does not depend on the
+// longest path; infinite if nothing decays. `photon_shares`: weights of deposits, by emitter.
+double decay_path_m(std::span<const TracedRuns> runs, std::span<const double> photon_shares,
+                    double longest_path_m, double speed_mps);
+
 // Traces 1024 photons, shared among the emitters by their power. Their seed differs from the
 // bake's, so that the plan is independent of the paths that it is used for.
 Pilot trace_pilot(const Scene& scene, const Level& level, const TraceSettings& trace);
+
+// Replaces the deposits of a pilot by those of longer paths.
+void lengthen_pilot(const Scene& scene, const Level& level, const TraceSettings& trace,
+                    Pilot& pilot);
 
 }  // namespace clamor

@@ -47,6 +47,7 @@ struct alignas(64) KernelPhoton {
 struct KernelSettings {
   float roulette_exponent = 0.5f;
   double max_path_m = 0;
+  double fade_m = 0;  // see TraceSettings::fade_s
   std::uint32_t max_bounces = 0xffffffff;
   double seconds_per_m = 1 / 343.2;
   Bands air_log2_loss_per_m{};  // attenuation of energy: 2^(-loss r)

@@ -29,6 +29,16 @@ void record_power(const ShadeArguments& with, const KernelPhoton& photon, PathTa
   store(power, tally.power);
 }
 
+// Share of the power that ends between one hit and the next because the longest path is near: all
+// beyond it, and in the fade before it as much as lets the rest fall to 0 linearly.
+CLAMOR_INLINE float share_ending(const KernelSettings& settings, double from_m, double to_m) {
+  if (!(to_m < settings.max_path_m)) return 1;
+  const double begin_m = settings.max_path_m - settings.fade_m;
+  if (!(to_m > begin_m)) return 0;
+  from_m = from_m > begin_m ? from_m : begin_m;
+  return static_cast<float>((to_m - from_m) / (settings.max_path_m - from_m));
+}
+
 // Applies air and surface to each photon's bands and tallies photons that leave the level or exceed
 // the longest path. Returns the number of hits.
 [[gnu::noinline]] std::size_t attenuate(const ShadeArguments& with) {
@@ -46,21 +56,25 @@ void record_power(const ShadeArguments& with, const KernelPhoton& photon, PathTa
     TraceTally& tally = runs[photon.run].tally;
     std::array<double, kBandCount>* lost = nullptr;
     auto kind = PathTally::Kind::kUnfinished;
+    float ending = 1;  // share of the power
     if (hit.material == SurfaceHit::kNone) {
       tally.escaped += photon.is_copy ? 0 : 1;
       lost = &tally.power_escaped;
       kind = PathTally::Kind::kEscaped;
     } else {
+      const double from_m = photon.travelled_m;
       photon.travelled_m += static_cast<double>(hit.distance_m);
-      if (photon.travelled_m > with.settings.max_path_m || with.bounce > with.settings.max_bounces)
-        lost = &tally.power_unfinished;
+      if (with.bounce <= with.settings.max_bounces)
+        ending = share_ending(with.settings, from_m, photon.travelled_m);
+      if (ending > 0) lost = &tally.power_unfinished;
     }
     if (lost != nullptr) {
       for (std::size_t b = 0; b < kBandCount; ++b)
-        (*lost)[b] += static_cast<double>(photon.power[b]) * static_cast<double>(photon.weight[b]);
+        (*lost)[b] += static_cast<double>(photon.power[b]) * static_cast<double>(photon.weight[b]) *
+                      static_cast<double>(ending);
       if (with.sink.tallies != nullptr)
-        record_power(with, photon, kind, load(photon.power) * load(photon.weight));
-      continue;
+        record_power(with, photon, kind, load(photon.power) * load(photon.weight) * ending);
+      if (!(ending < 1)) continue;
     }
     ++tally.bounces;
     if (with.bounce > 1) {
@@ -69,7 +83,8 @@ void record_power(const ShadeArguments& with, const KernelPhoton& photon, PathTa
     }
     const KernelMaterial& material = materials[hit.material];
     const BandVector power = load(photon.power), weight = load(photon.weight);
-    const BandVector left = power * exp2_of_bands(air * -hit.distance_m) * load(material.kept);
+    const BandVector left =
+        power * exp2_of_bands(air * -hit.distance_m) * load(material.kept) * (1 - ending);
     const BandVector after = left * weight;
     store(left, photon.power);
     store(after, scratch.left[count]);

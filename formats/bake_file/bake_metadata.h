@@ -19,7 +19,7 @@ struct BakeSettings {
   std::uint64_t photons = 0;  // 0: chosen from the number of sources
   std::uint64_t sources = 0;  // maximum number of secondary sources; 0: 200 000 per room
   double roulette_exponent = 0.15;
-  double longest_path_s = 10;
+  double longest_path_s = 10;  // 0: as the level's decay needs
   // Reflections of early specular paths, 0 to kMaxImageOrder; below 0: chosen by their cost.
   int early_order = -1;
   Air air{};

@@ -60,6 +60,27 @@ TEST(BakePlan, ManyEmittersNeedNoMorePhotonsThanOne) {
   EXPECT_LT(many, 2 * one);
 }
 
+// Eyring: a cube of 20 m without air decays by 60 dB in 26.9 s if its walls absorb 2 %, in 52.6 s
+// if they absorb 1 %, and in 0.8 s if they absorb half. The plan takes the next multiple of 5 s.
+TEST(BakePlan, TracesAsLongAsASlowDecayTakes) {
+  const auto planned = [](float absorption, double asked_s) {
+    return plan(shoebox({20, 20, 20}, uniform_material(absorption), {5, 5, 5}),
+                {.longest_path_s = asked_s});
+  };
+  EXPECT_EQ(planned(0.02f, 0).longest_path_s, 30);
+  EXPECT_EQ(planned(0.02f, 0).fade_s, 0) << "nothing that is heard must end";
+  EXPECT_EQ(planned(0.0102f, 0).longest_path_s, 55);
+  EXPECT_EQ(planned(0.5f, 0).longest_path_s, kUsualPath_s);
+  EXPECT_EQ(planned(0.5f, 0).fade_s, 0);
+  EXPECT_EQ(planned(0.001f, 0).longest_path_s, kLongestPath_s);
+  EXPECT_GT(planned(0.001f, 0).fade_s, 0);
+  EXPECT_EQ(planned(0, 0).longest_path_s, kLongestPath_s);
+  EXPECT_EQ(planned(0.02f, 3).longest_path_s, 3) << "not as asked for";
+  EXPECT_GT(planned(0.02f, 3).fade_s, 0);
+  EXPECT_EQ(planned(0.02f, 10).longest_path_s, 10) << "not as asked for";
+  EXPECT_EQ(planned(0.5f, 60).longest_path_s, 60) << "not as asked for";
+}
+
 TEST(BakePlan, CountsRoomsByVisibilityBetweenEmitters) {
   // Two separate boxes with a gap between them.
   Level level = room_with(2);
@@ -132,6 +153,9 @@ TEST(BakePlan, KeepsEstimatesThatDifferByAStepOfTheirRounding) {
   one_band.decay.knee_m[7] = 40;
   EXPECT_EQ(kept_with(earlier, one_band), std::pair(4.0, 20.0f));
   EXPECT_EQ(one_band.decay.knee_m[7], 40);
+  BakePlan longer = estimated(2, 15);
+  longer.longest_path_s = 15;
+  EXPECT_EQ(kept_with(earlier, longer), std::pair(2.0, 15.0f)) << "longer paths";
   // What has not been estimated is not kept.
   EXPECT_EQ(kept_with({}, estimated(4, 20)), std::pair(4.0, 20.0f));
   EXPECT_EQ(kept_with(earlier, {}), std::pair(0.0, 0.0f));

@@ -74,6 +74,39 @@ TEST(Bake, DefaultsToPhotonsForAboutTwoHundredThousandSources) {
   EXPECT_NEAR(static_cast<double>(contents->octree.sources.size()), 200000, 20000);
 }
 
+// A cube of 60 m whose walls absorb 6 % decays by 60 dB in 26 s (Eyring), and the emitters of all
+// shards are traced for 30 s.
+TEST(Bake, OfALongDecayIsTheSameFromTheJournalAndFromShards) {
+  const Level level = shoebox({60, 60, 60}, uniform_material(0.06f), {15, 10, 20});
+  BakeOptions options{.settings = {.photons = 256, .sources = 2000, .longest_path_s = 0}};
+  const testing::TemporaryFile journal("room.journal");
+  options.journal = journal.path();
+  const auto bytes_of = [](const BakeContents& contents) {
+    const testing::TemporaryFile file(".clamor");
+    testing::write(contents, file, 1);
+    return file.bytes();
+  };
+  const auto whole = bake(level, options);
+  ASSERT_TRUE(whole.ok());
+  EXPECT_EQ(whole->settings.longest_path_s, 30);
+  BakeReport report;
+  const auto again = bake(level, options, &report);
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(report.photons_reused, report.photons);
+  EXPECT_TRUE(bytes_of(*again) == bytes_of(*whole));
+
+  const testing::TemporaryFile first("first.shard"), second("second.shard");
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    options.journal = i == 0 ? first.path() : second.path();
+    ASSERT_TRUE(bake_shard(level, options, {i, 2}).ok());
+  }
+  options.journal.clear();
+  options.shards = {first.path(), second.path()};
+  const auto merged = bake(level, options);
+  ASSERT_TRUE(merged.ok()) << merged.error().message;
+  EXPECT_TRUE(bytes_of(*merged) == bytes_of(*whole));
+}
+
 TEST(Bake, WithoutEmittersExplainsHowToAddOne) {
   Level level = two_emitters();
   level.emitters.clear();

@@ -378,6 +378,28 @@ Level with_two_emitters() {
   return level;
 }
 
+// Eyring: a hall of 3840 m3 decays by 60 dB in 7.7 s if its walls absorb 5.2 %, so that paths of 10
+// s are enough, and in 13.3 s if they absorb 3 %. Any number of deposits is enough for the cache.
+TEST(PathCache, IsNotReweighedWhereTheDecayNeedsLongerPaths) {
+  const auto hall = [](float absorption) {
+    return testing::shoebox({20, 16, 12}, testing::uniform_material(absorption), {5, 4, 3});
+  };
+  PathCache cache(PathCache::kMaxBytes, 0);
+  BakeOptions options{.settings = {.photons = 512, .sources = 5000, .longest_path_s = 0},
+                      .keeps_paths = &cache};
+  ASSERT_TRUE(bake(hall(0.052f), options).ok());
+  const auto report_of = [&](float absorption) {
+    BakeReport report;
+    EXPECT_TRUE(
+        bake(hall(absorption), {.settings = options.settings, .reweighs = &cache}, &report).ok());
+    return report;
+  };
+  EXPECT_TRUE(report_of(0.053f).is_reweighed);
+  const BakeReport longer = report_of(0.03f);
+  EXPECT_FALSE(longer.is_reweighed);
+  EXPECT_NE(longer.why_traced.find("longer paths"), std::string::npos) << longer.why_traced;
+}
+
 // The pilot's noise changes the plan whenever an emitter moves, and with it all photons.
 TEST(PathCache, LetsABakeTraceOnlyTheEmitterThatHasMoved) {
   PathCache cache;

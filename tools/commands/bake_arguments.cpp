@@ -58,7 +58,8 @@ void add_bake_options(Arguments& parser, BakeRequest& request) {
       "--kappa", request.kappa,
       "exponent of Russian roulette, 0 to 1: a path survives with probability (power after / "
       "power before)^kappa");
-  parser.option("--longest", request.longest_s, "longest path to trace, in seconds");
+  parser.option("--longest", request.longest_s,
+                "longest path to trace, in seconds, up to 60 [10, or what a slower decay takes]");
 }
 
 std::string note_of(const BakeRequest& request) {

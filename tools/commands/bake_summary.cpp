@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "bake/bake_plan.h"
 #include "tools/program/shell_quote.h"
 
 namespace clamor {
@@ -79,6 +80,9 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
                  counted(contents.images.size(), "image source"),
                  counted(static_cast<std::uint64_t>(contents.settings.early_order), "reflection"));
     print_decay(statistics.decay, err);
+    if (contents.settings.longest_path_s > kUsualPath_s)
+      fmt::print(err, "           so slow that paths of up to {:g} s were traced\n",
+                 contents.settings.longest_path_s);
   }
   if (report.photons_reused > 0)
     fmt::print(err, "  reused   {} of {} photons from {}\n", report.photons_reused,

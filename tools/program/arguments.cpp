@@ -59,6 +59,10 @@ void Arguments::option(const std::string& name, std::vector<std::string>& value,
 void Arguments::option(const std::string& name, double& value, const std::string& help) {
   state_->app.add_option(name, value, help)->capture_default_str();
 }
+void Arguments::option(const std::string& name, std::optional<double>& value,
+                       const std::string& help) {
+  state_->app.add_option(name, value, help);
+}
 void Arguments::option(const std::string& name, int& value, const std::string& help) {
   state_->app.add_option(name, value, help)->capture_default_str();
 }

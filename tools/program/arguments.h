@@ -38,6 +38,7 @@ class Arguments {
   void option(const std::string& name, std::optional<std::string>& value, const std::string& help);
   void option(const std::string& name, std::vector<std::string>& value, const std::string& help);
   void option(const std::string& name, double& value, const std::string& help);
+  void option(const std::string& name, std::optional<double>& value, const std::string& help);
   void option(const std::string& name, int& value, const std::string& help);
   void option(const std::string& name, std::uint64_t& value, const std::string& help);
   // Anything but a whole number in this range is bad usage, and the message names the range.

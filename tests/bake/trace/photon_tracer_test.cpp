@@ -44,6 +44,30 @@ double total(const std::array<double, kBandCount>& bands) {
   return sum;
 }
 
+// Without roulette the paths are the same, and each deposit shows the fade at its time.
+TEST(PhotonTracer, FadesLinearlyBeforeTheLongestPath) {
+  const Level level = shoebox({5, 4, 3}, uniform_material(0.1f), {1.3, 1.7, 1.1});
+  TraceSettings settings{.roulette_exponent = 0, .longest_path_s = 0.5};
+  const Outcome whole = trace(level, settings, 500);
+  settings.fade_s = 0.1;
+  const Outcome faded = trace(level, settings, 500);
+  ASSERT_EQ(faded.deposits.size(), whole.deposits.size());
+  for (std::size_t i = 0; i < whole.deposits.size(); ++i) {
+    const double left_s = 0.5 - static_cast<double>(whole.deposits[i].delay_s);
+    EXPECT_NEAR(faded.deposits[i].power[4] / whole.deposits[i].power[4],
+                std::min(1.0, left_s / 0.1), 1e-4)
+        << left_s;
+  }
+}
+
+TEST(PhotonTracer, CountsThePowerThatFadesAsUnfinished) {
+  const Level level = shoebox({5, 4, 3}, uniform_material(0), {1.3, 1.7, 1.1});
+  const Outcome outcome =
+      trace(level, {.roulette_exponent = 0, .longest_path_s = 0.5, .fade_s = 0.1}, 500);
+  // Rounding of 60 products in single precision.
+  EXPECT_NEAR(total(outcome.tally.power_unfinished) / total(outcome.emitted), 1, 1e-4);
+}
+
 TEST(PhotonTracer, WithoutAbsorptionKeepsAllPowerInEveryBandForAHundredBounces) {
   for (const float exponent : {0.0f, 1.0f, 20.0f, 100.0f}) {
     // Bands with different exponents share paths, so only their expected power is conserved. With

@@ -1,5 +1,8 @@
 #include <nlohmann/json.hpp>
 
+#include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/bake_metadata.h"
+#include "tests/box_level.h"
 #include "tests/build_paths.h"
 #include "tests/rooms.h"
 #include "tests/tools/run_clamor.h"
@@ -194,6 +197,31 @@ TEST(BakeWarnings, AreErrorsWhenAskedForAndThenNothingIsWritten) {
                             "--photons", "100", "--strict", "--no-journal"});
   EXPECT_EQ(fine.code, 0) << fine.err;
   EXPECT_EQ(folder.names(), std::vector<std::string>{"out.clamor"});
+}
+
+// A cube of 60 m of concrete decays for more than a minute.
+TEST(BakeCommand, SaysHowLongItsPathsAreAndTakesTheLengthThatIsGiven) {
+  const Folder folder;
+  const std::string level = testing::level_of(folder, testing::box({60, 60, 60}));
+  const auto bake = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"bake", level, "-o", folder / "hall.clamor", "--no-journal",
+                               "--material", "concrete", "--photons", "64", "--sources", "500",
+                               "--emitter", "name=click,signal=impulse,at=9,7,5"});
+    const auto outcome = clamor(more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const auto file = BakeFile::open(folder / "hall.clamor");
+    return std::pair(outcome.err, file.ok() ? file->settings().longest_path_s : 0.0);
+  };
+  const auto [chosen, longest_s] = bake({});
+  EXPECT_EQ(longest_s, 60);
+  EXPECT_NE(chosen.find("so slow that paths of up to 60 s were traced"), std::string::npos)
+      << chosen;
+  const auto [given, given_s] = bake({"--longest", "10"});
+  EXPECT_EQ(given_s, 10);
+  EXPECT_EQ(given.find("so slow that"), std::string::npos) << given;
+  EXPECT_NE(given.find("so the reverberation ends early; --longest 60 traces more"),
+            std::string::npos)
+      << given;
 }
 
 TEST(BakeCommand, EndsWithALineThatAShellTakesForOneFile) {
