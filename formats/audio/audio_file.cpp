@@ -110,6 +110,14 @@ class Resampler {
   std::vector<float> block_;
 };
 
+// Bits of each sample of a FLAC file, by its STREAMINFO (RFC 9639, section 8.2); 0 of other files.
+unsigned flac_bits(std::span<const std::byte> file) {
+  constexpr std::string_view kMagic = "fLaC";
+  if (file.size() < 22 || std::memcmp(file.data(), kMagic.data(), kMagic.size()) != 0) return 0;
+  const auto byte = [&](std::size_t at) { return std::to_integer<unsigned>(file[at]); };
+  return ((byte(20) & 1) << 4 | byte(21) >> 4) + 1;
+}
+
 // Decode all channels, or only their mean.
 enum class Channels { kApart, kMean };
 
@@ -123,6 +131,11 @@ Result<Sound> decode(std::span<const std::byte> file, const std::string& name, C
   if (sound == nullptr) {
     const std::string other = other_kind(file, FileKind::kSound);
     if (!other.empty()) return refused(other + ".");
+    if (const unsigned bits = flac_bits(file); bits % 8 != 0 || bits > 24)
+      return refused(fmt::format(
+          "is FLAC of {} bits, and libsndfile reads 8, 16 and 24; make it a WAV file, as by "
+          "'flac -d'.",
+          bits));
     return refused(
         fmt::format("is no sound file that can be read ({}); give WAV, FLAC, Ogg or MP3.",
                     sf_strerror(nullptr)));

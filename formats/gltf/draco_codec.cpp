@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include <draco/attributes/attribute_quantization_transform.h>
 #include <draco/compression/decode.h>
 
 #include "formats/files/child_process.h"
@@ -27,6 +28,8 @@ constexpr std::uint64_t kMinMemory_bytes = 1'000'000'000;
 constexpr std::uint64_t kSlowest_elements_per_s = 500'000;  // of 10 million
 constexpr unsigned kMinTime_s = 5, kWallPerCpu = 10;
 constexpr std::uint64_t kFailed = ~std::uint64_t{0};
+
+constexpr int kFloat = 5126;
 
 // What the child process writes before each geometry, or once, instead of all geometries, before
 // the text of its error.
@@ -55,8 +58,35 @@ bool put_values(const draco::PointAttribute& attribute, int components, std::uin
   return true;
 }
 
+// Appends positions that the stream holds as whole steps from a corner, as Draco itself would.
+bool put_positions(const draco::PointAttribute& attribute,
+                   const draco::AttributeQuantizationTransform& rounding, float step,
+                   std::uint32_t vertices, FileBytes& out) {
+  std::int32_t steps[3] = {};
+  for (std::uint32_t v = 0; v < vertices; ++v) {
+    if (!attribute.ConvertValue<std::int32_t>(attribute.mapped_index(draco::PointIndex(v)), 3,
+                                              steps))
+      return false;
+    for (int c = 0; c < 3; ++c) {
+      const float value = static_cast<float>(steps[c]) * step + rounding.min_value(c);
+      put(out, &value, sizeof value);
+    }
+  }
+  return true;
+}
+
 bool put_attribute(const draco::PointAttribute& from, const DracoAttribute& as,
                    std::uint32_t vertices, FileBytes& out) {
+  draco::AttributeQuantizationTransform rounding;
+  double step = 0;
+  const bool rounded =
+      from.GetAttributeTransformData() != nullptr && rounding.InitFromAttribute(from);
+  if (rounded)
+    step = rounding.range() / static_cast<float>((1u << rounding.quantization_bits()) - 1);
+  put(out, &step, sizeof step);
+  if (rounded)
+    return as.component_type == kFloat && as.components == 3 &&
+           put_positions(from, rounding, static_cast<float>(step), vertices, out);
   switch (as.component_type) {
     case 5120:
       return put_values<std::int8_t>(from, as.components, vertices, out);
@@ -78,6 +108,7 @@ std::optional<std::string> put_geometry(const DracoPrimitive& primitive, FileByt
   draco::DecoderBuffer stream;
   stream.Init(reinterpret_cast<const char*>(primitive.stream.data()), primitive.stream.size());
   draco::Decoder decoder;
+  decoder.SetSkipAttributeTransform(draco::GeometryAttribute::POSITION);  // tells their step
   const auto decoded = decoder.DecodeMeshFromBuffer(&stream);
   if (!decoded.ok())
     return fmt::format("is damaged ({}); copy or write the level again.",
@@ -140,9 +171,13 @@ Result<DecodedDraco> located(FileBytes bytes, std::span<const DracoPrimitive> pr
                  ? Error(primitives[header.indices].name + ": its stream " + std::string(problem))
                  : astray;
     }
-    DracoGeometry geometry{header.vertices, header.indices, at, {}};
+    DracoGeometry geometry{header.vertices, header.indices, at, {}, {}};
     if (!skip(header.indices, sizeof(std::uint32_t))) return astray;
     for (const DracoAttribute& attribute : primitive.attributes) {
+      double step = 0;
+      if (!skip(1, sizeof step)) return astray;
+      std::memcpy(&step, bytes.data() + at - sizeof step, sizeof step);
+      geometry.steps.push_back(step);
       geometry.attribute_offsets.push_back(at);
       if (!skip(header.vertices, component_bytes(attribute.component_type) *
                                      static_cast<std::size_t>(attribute.components)))

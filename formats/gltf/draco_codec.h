@@ -38,6 +38,7 @@ struct DracoGeometry {
   std::size_t vertices = 0, indices = 0;  // counts; three 32-bit indices are a triangle
   std::size_t index_offset = 0;
   std::vector<std::size_t> attribute_offsets;  // in the order of DracoPrimitive::attributes
+  std::vector<double> steps;  // of quantised positions, the distance of neighbouring values; else 0
 };
 
 struct DecodedDraco {

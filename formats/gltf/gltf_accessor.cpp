@@ -165,7 +165,7 @@ std::array<double, 4> GltfReader::at(std::size_t i) const {
 // value in the lowest.
 double GltfReader::step() const {
   const int type = accessor_->component_type;
-  if (type == kFloat) return 0;
+  if (type == kFloat) return accessor_->step;
   if (!accessor_->normalized) return 1;
   const int whole = static_cast<int>(8 * component_bytes_) - (type == kByte || type == kShort);
   const auto largest = [](int bits) { return std::ldexp(1.0, bits) - 1; };

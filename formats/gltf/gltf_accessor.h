@@ -23,8 +23,8 @@ class GltfReader {
 
   std::size_t count() const { return accessor_->count; }
 
-  // The distance of neighbouring values: of integers, as far as they are used, normalized or not; 0
-  // for numbers in floating point.
+  // The distance of neighbouring values: of integers, as far as they are used, normalized or not,
+  // and of numbers in floating point that compression has rounded, else 0.
   double step() const;
 
   // Element i < count() of at most four components, padded with zeros.

@@ -326,8 +326,10 @@ class DracoPrimitives {
                    append_view(geometry.attribute_offsets[a],
                                geometry.vertices * component_bytes(attributes[a].component_type) *
                                    static_cast<std::size_t>(attributes[a].components)));
-        *index = Json(static_cast<double>(
-            append_to(document_.json, "accessors", std::move(*accessor.object()))));
+        const std::size_t appended =
+            append_to(document_.json, "accessors", std::move(*accessor.object()));
+        if (geometry.steps[a] > 0) document_.steps[appended] = geometry.steps[a];
+        *index = Json(static_cast<double>(appended));
       }
       Json indices{Json::Object{}};
       set_number(indices, "componentType", 5125);

@@ -113,7 +113,7 @@ Result<GltfDocument> read_gltf_document(const std::string& path, LevelFolder& fo
   auto json = parse_json(container->json);
   if (!json.ok()) return Error(path + ": " + json.error().message + ".");
 
-  GltfDocument document{std::move(*json), {}};
+  GltfDocument document{std::move(*json), {}, {}};
   if (const auto ok = check_required_extensions(document.json, ignored_extensions); !ok.ok())
     return ok.error().in(path);
   if (const auto ok = check_gltf(document.json); !ok.ok()) return ok.error().in(path);

@@ -5,6 +5,7 @@
 // buffers, views outside their buffers. Compressed geometry is left as it is (gltf_compression.h).
 #pragma once
 
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,7 +18,8 @@ namespace clamor {
 
 struct GltfDocument {
   Json json;
-  std::vector<FileBytes> buffers;  // a fallback of compressed views may be empty
+  std::vector<FileBytes> buffers;       // a fallback of compressed views may be empty
+  std::map<std::size_t, double> steps;  // of accessors whose numbers compression has rounded
 };
 
 // Recognises .glb by its first bytes, whatever the extension. Buffers are read through `folder`.

@@ -1,7 +1,7 @@
 // gltf_marks.h: what the extras of a node say it is: a probe, a portal, a movable part.
 //
-// Extras hold "clamor": { "probe": true }, or the flat "clamor_probe": true as Blender and Godot
-// export custom properties; likewise "portal" and "movable".
+// Extras hold "clamor": { "probe": true }, or the flat "clamor_probe": true as Blender exports
+// custom properties; likewise "portal" and "movable". Godot exports the metadata entry "extras".
 #pragma once
 
 #include <string>

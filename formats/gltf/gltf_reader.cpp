@@ -111,6 +111,7 @@ Result<GltfScene> read_gltf_scene(GltfDocument document, const std::optional<std
   for (const auto& view : model->bufferViews)
     scene.views.push_back({view.buffer, view.byteOffset, view.byteLength, view.byteStride});
   for (const auto& accessor : model->accessors) scene.accessors.push_back(plain(accessor));
+  for (const auto& [accessor, step] : document.steps) scene.accessors[accessor].step = step;
   for (const auto& mesh : model->meshes) scene.meshes.push_back(plain(mesh));
   for (const auto& node : model->nodes)
     scene.nodes.push_back({node.name, node.children, node.mesh, local_transform(node)});

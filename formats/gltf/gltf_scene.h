@@ -35,6 +35,7 @@ struct GltfAccessor {
   int components = 1;
   std::size_t count = 0;
   bool normalized = false;
+  double step = 0;  // of numbers in floating point that compression has rounded
   std::size_t sparse_count = 0;
   int sparse_index_view = kNone, sparse_index_type = 0, sparse_value_view = kNone;
   std::size_t sparse_index_offset = 0, sparse_value_offset = 0;

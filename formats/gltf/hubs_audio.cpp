@@ -120,21 +120,42 @@ bool rewrite_node(Json& node, Json& khr) {
   return sounds;
 }
 
+// Increases the references of a node or scene that point beyond a list of `size` emitters by
+// `added`: they dangle, as where a tool has dropped the list, and must not find what was added.
+void keep_dangling(Json& user, std::size_t size, std::size_t added) {
+  Json* extensions = member(user, "extensions");
+  Json* reference = extensions == nullptr ? nullptr : member(*extensions, kKhrAudioEmitter);
+  if (reference == nullptr) return;
+  const auto shift = [&](Json& index) {
+    if (const double* at = index.number(); at != nullptr && *at >= static_cast<double>(size))
+      index = Json(*at + static_cast<double>(added));
+  };
+  if (Json* one = member(*reference, "emitter")) shift(*one);
+  if (Json* several = member(*reference, "emitters"); several != nullptr && several->array())
+    for (Json& index : *several->array()) shift(index);
+}
+
 }  // namespace
 
 void rewrite_hubs_components(Json& document, RewrittenAudio& rewritten) {
   Ignored ignored;
   const Json* known = document.find({"extensions", kKhrAudioEmitter});
   Json khr = known == nullptr || known->object() == nullptr ? Json(Json::Object{}) : *known;
-  bool any = false;
+  const std::size_t size = list_of(khr, "emitters").size();
+  std::vector<Json*> others;  // that may refer to the emitters which were there before
   if (Json* nodes = member(document, "nodes"); nodes != nullptr && nodes->array() != nullptr)
     for (std::size_t i = 0; i < nodes->array()->size(); ++i) {
-      any |= rewrite_node((*nodes->array())[i], khr);
-      note_ignored((*nodes->array())[i], fmt::format("node {}", i), ignored);
+      Json& node = (*nodes->array())[i];
+      if (!rewrite_node(node, khr)) others.push_back(&node);
+      note_ignored(node, fmt::format("node {}", i), ignored);
     }
-  if (const Json* scenes = document.find("scenes"); scenes != nullptr && scenes->array() != nullptr)
-    for (const Json& scene : *scenes->array()) note_ignored(scene, "a scene", ignored);
-  if (any) {
+  if (Json* scenes = member(document, "scenes"); scenes != nullptr && scenes->array() != nullptr)
+    for (Json& scene : *scenes->array()) {
+      others.push_back(&scene);
+      note_ignored(scene, "a scene", ignored);
+    }
+  if (const std::size_t added = list_of(khr, "emitters").size() - size; added > 0) {
+    for (Json* user : others) keep_dangling(*user, size, added);
     rewritten.extensions.emplace_back(kHubs);
     Json& root = object_of(document, "extensions");
     object_of(root, kKhrAudioEmitter) = std::move(khr);

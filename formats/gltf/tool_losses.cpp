@@ -60,7 +60,8 @@ void warn_of_palettes(const std::string& generator, ImportReport& report) {
       "{} covers {:.0f} % of the level's surface: gltf-transform's palette has put materials "
       "together that had acoustics or names of their own, and the first one's acoustics are "
       "everybody's now; run 'gltf-transform optimize --palette false --join false --flatten false "
-      "--prune false' and dedup with '--materials false', or bake the level as it was before{}",
+      "--prune false --instance false' and dedup with '--materials false', or bake the level as it "
+      "was before{}",
       names, all_m2 > 0 ? 100 * area_m2 / all_m2 : 0.0,
       generator.empty() ? "" : " (" + generator + ")"));
 }
@@ -87,8 +88,8 @@ void warn_of_collapsed_materials(const Json& document, ImportReport& report) {
     report.warnings.push_back(fmt::format(
         "{} wrote this level, and {} covers all of it: dedup and optimize make one of materials "
         "that look alike, whatever their names; run dedup with '--materials false', and optimize "
-        "with '--palette false --join false --flatten false --prune false', or bake the level as "
-        "it was before",
+        "with '--palette false --join false --flatten false --prune false --instance false', or "
+        "bake the level as it was before",
         generator, in_quotes(materials[0].material)));
 }
 

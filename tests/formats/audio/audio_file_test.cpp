@@ -37,6 +37,21 @@ TEST_F(AudioFiles, SurviveFlacTo24Bits) {
   EXPECT_FALSE(encode_flac(std::vector<float>{NAN}).ok());
 }
 
+// The encoder of FLAC 1.4 writes 20 and 32 bits, where the WAV file has them.
+TEST_F(AudioFiles, OfFlacWithOtherBitsAreRejectedWithTheirNumber) {
+  const auto flac = encode_flac(std::vector<float>(5000, 0.5f));
+  ASSERT_TRUE(flac.ok());
+  for (const unsigned bits : {12u, 20u, 32u}) {
+    auto changed = *flac;  // STREAMINFO ends with 20 bits of rate, 3 of channels and 5 of bits
+    changed[20] = (changed[20] & std::byte{0xfe}) | static_cast<std::byte>((bits - 1) >> 4);
+    changed[21] = (changed[21] & std::byte{0x0f}) | static_cast<std::byte>((bits - 1) << 4 & 0xff);
+    const auto read = decode_audio(changed, "kick.flac");
+    ASSERT_FALSE(read.ok()) << bits;
+    EXPECT_EQ(read.error().message.find("kick.flac: is FLAC of " + std::to_string(bits)), 0u)
+        << read.error().message;
+  }
+}
+
 TEST_F(AudioFiles, ThatAreInvalidAreRejected) {
   const std::string whole = wav(1000);
   for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{12}, std::size_t{44}})

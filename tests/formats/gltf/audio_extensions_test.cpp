@@ -180,6 +180,20 @@ TEST_F(AudioExtensions, OfMozillaHubsAreRead) {
   EXPECT_THAT(imported->report.ignored, Contains(HasSubstr("audio-zone of node 'Lounge'")));
 }
 
+// GLTFExporter of three.js keeps the reference of a node and drops the list that it points to.
+TEST_F(AudioExtensions, OfMozillaHubsDoNotStandInForADroppedList) {
+  write("fan.wav", wav());
+  triangle();
+  node({{"name", "Radio"}, {"extensions", {{"KHR_audio_emitter", {{"emitter", 0}}}}}});
+  node({{"name", "Fan"},
+        {"extensions", {{"MOZ_hubs_components", {{"audio", {{"src", "fan.wav"}}}}}}}});
+  const auto imported = import();
+  ASSERT_TRUE(imported.ok()) << imported.error().message;
+  ASSERT_EQ(imported->level.emitters.size(), 1u);
+  EXPECT_EQ(imported->level.emitters[0].name, "Fan");
+  EXPECT_THAT(imported->report.warnings, Contains(HasSubstr("'Radio' is left out")));
+}
+
 // Levels of other programs, where they are at hand.
 TEST(AudioExtensionsOfOthers, AreHeardOrNamed) {
   const struct {

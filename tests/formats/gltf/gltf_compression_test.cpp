@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include <gmock/gmock.h>
 #include <meshoptimizer.h>
@@ -209,6 +210,16 @@ constexpr const char kSequentialBox[] =
     "0000000000000000a04000004040000000000000000000000000000080400000a04000000000000080400000"
     "000000004040000080400000a0400000404000008040";
 
+// They hold the positions in 4 bits: in steps of a third of a metre, which suit the box.
+constexpr const char kRoundedEdgebreakerBox[] =
+    "445241434f02020101000000080c000b010003af3e0a01011001ff00000100090300000201010100050301"
+    "1803011001180400445e85d10780c2010ec001000000000f0000000000000000000000000000000000a040"
+    "04";
+constexpr const char kRoundedSequentialBox[] =
+    "445241434f0202010000000c08010002010102030405060507060001040105040206030306070004020204"
+    "0601030503070501010009030000020001010005030128070118030048b1883444fc220d01000000000f00"
+    "00000000000000000000000000000000a04004";
+
 std::string bytes_of_digits(std::string_view digits) {
   std::string bytes;
   for (std::size_t i = 0; i + 1 < digits.size(); i += 2)
@@ -246,6 +257,24 @@ TEST_F(DracoLevel, IsReadAsTheUncompressedOne) {
   // Its triangles are listed one by one, also where they were a strip.
   primitive()["mode"] = 5;
   EXPECT_EQ(shape_of(level().mesh), shape_of(plain_));
+}
+
+TEST_F(DracoLevel, TellsHowFarItsPositionsWereRounded) {
+  EXPECT_EQ(import()->rounding_m, 0);
+  level_["nodes"][0]["scale"] = {2, 2, 2};
+  for (const char* stream : {kRoundedEdgebreakerBox, kRoundedSequentialBox}) {
+    compress(bytes_of_digits(stream));
+    const auto imported = import();
+    ASSERT_TRUE(imported.ok()) << imported.error().message;
+    EXPECT_NEAR(imported->rounding_m, 2 * std::sqrt(3) * 5 / 15, 1e-6);
+    const auto shape = shape_of(imported->level.mesh), expected = shape_of(plain_);
+    for (std::size_t t = 0; t < expected.size(); ++t)
+      for (std::size_t c = 0; c < 3; ++c)
+        for (std::size_t i = 0; i < 3; ++i)
+          EXPECT_NEAR(shape[t][c][i], 2 * expected[t][c][i], 2e-6) << stream;
+  }
+  level_["accessors"][0]["componentType"] = 5122;
+  EXPECT_THAT(refusal(), HasSubstr("differs from its accessor"));
 }
 
 TEST_F(DracoLevel, MayShareAStreamBetweenPrimitives) {

@@ -45,7 +45,7 @@ TEST_F(ToolLosses, OfThePaletteOfGltfTransformNameTheOptionsThatAvoidThem) {
     EXPECT_THAT(warnings(generator, json::array({palette, kBrick})),
                 Contains(AllOf(HasSubstr("'PaletteMaterial001' covers 50 %"),
                                HasSubstr("--palette false --join false --flatten false --prune "
-                                         "false"),
+                                         "false --instance false"),
                                HasSubstr("--materials false"))));
   write("level.acoustics.json", R"({"materials": {"Palette*": "brick"}})");
   EXPECT_THAT(warnings("glTF-Transform v4.5.1", json::array({palette})),
