@@ -20,7 +20,7 @@ const std::array<std::string, 5> kSourceFolders = {"common", "formats", "bake", 
 
 TEST(Layout, HasTheFoldersOfTheDesignAndNoOthers) {
   const std::set<std::string> expected = {"bake",   "runtime", "common", "formats",
-                                          "assets", "tests",   "tools"};
+                                          "assets", "tests",   "tools",  "findings"};
   std::set<std::string> found;
   for (const auto& entry : fs::directory_iterator(kRoot)) {
     const std::string name = entry.path().filename().string();
@@ -111,6 +111,29 @@ TEST(Layout, HasThePresetsThatTheDesignNames) {
     if (kind != std::string("testPresets")) expected.insert("fuzz");  // it replays in the others
     EXPECT_EQ(names, expected) << kind;
   }
+}
+
+// A finding is a script that can be run as it is, and that README.md has a line for.
+TEST(Findings, AreScriptsThatTheirPageNames) {
+  const std::string page = read_text(kRoot / "findings/README.md");
+  std::size_t scripts = 0;
+  for (const std::string& file : files_in("findings")) {
+    if (file == "findings/README.md") continue;
+    ++scripts;
+    const std::string name = fs::path(file).filename().string(), text = read_text(kRoot / file);
+    EXPECT_TRUE(file == "findings/" + name && name.ends_with(".sh")) << file;
+    EXPECT_NE(page.find("| [" + name.substr(0, name.size() - 3) + "](" + name + ") | "),
+              std::string::npos)
+        << name << " has no line";
+    EXPECT_NE(fs::status(kRoot / file).permissions() & fs::perms::owner_exec, fs::perms::none)
+        << file;
+    EXPECT_TRUE(text.starts_with("#!/usr/bin/env bash\n# ")) << file;
+    for (const std::string line : {"set -euo pipefail", "trap 'rm -rf \"$folder\"' EXIT"})
+      EXPECT_NE(text.find('\n' + line + '\n'), std::string::npos) << file << " lacks " << line;
+    EXPECT_NE(text.find("exit 1"), std::string::npos) << file << " does not fail";
+    EXPECT_EQ(text.find("clamor bake"), std::string::npos) << file << " runs Clamor";
+  }
+  EXPECT_GE(scripts, 6u);
 }
 
 TEST(ContinuousIntegration, RunsWhatDevelopersRun) {

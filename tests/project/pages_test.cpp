@@ -18,10 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::array<std::string, 15> kPages = {"README.md",
+const std::array<std::string, 16> kPages = {"README.md",
                                             "CHANGELOG.md",
                                             "assets/README.md",
                                             "bake/README.md",
+                                            "findings/README.md",
                                             "formats/README.md",
                                             "formats/bake_format.md",
                                             "formats/blender/README.md",
