@@ -1,8 +1,7 @@
 """The scenes of tools/price: commands that users know, cut to a second or less.
 
 Commands run in a folder of their own, where `clamor` is the program, `price_scenes` calls the libraries
-(price_scenes.cpp), `levels` are those of assets, `shared` those beside the repository, and `walks` is
-this folder. Callgrind counts all instructions of `clamor`, and of `price_scenes` those of what the
+(price_scenes.cpp), `levels` are those of assets and `shared` those beside the repository. Callgrind counts all instructions of `clamor`, and of `price_scenes` those of what the
 scene is named after: 50 keyframes are a second of sound.
 """
 
@@ -28,9 +27,8 @@ SCENES = {
     "render_violin_walk": "price_scenes render violin.clamor -1.5,1.7,3 1.5 5",
     "render_violin_all": "clamor render few.clamor -o render_violin_all.wav --strategy all --listener 0,1.7,3 --seconds 0.05",
     "render_sponza_walk": "price_scenes render sponza.clamor -6,1.7,1 1.5 5",
-    "render_stadium_stand": "clamor render stadium.clamor -o render_stadium_stand.wav --listener 0,1.7,0 --seconds 0.2 --visibility off",
-    # Without occlusion: preparing its geometry takes longer than all other scenes together.
-    "render_stadium_walk": "clamor render stadium.clamor -o render_stadium_walk.wav --walk walks/stadium_walk.json --seconds 0.2 --visibility off",
+    "render_stadium_stand": "price_scenes render stadium.clamor 0,1.7,0 0 10",
+    "render_stadium_walk": "price_scenes render stadium.clamor 0,1.7,-20 1.5 5",
     "keyframes_1e5": "price_scenes keyframes violin.clamor -1.5,1.7,3 1.5 5",
     "keyframes_1e7": "price_scenes keyframes city.clamor 700,2,700 1.5 10",
     "first_listener": "price_scenes listener few.clamor",

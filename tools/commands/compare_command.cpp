@@ -22,6 +22,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
+#include "tools/program/stage_notice.h"
 
 namespace clamor {
 
@@ -241,11 +242,14 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
     if (!read) return read.error();
     dry = std::move(*read);
   }
+  StageNotice notice(err);
+  notice.begin("analysing both sounds");
   const SoundAnalysis analysis_a = analyse(std::move(*a), kind);
   const SoundAnalysis analysis_b = analyse(std::move(*b), kind);
   std::vector<Difference> differences = compare(analysis_a, analysis_b);
   if (!dry.empty())
     differences.push_back(compare_time_varying_parts(dry, analysis_a.sound, analysis_b.sound));
+  notice.end();
   std::optional<NullDistribution> null;
   if (options.null_rolls > 0) null = null_of_texture(options, analysis_a, err);
   if (!options.rolls_folder.empty()) {

@@ -13,6 +13,7 @@
 #include "tools/commands/bake_difference.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
+#include "tools/program/stage_notice.h"
 #include "tools/program/text_format.h"
 
 namespace clamor {
@@ -112,7 +113,10 @@ int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ost
              b = BakeFile::open(path_b, FileAccess::kMap);
   if (!a.ok()) return fail(a.error());
   if (!b.ok()) return fail(b.error());
+  StageNotice notice(err);
+  notice.begin("comparing the sources");
   const auto comparison = compared(*a, *b);
+  notice.end();
   if (!comparison.ok()) return fail(comparison.error());
   const int code = comparison->same ? kSuccess : kBadInput;
   if (json) {

@@ -12,6 +12,7 @@
 #include "tools/commands/inspect_tables.h"
 #include "tools/commands/level_inspection.h"
 #include "tools/program/arguments.h"
+#include "tools/program/stage_notice.h"
 #include "tools/report/bake_overview.h"
 
 namespace clamor {
@@ -46,8 +47,11 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
   }
   const auto file = BakeFile::open(path, FileAccess::kMap);
   if (!file.ok()) return fail(file.error());
-  if (whole)
+  if (whole) {
+    StageNotice notice(err);
+    notice.begin("decoding every page, signal and triangle");
     if (const auto good = verify(*file); !good.ok()) return fail(good.error());
+  }
   const auto overview = overview_of(*file);
   if (!overview.ok()) return fail(overview.error());
   if (json) {

@@ -32,6 +32,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/printable_stream.h"
+#include "tools/program/stage_notice.h"
 #include "tools/program/terminal.h"
 #include "tools/view/walk_camera.h"
 
@@ -218,7 +219,10 @@ Result<void> play(const PlayRequest& request, BakeFile file, const MixArguments&
   const Interrupt interrupt;
   const auto playing = std::make_shared<const BakeFile>(std::move(file));
   BakeFollower follower(playing, request.follows, mix);
+  StageNotice notice(err);
+  notice.begin("preparing the level's surfaces");
   auto player = Player::create(playing, options);
+  notice.end();
   if (!player.ok()) return player.error();
   fmt::print(err, "playing {} on {}\n", request.level, describe((*player)->statistics().output));
   if (!output_note.empty()) fmt::print(err, "{}\n", output_note);

@@ -22,6 +22,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
+#include "tools/program/stage_notice.h"
 #include "tools/program/stop_deadline.h"
 
 namespace clamor {
@@ -183,6 +184,8 @@ Result<void> render_to_file(RenderRequest& request, BakeFile file, const std::st
   const Error stopped("stopped; nothing was written. Run the same command again.");
   std::optional<StopDeadline> deadline("clamor render: " + stopped.message);
   options.stop = &Interrupt::requested();
+  StageNotice notice(err);
+  notice.begin("preparing the level's surfaces");
   auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(file)), options);
   if (!auralizer.ok()) return auralizer.error().in(request.level);
   const OutputFormat& format = options.output;
@@ -191,7 +194,9 @@ Result<void> render_to_file(RenderRequest& request, BakeFile file, const std::st
   if (!wav.ok()) return wav.error();
   const auto frames = static_cast<std::uint64_t>(std::llround(request.seconds * kSampleRate_hz));
   RenderSink sink(*wav, format.channels(), frames, err);
+  notice.begin("finding what the listener hears first");
   const auto take = [&](std::span<const float> block) {
+    notice.end();
     return sink.take(block, (*auralizer)->statistics());
   };
   const auto rendered = render(**auralizer, request.walk, frames, take, options.stop);
