@@ -15,6 +15,8 @@
 #include "formats/audio/wav_header.h"
 #include "formats/gltf/gltf_mesh.h"
 #include "formats/level/emitter_spec.h"
+#include "formats/level/level_origin.h"
+#include "formats/level/level_places.h"
 #include "formats/level/material_presets.h"
 #include "formats/level/signal_table.h"
 
@@ -23,7 +25,6 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t kMaxMaterials = 65'534;
-constexpr float kFarthest_m = 1e6f;
 constexpr double kMaxPhong = kMirrorExponent;
 constexpr std::uint64_t kMaxSound_s = 30 * 60;
 
@@ -113,9 +114,9 @@ Result<void> ApplicationLevel::add_triangles(std::span<const float> vertices_m,
           std::numeric_limits<std::uint32_t>::max())
     return Error(fmt::format("a level has at most {} triangles", kMaxTriangles));
   for (std::size_t i = 0; i < vertices_m.size(); ++i)
-    if (!(std::abs(vertices_m[i]) <= kFarthest_m))
-      return Error(
-          fmt::format("vertex {} is not finite, or is more than 1000 km from the origin", i / 3));
+    if (!(std::abs(vertices_m[i]) <= static_cast<float>(kMaxWorldCoordinate_m)))
+      return Error(fmt::format(
+          "vertex {} is not finite, or is more than 100 000 km from the origin", i / 3));
   for (std::size_t i = 0; i < indices.size(); ++i)
     if (indices[i] >= vertices)
       return Error(fmt::format("triangle {} has index {}, but there are {} vertices", i / 3,
@@ -189,9 +190,9 @@ Result<void> ApplicationLevel::add_emitter(Emitter emitter) {
     return Error(why).in(in_quotes(emitter.name));
   };
   for (int i = 0; i < 3; ++i)
-    if (!(std::abs(emitter.position_m[i]) <= kMaxEmitterCoordinate_m) ||
-        !(std::abs(emitter.axis[i]) <= kMaxEmitterCoordinate_m))
-      return refused("its position or direction is not finite, or beyond 1000 km");
+    if (!(std::abs(emitter.position_m[i]) <= kMaxWorldCoordinate_m) ||
+        !(std::abs(emitter.axis[i]) <= kMaxWorldCoordinate_m))
+      return refused("its position or direction is not finite, or beyond 100 000 km");
   if (!(length(emitter.axis) > 0)) return refused("its direction has no length");
   emitter.axis = normalize(emitter.axis);
   if (!(emitter.gain >= 0 && emitter.gain <= kMaxGain))
@@ -219,7 +220,13 @@ Result<void> ApplicationLevel::set_air(const Air& air) {
 
 Boundsf ApplicationLevel::bounds() const {
   Boundsf all;
-  for (const Mesh* mesh : {&file_.level.mesh, &added_.mesh}) all.add(bounds_of(*mesh));
+  Boundsf of_file = bounds_of(file_.level.mesh);
+  if (!of_file.is_empty()) {
+    of_file.low_m = Vec3f(Vec3(of_file.low_m) + file_.level.origin_m);
+    of_file.high_m = Vec3f(Vec3(of_file.high_m) + file_.level.origin_m);
+  }
+  all.add(of_file);
+  all.add(bounds_of(added_.mesh));
   return all.is_empty() ? Boundsf{Vec3f(0), Vec3f(0)} : all;
 }
 
@@ -242,8 +249,8 @@ void ApplicationLevel::append_mesh(ImportedLevel& whole) const {
   }
   Mesh& mesh = level.mesh;
   const auto first = static_cast<std::uint32_t>(mesh.vertices_m.size());
-  mesh.vertices_m.insert(mesh.vertices_m.end(), added_.mesh.vertices_m.begin(),
-                         added_.mesh.vertices_m.end());
+  for (const Vec3f& vertex_m : added_.mesh.vertices_m)
+    mesh.vertices_m.emplace_back(Vec3(vertex_m) - level.origin_m);
   for (std::array<std::uint32_t, 3> triangle : added_.mesh.triangles) {
     for (std::uint32_t& corner : triangle) corner += first;
     mesh.triangles.push_back(triangle);
@@ -262,6 +269,7 @@ void ApplicationLevel::append_emitters(Level& level) const {
       level.signals.push_back(added_.signals[emitter.signal]);
     }
     emitter.signal = *number;
+    emitter.position_m -= level.origin_m;
     level.emitters.push_back(std::move(emitter));
   }
 }
@@ -282,8 +290,13 @@ Result<ImportedLevel> ApplicationLevel::whole(std::optional<std::uint64_t> seed,
   if (!path_.empty()) file_hash = whole.input_hash;
   if (is_file_alone()) return whole;
 
+  if (path_.empty() && !added_.mesh.vertices_m.empty()) {
+    const Boundsf bounds = bounds_of(added_.mesh.vertices_m);
+    whole.level.origin_m = level_origin_m((Vec3(bounds.low_m) + Vec3(bounds.high_m)) / 2.0);
+  }
   append_mesh(whole);
   append_emitters(whole.level);
+  if (const auto ok = check_places(whole.level); !ok.ok()) return ok.error();
   whole.level.air = added_.air;
   const auto& inputs = folder_.inputs();
   whole.inputs.insert(whole.inputs.end(), inputs.begin(), inputs.end());

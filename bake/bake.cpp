@@ -267,6 +267,7 @@ void describe(const Level& level, const BakeOptions& options, const TraceSetup& 
   contents.materials = deposit_materials(level.materials);
   contents.signals = level.signals;
   contents.mesh = level.mesh;
+  contents.origin_m = level.origin_m;
   contents.movable_parts = level.movable_parts;
 }
 

@@ -132,7 +132,7 @@ CLAMOR_BAKE_API clamor_bake_result clamor_bake_add_material(clamor_bake_level* l
 CLAMOR_BAKE_API const char* clamor_bake_preset_name(uint32_t index);
 
 /* Adds triangles, which reflect on both sides. `vertices_m` has three floats for each vertex, at
- * most 1000 km from the origin, and `indices` three for each triangle; null: the vertices in their
+ * most 100 000 km from the origin, and `indices` three for each triangle; null: the vertices in their
  * order. `material` is a number that clamor_bake_add_material() wrote. Triangles without area are
  * left out. Errors: ARGUMENT, MEMORY. 0.1 s for a million triangles. */
 CLAMOR_BAKE_API clamor_bake_result clamor_bake_add_triangles(

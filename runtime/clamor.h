@@ -33,7 +33,7 @@
  * append members. Members that are 0 mean the default. Options that the library does not know are
  * CLAMOR_ERROR_ARGUMENT unless they are 0, and results that it does not know become 0.
  *
- * LIMITS, beyond which calls return CLAMOR_ERROR_ARGUMENT: listeners 1e9 m, sources and parts 1e6 m
+ * LIMITS, beyond which calls return CLAMOR_ERROR_ARGUMENT: listeners 1e9 m, sources and parts 1e8 m
  * from the origin, 10 km/s, 5e6 s for clamor_commit(), 1e6 s for `played_s`, 1e4 for directivity
  * exponents, 1e6 for gains of sources and groups, and 100 for the reverberation of sources.
  *

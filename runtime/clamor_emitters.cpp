@@ -27,9 +27,10 @@ clamor_result clamor_get_emitter_info(clamor_context* context, clamor_level leve
     const Emitter& asked = file.emitters()[emitter];
     clamor_emitter_info filled{};
     filled.sound = asked.signal;
-    filled.position_m[0] = asked.position_m.x;
-    filled.position_m[1] = asked.position_m.y;
-    filled.position_m[2] = asked.position_m.z;
+    const clamor::Vec3 place_m = asked.position_m + file.origin_m();
+    filled.position_m[0] = place_m.x;
+    filled.position_m[1] = place_m.y;
+    filled.position_m[2] = place_m.z;
     filled.gain = asked.gain;
     filled.name = asked.name.c_str();
     return clamor::copy_to_caller(filled, info) ? CLAMOR_OK : CLAMOR_ERROR_ARGUMENT;

@@ -8,6 +8,7 @@
 #include "common/c_structures.h"
 #include "common/material.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/level/level_origin.h"
 #include "formats/level/movable_part.h"
 #include "runtime/clamor.h"
 #include "runtime/clamor_context.h"
@@ -33,7 +34,8 @@ bool read_part_pose(clamor_pose given, bool zeros_are_identity, PartPose& pose) 
   if (zeros_are_identity && q[0] == 0 && q[1] == 0 && q[2] == 0 && q[3] == 0)
     given.orientation[3] = 1;
   clamor::Quaternion rotation;
-  if (!clamor::interface::read_pose(given, clamor::kMaxPartCoordinate_m, pose.position_m, rotation))
+  if (!clamor::interface::read_pose(given, clamor::kMaxWorldCoordinate_m, pose.position_m,
+                                    rotation))
     return false;
   pose.rotation = clamor::Rotation(glm::normalize(rotation));
   return true;
@@ -91,7 +93,8 @@ clamor_result level_part(clamor_context* context, clamor_level level, clamor_par
       result = choose(parts, number);
       if (result != CLAMOR_OK) return;
       const auto handle = context->world.sources().with_parts([&](WorldParts& all) {
-        return all.of_level(level, static_cast<std::uint32_t>(number), parts[number]);
+        return all.of_level(level, static_cast<std::uint32_t>(number), parts[number],
+                            file.origin_m());
       });
       result = hand_out(handle, part);
     });

@@ -29,7 +29,7 @@ clamor_result clamor_get_portal_info(clamor_context* context, clamor_level level
     if (portal >= file.portals().portals.size()) return CLAMOR_ERROR_ARGUMENT;
     const Portal& asked = file.portals().portals[portal];
     clamor_portal_info filled{};
-    put(asked.centre_m, filled.centre_m);
+    put(asked.centre_m + file.origin_m(), filled.centre_m);
     put(asked.half_u_m, filled.half_u_m);
     put(asked.half_v_m, filled.half_v_m);
     filled.name = asked.name.c_str();

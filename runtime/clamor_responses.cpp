@@ -45,7 +45,7 @@ extern "C" clamor_result clamor_measure_responses(clamor_context* context, clamo
       const double* const at = positions_m + std::size_t{3} * i;
       const auto arrivals = clamor::energy_response(
           all->sources, file->emitters(), file->materials(), file->settings().air,
-          {at[0], at[1], at[2]},
+          clamor::Vec3(at[0], at[1], at[2]) - file->origin_m(),
           emitter == kAll ? std::nullopt : std::optional<std::uint32_t>(emitter), &surfaces);
       longest = std::max(longest, clamor::first_response_frame(arrivals) +
                                       clamor::whole_response_frames(arrivals));

@@ -9,6 +9,7 @@
 #include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/level/level_origin.h"
 #include "runtime/clamor.h"
 #include "runtime/clamor_context.h"
 #include "runtime/sampling/moving_sources.h"
@@ -35,7 +36,7 @@ using clamor::interface::hand_out;
 using clamor::interface::Loan;
 
 constexpr std::uint32_t kMinStreamRate_hz = 8000, kMaxStreamRate_hz = 192'000;
-constexpr double kMaxSource_m = 1e6, kMaxSpeed_mps = 1e4, kMaxPlayed_s = 1e6, kMaxExponent = 1e4;
+constexpr double kMaxSpeed_mps = 1e4, kMaxPlayed_s = 1e6, kMaxExponent = 1e4;
 
 bool read_vector(const double (&given)[3], double limit, Vec3& vector) {
   for (const double part : given)
@@ -45,7 +46,7 @@ bool read_vector(const double (&given)[3], double limit, Vec3& vector) {
 }
 
 bool read_motion(const clamor_motion& given, SourceMotion& motion) {
-  if (!read_vector(given.position_m, kMaxSource_m, motion.position_m) ||
+  if (!read_vector(given.position_m, clamor::kMaxWorldCoordinate_m, motion.position_m) ||
       !read_vector(given.velocity_mps, kMaxSpeed_mps, motion.velocity_mps) ||
       !read_vector(given.axis, 1e3, motion.axis))
     return false;

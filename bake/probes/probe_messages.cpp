@@ -28,7 +28,7 @@ std::vector<std::string> probe_warnings(const Scene& scene, const Level& level) 
   std::vector<std::string> warnings;
   for (std::size_t i = 0; i < shown; ++i)
     warnings.push_back(probe_in_words(inaudible[i].place, inaudible[i].emitter + 1,
-                                      level.probes_m[inaudible[i].emitter]));
+                                      level.probes_m[inaudible[i].emitter], level.origin_m));
   if (inaudible.size() > shown)
     warnings.push_back(fmt::format("{} more probes lie inside solids, outside or on surfaces",
                                    inaudible.size() - shown));

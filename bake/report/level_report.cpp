@@ -24,9 +24,6 @@ constexpr std::size_t kKeptGaps = 200;
 // Extents below and mean free paths above these suggest a wrong unit of length.
 constexpr double kSmallLevel_m = 1, kLargeRoom_m = 60;
 
-// Single precision resolves 0.1 mm at this distance from the origin.
-constexpr double kFarFromOrigin_m = 1000;
-
 // Losses below this share of the power are not reported, because the ray counts would be noise.
 constexpr double kLeak = 0.05;
 
@@ -51,12 +48,6 @@ double area_of(const Mesh& mesh) {
 double extent_of(const Mesh& mesh) {
   if (mesh.vertices_m.empty()) return 0;
   return bounds_of(mesh.vertices_m).diagonal_m();
-}
-
-double distance_of_centre_m(const Mesh& mesh) {
-  if (mesh.vertices_m.empty()) return 0;
-  const Boundsf bounds = bounds_of(mesh.vertices_m);
-  return 0.5 * length(Vec3(bounds.low_m) + Vec3(bounds.high_m));
 }
 
 void simplify(PreparedMesh& prepared, const Level& level, double tolerance_m, LevelReport& report) {
@@ -281,7 +272,6 @@ GeometryCache::Entry prepare_geometry(const Level& level, const LevelOptions& op
   made.mesh = std::move(prepared.mesh);
   report.triangles = made.mesh.triangles.size();
   report.extent_m = extent_of(made.mesh);
-  report.from_origin_m = distance_of_centre_m(made.mesh);
   add_areas(made.mesh, report.materials, report.area_m2, &MaterialArea::area_m2);
   report.boundary_edges = std::move(prepared.boundary_edges);
   report.feature_edges = std::move(prepared.feature_edges);
@@ -334,16 +324,19 @@ LevelReport prepare_level(Level& level, const LevelOptions& options) {
   GeometryCache::Entry geometry = geometry_of(level, options);
   level.mesh = std::move(geometry.mesh);
   LevelReport report = std::move(geometry.report);
+  for (ThinGap& gap : report.gaps) gap.place_m += level.origin_m;
+  for (MaterialClashNames& clash : report.clashes) clash.place_m += level.origin_m;
   if (is_stopped(options)) return report;
   begin_stage("looking for emitters that are not heard", options);
   const Scene scene(level.mesh, Scene::Build::kQuick);
   if (is_stopped(options)) return report;
   const auto unheard = Audibility(scene, level.mesh, level.materials).inaudible(level.emitters);
-  report.unheard_emitters = in_words(unheard, level.emitters);
+  report.unheard_emitters = in_words(unheard, level.emitters, level.origin_m);
   if (is_stopped(options)) return report;
   begin_stage("looking for openings", options);
   report.openings =
       find_openings(scene, level, places_that_work_m(level.emitters, unheard), geometry.free_edges);
+  for (LevelOpening& opening : report.openings.openings) opening.place_m += level.origin_m;
   return report;
 }
 
@@ -405,11 +398,6 @@ std::vector<std::string> report_warnings(const LevelReport& report) {
         "sound goes {} between surfaces, further than in any hall; glTF is in metres: was the "
         "level made in another unit?",
         metres(report.openings.mean_free_path_m)));
-  if (report.from_origin_m > std::max(kFarFromOrigin_m, report.extent_m))
-    warnings.push_back(fmt::format(
-        "the level lies {:.3g} km from the origin, where single-precision numbers are {} apart, so "
-        "that surfaces leak; move the level to the origin before it is exported",
-        report.from_origin_m / 1000, metres(0x1p-23 * report.from_origin_m)));
   warnings.insert(warnings.end(), report.unheard_emitters.begin(), report.unheard_emitters.end());
   if (is_suspicious(report)) warnings.push_back(closedness(report));
   for (std::size_t i = 0; i < std::min(report.clashes.size(), kShownClashes); ++i)

@@ -77,7 +77,6 @@ struct LevelReport {
   LevelOpenings openings;
   double volume_m3 = 0;  // 0 for open levels
   double extent_m = 0;
-  double from_origin_m = 0;  // distance of the level's centre
 
   // Sound leaves the level although all its edges rest on surfaces.
   bool leaks_through_seams() const {
@@ -104,9 +103,9 @@ struct GeometryCache {
 // shortest wavelength.
 inline constexpr double kThinGap_m = 0.02;
 
-// Prepares level.mesh in place. The new mesh depends on the old mesh and the options alone;
-// emitters and materials are not changed. With a cache, surfaces that it has are not prepared
-// again, unless they are simplified.
+// Prepares level.mesh in place. Places in the report are in the world's coordinates. The new mesh
+// depends on the old mesh and the options alone; emitters and materials are not changed. With a
+// cache, surfaces that it has are not prepared again, unless they are simplified.
 LevelReport prepare_level(Level& level, const LevelOptions& options = {});
 
 // Openings and thin gaps in words, for the bake file. The only source of what any command says of

@@ -56,6 +56,7 @@ struct BakeContents {
   BakedProbes probes;
   BakedPortals portals;  // empty without portals
   std::vector<ImageSource> images{};
+  Vec3 origin_m{};  // of the level (formats/level/level_origin.h)
 };
 
 }  // namespace clamor

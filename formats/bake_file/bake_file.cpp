@@ -80,6 +80,7 @@ struct BakeFile::State {
   RandomAccessFile file;
   std::string path;
   Preamble preamble;
+  Vec3 origin_m{};
   BakeRootContents root;
   std::vector<Emitter> emitters_with_portals;  // if there are virtual ones
   mutable PageParents parents;
@@ -132,6 +133,7 @@ Result<BakeFile> BakeFile::open(RandomAccessFile file, const std::string& path) 
                        });
   if (!read.ok()) return (rejected ? read.error() : damaged(read.error().message)).in(path);
   state->preamble = *preamble;
+  state->origin_m = unpacked_origin_m(preamble->origin);
 
   // The root is converted completely, so its bytes are not needed later.
   const FileSection where{preamble->root_offset, preamble->root_bytes, preamble->root_hash};
@@ -160,6 +162,7 @@ const FileVersion& BakeFile::version() const { return state_->file.version(); }
 bool BakeFile::is_mapped() const { return state_->file.is_mapped(); }
 std::uint16_t BakeFile::major() const { return state_->preamble.major; }
 std::uint16_t BakeFile::minor() const { return state_->preamble.minor; }
+const Vec3& BakeFile::origin_m() const { return state_->origin_m; }
 const BakeSettings& BakeFile::settings() const { return state_->root.settings; }
 const Provenance& BakeFile::provenance() const { return state_->root.provenance; }
 const BakeStatistics& BakeFile::statistics() const { return state_->root.statistics; }

@@ -78,6 +78,9 @@ class BakeFile {
   bool is_mapped() const;
   std::uint16_t major() const;
   std::uint16_t minor() const;
+  // In the world's coordinates; all others of the file but those of its findings are relative to it
+  // (formats/level/level_origin.h).
+  const Vec3& origin_m() const;
   const BakeSettings& settings() const;
   const Provenance& provenance() const;
   const BakeStatistics& statistics() const;

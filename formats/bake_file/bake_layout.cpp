@@ -2,6 +2,7 @@
 
 #define XXH_INLINE_ALL
 #include <cassert>
+#include <cmath>
 
 #include <xxhash.h>
 #include <zstd.h>
@@ -14,6 +15,10 @@ constexpr int kLevel = 9;  // level 3 is 2 % larger, 19 another 1 % smaller in 1
 
 constexpr int kLightLevel = -1;  // no entropy coding
 
+constexpr double kOriginStep_m = 100;
+constexpr unsigned kOriginBits = 21;
+constexpr std::uint64_t kOriginMask = (1u << kOriginBits) - 1;
+
 std::vector<std::byte> packed_at(int level, std::span<const std::byte> bytes) {
   std::vector<std::byte> frame(ZSTD_compressBound(bytes.size()));
   const std::size_t size =
@@ -24,6 +29,26 @@ std::vector<std::byte> packed_at(int level, std::span<const std::byte> bytes) {
 }
 
 }  // namespace
+
+std::uint64_t packed_origin(const Vec3& origin_m) {
+  std::uint64_t packed = 0;
+  for (int axis = 2; axis >= 0; --axis)
+    packed =
+        packed << kOriginBits |
+        (static_cast<std::uint64_t>(std::llround(origin_m[axis] / kOriginStep_m)) & kOriginMask);
+  return packed;
+}
+
+Vec3 unpacked_origin_m(std::uint64_t packed) {
+  Vec3 origin_m;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto bits = static_cast<std::int64_t>(
+        packed >> (kOriginBits * static_cast<unsigned>(axis)) & kOriginMask);
+    const std::int64_t sign = std::int64_t{1} << (kOriginBits - 1);
+    origin_m[axis] = static_cast<double>((bits ^ sign) - sign) * kOriginStep_m;
+  }
+  return origin_m;
+}
 
 std::uint64_t hash_of(std::span<const std::byte> bytes) {
   return XXH3_64bits(bytes.data(), bytes.size());

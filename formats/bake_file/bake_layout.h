@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "common/result.h"
+#include "common/vec.h"
 
 namespace clamor {
 
@@ -30,12 +31,17 @@ struct Preamble {
   std::uint32_t reserved = 0;
   std::uint64_t file_bytes = 0;
   std::uint64_t root_offset = 0, root_bytes = 0, root_hash = 0;
-  std::uint64_t reserved_too = 0;
+  std::uint64_t origin = 0;         // of the level, see packed_origin()
   std::uint64_t preamble_hash = 0;  // of the preceding 56 bytes
 };
 static_assert(sizeof(Preamble) == 64);
 
 inline constexpr std::size_t kHashedPreambleBytes = 56;
+
+// The origin of a level (formats/level/level_origin.h), which is whole hundreds of metres: three
+// numbers of 21 bits in two's complement, x lowest. It is 0 for levels near the world's origin.
+std::uint64_t packed_origin(const Vec3& origin_m);
+Vec3 unpacked_origin_m(std::uint64_t packed);
 
 // 64-bit xxHash3.
 std::uint64_t hash_of(std::span<const std::byte> bytes);

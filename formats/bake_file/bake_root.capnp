@@ -68,7 +68,7 @@ struct Finding {
   kind @0 :UInt8;                       # 0 an opening, 1 a thin gap
   text @1 :Text;
   hasPlace @2 :Bool;
-  placeM @3 :List(Float64);             # x, y, z
+  placeM @3 :List(Float64);             # x, y, z in the world
   sizeM @4 :Float64;                    # width of an opening, length of a gap
   direction @5 :List(Float64);          # mean of the escaping sound, x, y, z
 }

@@ -128,6 +128,10 @@ Result<void> write_all(ByteSink& file, const BakeContents& contents, SignalCache
   preamble.root_offset = section->offset;
   preamble.root_bytes = section->bytes;
   preamble.root_hash = section->hash;
+  preamble.origin = packed_origin(contents.origin_m);
+  if (unpacked_origin_m(preamble.origin) != contents.origin_m)
+    return unreadable(Error("its origin is out of range, or no whole hundreds of metres"))
+        .in(file.path());
   const auto bytes = std::as_bytes(std::span(&preamble, 1));
   preamble.preamble_hash = hash_of(bytes.first(kHashedPreambleBytes));
   return file.write_at(0, bytes);

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 #include <glm/gtc/matrix_inverse.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/gltf_pose.h"
@@ -175,9 +176,9 @@ Result<void> append(const LocalMesh& local, const glm::dmat4& place, Mesh& mesh,
     if (!(std::fabs(p.x) <= kFarthest_m && std::fabs(p.y) <= kFarthest_m &&
           std::fabs(p.z) <= kFarthest_m))
       return Error(
-          fmt::format("a vertex lies at ({:g}, {:g}, {:g}) m, which is not within 1000 km "
-                      "of the origin; glTF is in metres: scale the level or repair it.",
-                      p.x, p.y, p.z));
+          fmt::format("a vertex lies {:g} km from the middle of the level, where 1000 km are the "
+                      "most; glTF is in metres: scale the level or repair it.",
+                      length(p) / 1000));
     mesh.vertices_m.emplace_back(p);
   }
   for (std::size_t t = 0; t < local.triangles.size(); ++t) {
@@ -280,7 +281,9 @@ Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNod
     const std::size_t first_vertex = out.mesh.vertices_m.size(),
                       first_triangle = out.mesh.triangles.size();
     // A skin places its vertices in the world.
-    const glm::dmat4 place = pose.is_skinned(placement.node) ? glm::dmat4(1.0) : placement.world;
+    const glm::dmat4 place = pose.is_skinned(placement.node)
+                                 ? glm::translate(glm::dmat4(1.0), -scene.origin_m)
+                                 : placement.world;
     const auto ok = part == kNone
                         ? append(found->second, place, out.mesh, out)
                         : append(found->second, glm::affineInverse(movable.parts[p].world) * place,

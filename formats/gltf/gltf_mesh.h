@@ -1,4 +1,4 @@
-// gltf_mesh.h: collects the triangles of a glTF scene in world coordinates, and those of
+// gltf_mesh.h: collects the triangles of a glTF scene in the level's coordinates, and those of
 // movable parts in their own.
 #pragma once
 
@@ -41,7 +41,8 @@ struct SceneMesh {
   std::size_t left_over = 0;               // trailing indices without a complete triangle
 };
 
-// Errors: vertices that are not finite or more than 1000 km from the origin, indices beyond the
+// Errors: vertices that are not finite or more than 1000 km from the level's
+// origin, indices beyond the
 // vertices, and more than kMaxTriangles triangles, which are counted before any is created; more
 // than kMaxMovableTriangles in movable parts.
 Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNode>& placements,

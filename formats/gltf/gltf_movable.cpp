@@ -10,6 +10,7 @@
 #include "common/text.h"
 #include "formats/gltf/gltf_marks.h"
 #include "formats/gltf/report_words.h"
+#include "formats/level/level_origin.h"
 #include "formats/level/name_match.h"
 
 namespace clamor {
@@ -58,8 +59,11 @@ class MovableSearch {
       if (*marked && visit.part == kNone) {
         visit.part = static_cast<int>(found.parts.size());
         found.parts.push_back({visit.node, pivot_of(world)});
-        if (const auto near = check(PartPose{Vec3(world[3])}); !near.ok())
-          return near.error().in(fmt::format("node {} '{}'", n, scene_.nodes[n].name));
+        if (!(length(Vec3(world[3])) <= kMaxWorldCoordinate_m))
+          return Error(
+              fmt::format("node {} '{}': a movable part must be within 100 000 km of the origin; "
+                          "repair the transforms.",
+                          n, scene_.nodes[n].name));
         if (found.parts.size() > kMaxMovableParts)
           return Error(fmt::format("has more than {} movable nodes; join those that move together.",
                                    kMaxMovableParts));
@@ -147,7 +151,8 @@ std::vector<MovablePart> movable_parts(const GltfScene& scene, const MovableNode
           "the movable part '{0}' turns about ({1:.4g}, {2:.4g}, {3:.4g}), where a tool that "
           "quantises meshes has moved its origin; mark a node above it as movable, at its hinge, "
           "or leave '{0}' out when you quantise",
-          name, world[3].x, world[3].y, world[3].z));
+          name, world[3].x + scene.origin_m.x, world[3].y + scene.origin_m.y,
+          world[3].z + scene.origin_m.z));
     const PartPose pose{Vec3(world[3]), Rotation(glm::quat_cast(glm::dmat3(world)))};
     parts.push_back({name, std::move(meshes[p]), normalized(pose)});
   }

@@ -86,7 +86,7 @@ Result<std::vector<PortalSpec>> read_scene_portals(const GltfScene& scene,
         return Error(
             node_in_words(scene, index) +
             ": the portal is no rectangle with sides of 1 cm or more within 1000 km of the "
-            "origin; scale or repair the node.");
+            "level's middle; scale or repair the node.");
       portal->name = scene.nodes[index].name;
       portal->is_baked_closed = marks->is_baked_closed;
       if (portals.size() == kMaxPortals)

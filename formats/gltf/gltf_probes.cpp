@@ -19,8 +19,9 @@ Result<std::vector<Vec3>> read_scene_probes(const GltfScene& scene,
       if (!marks->probe) continue;
       const Vec3 place_m(placements[p].world[3]);
       if (!is_finite(place_m) || length(place_m) > kMaxEmitterCoordinate_m)
-        return Error(node_in_words(scene, index) +
-                     ": the probe is not within 1000 km of the origin; repair the transforms.");
+        return Error(
+            node_in_words(scene, index) +
+            ": the probe is not within 1000 km of the level's middle; repair the transforms.");
       probes_m.push_back(place_m);
     }
   }

@@ -69,6 +69,7 @@ struct GltfScene {
   std::vector<int> roots;              // root nodes of the chosen scene
   std::optional<std::size_t> chosen;   // the scene; nothing if the file has none
   Json json;                           // whole document, for extensions and extras
+  Vec3 origin_m{};                     // of the level; placements are relative to it
   std::size_t bytes = 0;               // total size of all files, which limits allocations
 };
 

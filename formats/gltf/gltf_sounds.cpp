@@ -165,7 +165,8 @@ class SoundReader {
     const double stretch = length(ahead);
     if (!is_finite(made.position_m) || length(made.position_m) > kMaxEmitterCoordinate_m ||
         !std::isfinite(stretch))
-      return Error("its emitter is not within 1000 km of the origin; repair the transforms.");
+      return Error(
+          "its emitter is not within 1000 km of the level's middle; repair the transforms.");
     if (stretch > 0) made.axis = ahead / stretch;
     made.gain = emitter.gain * power(10, extra.gain_db.value_or(0) / 20);
     made.directivity =

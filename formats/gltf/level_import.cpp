@@ -16,6 +16,7 @@
 #include "formats/gltf/gltf_mesh.h"
 #include "formats/gltf/gltf_mesh_report.h"
 #include "formats/gltf/gltf_movable.h"
+#include "formats/gltf/gltf_origin.h"
 #include "formats/gltf/gltf_placement.h"
 #include "formats/gltf/gltf_portals.h"
 #include "formats/gltf/gltf_probes.h"
@@ -29,6 +30,7 @@
 #include "formats/gltf/sky_shell.h"
 #include "formats/gltf/tool_losses.h"
 #include "formats/level/emitter_spec.h"
+#include "formats/level/level_places.h"
 #include "formats/level/name_match.h"
 #include "formats/level/signal_table.h"
 
@@ -54,11 +56,11 @@ Result<Sidecar> read_sidecar(const std::string& level, const ImportOptions& opti
 // Creates an emitter of the sidecar or the command line and decodes its sound.
 Result<Emitter> realise(const EmitterSpec& spec, bool confined, LevelFolder& folder,
                         SignalTable& signals, std::uint64_t seed, std::size_t index,
-                        ImportReport& report) {
+                        const Vec3& origin_m, ImportReport& report) {
   Emitter emitter;
   emitter.name =
       !spec.name.empty() ? spec.name : std::filesystem::path(spec.signal).stem().string();
-  emitter.position_m = spec.at_m;
+  emitter.position_m = spec.at_m - origin_m;
   emitter.axis = spec.facing;
   emitter.gain = spec.gain;
   emitter.directivity = spec.directivity;
@@ -95,8 +97,8 @@ Result<void> merge(const std::vector<EmitterSpec>& specs, bool confined, LevelFo
   std::vector<Emitter> added;
   std::map<std::string, int> names;
   for (const EmitterSpec& spec : specs) {
-    auto emitter =
-        realise(spec, confined, folder, signals, seed, before + added.size(), imported.report);
+    auto emitter = realise(spec, confined, folder, signals, seed, before + added.size(),
+                           level.origin_m, imported.report);
     if (!emitter.ok()) return emitter.error();
     const int twin = ++names[emitter->name];
     if (twin > 1 && !spec.name.empty())
@@ -129,7 +131,7 @@ Result<void> change_emitters(const std::vector<EmitterChange>& changes, Imported
       gone.push_back(known.name == change.name);
       if (!gone.back()) continue;
       Emitter emitter = known;
-      emitter.position_m = change.at_m.value_or(emitter.position_m);
+      if (change.at_m) emitter.position_m = *change.at_m - imported.level.origin_m;
       emitter.axis = change.facing.value_or(emitter.axis);
       emitter.gain = change.gain.value_or(emitter.gain);
       emitter.delay_s = change.delay_s.value_or(emitter.delay_s);
@@ -265,7 +267,7 @@ Result<void> import_probes(const EmitterOrigins& origins, const std::vector<Vec3
   auto scene_m = read_scene_probes(origins.scene, origins.placements);
   if (!scene_m.ok()) return scene_m.error();
   std::vector<Vec3>& probes_m = imported.level.probes_m = std::move(*scene_m);
-  probes_m.insert(probes_m.end(), sidecar_m.begin(), sidecar_m.end());
+  for (const Vec3& probe_m : sidecar_m) probes_m.push_back(probe_m - imported.level.origin_m);
   if (probes_m.empty()) return {};
   imported.report.found.push_back(number_of(probes_m.size(), "probe") + " placed by hand");
   return {};
@@ -278,7 +280,10 @@ Result<void> import_portals(const GltfScene& scene, std::vector<PlacedNode>& pla
   auto of_scene = read_scene_portals(scene, placements);
   if (!of_scene.ok()) return of_scene.error();
   specs = std::move(*of_scene);
-  specs.insert(specs.end(), of_sidecar.begin(), of_sidecar.end());
+  for (PortalSpec spec : of_sidecar) {
+    spec.portal.centre_m -= scene.origin_m;
+    specs.push_back(std::move(spec));
+  }
   if (specs.size() > kMaxPortals)
     return Error(
         fmt::format("the level has {} portals; at most {} are read.", specs.size(), kMaxPortals));
@@ -320,6 +325,7 @@ std::uint64_t finish_hash(InputHash& hash, const Level& level) {
          {&material.absorption, &material.scattering, &material.phong, &material.transmission})
       hash_value(hash, *bands);
   }
+  if (level.origin_m != Vec3(0)) hash_value(hash, level.origin_m);
   for (const Emitter& emitter : level.emitters) {
     hash.add(emitter.name);
     for (const Vec3* vector : {&emitter.position_m, &emitter.axis})
@@ -363,22 +369,25 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   LevelFolder folder(path);
   level.name = std::filesystem::path(path).filename().string();
 
-  const auto scene = read_scene(path, options, folder, report);
+  auto scene = read_scene(path, options, folder, report);
   if (!scene.ok()) return scene.error();
   auto sidecar = read_sidecar(path, options, folder, report);
   if (!sidecar.ok()) return sidecar.error();
   imported.settings = sidecar->settings;
-  imported.listeners = sidecar->listeners;
   level.air = sidecar->settings.air.value_or(Air{});
   const std::uint64_t seed = options.seed.value_or(sidecar->settings.seed.value_or(1));
 
   auto placements = place_nodes(*scene);
   if (!placements.ok()) return placements.error().in(path);
+  auto movable = find_movable_nodes(*scene, sidecar->movable, report);
+  if (!movable.ok()) return movable.error().in(path);
+  scene->origin_m = level.origin_m = origin_of(*scene, *placements);
+  subtract_origin(*scene, *placements, *movable);
+  imported.listeners = sidecar->listeners;
+  for (ListenerSpec& listener : imported.listeners) listener.at_m -= level.origin_m;
   std::vector<PortalSpec> portals;
   if (const auto ok = import_portals(*scene, *placements, sidecar->portals, portals); !ok.ok())
     return ok.error().in(path);
-  const auto movable = find_movable_nodes(*scene, sidecar->movable, report);
-  if (!movable.ok()) return movable.error().in(path);
   const SceneSurfaces surfaces =
       find_surfaces(*scene, SurfaceChoice({sidecar->surfaces, {options.ignored, options.kept}}),
                     options.hidden_meshes, report);
@@ -409,6 +418,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
                          number_of(level.signals.size(), "sound"));
   report_ignored(scene->json, report);
   warn_of_silence(level.emitters, report);
+  if (const auto ok = check_places(level); !ok.ok()) return ok.error().in(path);
   if (level.emitters.empty() && level.probes_m.empty())
     report.warnings.push_back(
         "nothing in the level makes a sound; give it an emitter, as in "

@@ -11,6 +11,7 @@
 #include "common/maths.h"
 #include "common/text.h"
 #include "formats/level/acoustic_values.h"
+#include "formats/level/level_origin.h"
 
 namespace clamor {
 
@@ -83,9 +84,9 @@ Result<Vec3> parse_vector(const Field& field) {
   const auto values = numbers(field.value);
   const bool ok = values && values->size() == 3 &&
                   std::all_of(values->begin(), values->end(),
-                              [](double v) { return std::fabs(v) <= kMaxEmitterCoordinate_m; });
+                              [](double v) { return std::fabs(v) <= kMaxWorldCoordinate_m; });
   if (!ok)
-    return Error(fmt::format("{}={} must be three numbers of at most 1e6, {}=X,Y,Z.", field.key,
+    return Error(fmt::format("{}={} must be three numbers of at most 1e8, {}=X,Y,Z.", field.key,
                              field.value, field.key));
   return Vec3((*values)[0], (*values)[1], (*values)[2]);
 }

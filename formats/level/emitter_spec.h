@@ -36,7 +36,7 @@ struct EmitterChange {
   std::optional<Bands> directivity;
 };
 
-inline constexpr double kMaxEmitterCoordinate_m = 1e6;
+inline constexpr double kMaxEmitterCoordinate_m = 1e6;  // from the level's origin
 inline constexpr double kMaxDelay_s = 3600;
 inline constexpr double kMaxGain = 1e4;  // 80 dB
 inline constexpr double kMaxDirectivity = 1000;

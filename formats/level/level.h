@@ -33,6 +33,7 @@ struct Level {
   // Openings whose state the game sets; at most kMaxPortals.
   std::vector<Portal> portals{};
   std::vector<std::uint16_t> portal_materials{};  // of those that are baked closed, by portal
+  Vec3 origin_m{};  // in the world's coordinates; all others are relative to it (level_origin.h)
 };
 
 }  // namespace clamor

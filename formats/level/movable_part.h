@@ -16,7 +16,7 @@ namespace clamor {
 
 inline constexpr std::size_t kMaxMovableParts = 4096;
 inline constexpr std::size_t kMaxMovableTriangles = std::size_t{1} << 20;  // of all together
-inline constexpr double kMaxPartCoordinate_m = 1e6;
+inline constexpr double kMaxPartCoordinate_m = 1e6;  // from the level's origin
 inline constexpr double kMinPartScale = 1e-3, kMaxPartScale = 1e3;
 
 // A point p of the part is at position + rotation (scale p).
@@ -35,6 +35,12 @@ struct MovablePart {
 
   bool operator==(const MovablePart&) const = default;
 };
+
+// The pose in the world of a pose relative to a level's origin.
+inline PartPose in_world(PartPose pose, const Vec3& origin_m) {
+  pose.position_m += origin_m;
+  return pose;
+}
 
 // An error if a number is not finite or out of range.
 Result<void> check(const PartPose& pose);

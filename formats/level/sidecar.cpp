@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "formats/level/level_origin.h"
+
 namespace clamor {
 
 namespace {
@@ -83,7 +85,7 @@ Result<EmitterChange> read_change(const Json& json, std::size_t index) {
   if (!name || name->empty()) fields.fail("'name' must name the emitter of the level to change");
   change.name = name.value_or("");
   change.removed = fields.boolean("removed").value_or(false);
-  change.at_m = fields.vector("at", kMaxEmitterCoordinate_m);
+  change.at_m = fields.vector("at", kMaxWorldCoordinate_m);
   change.facing = read_facing(fields);
   change.gain = read_gain(fields);
   change.delay_s = fields.number("delay", 0, kMaxDelay_s);
@@ -99,7 +101,7 @@ Result<ListenerSpec> read_listener(const Json& json, std::size_t index) {
   ListenerSpec spec;
   JsonFields fields(json, fmt::format("listener {}", index + 1));
   spec.name = fields.string("name").value_or(fmt::format("listener {}", index + 1));
-  const auto at = fields.vector("at", kMaxEmitterCoordinate_m);
+  const auto at = fields.vector("at", kMaxWorldCoordinate_m);
   if (!at) fields.fail("'at' is missing: give [x, y, z] in metres");
   spec.at_m = at.value_or(Vec3());
   spec.yaw_deg = fields.number("yaw", -360, 360).value_or(0);
@@ -118,7 +120,7 @@ Result<EmitterSpec> read_emitter(const Json& json, std::size_t index) {
     fields.fail(
         "'signal' is missing: give a sound file in the level's folder, or \"impulse\" or "
         "\"noise\"");
-  const auto at = fields.vector("at", kMaxEmitterCoordinate_m);
+  const auto at = fields.vector("at", kMaxWorldCoordinate_m);
   if (!at) fields.fail("'at' is missing: give [x, y, z] in metres");
   spec.facing = read_facing(fields).value_or(spec.facing);
   spec.gain = read_gain(fields).value_or(1);
@@ -139,7 +141,7 @@ Result<std::vector<Vec3>> read_probes(const Json& json) {
   std::vector<Vec3> probes_m;
   for (const Json& probe : *json.array()) {
     JsonFields fields(probe, fmt::format("probe {}", probes_m.size() + 1));
-    const auto at = fields.vector("at", kMaxEmitterCoordinate_m);
+    const auto at = fields.vector("at", kMaxWorldCoordinate_m);
     if (!at) fields.fail("'at' is missing: give [x, y, z] in metres");
     for (const char* note : {"name", "comment"}) fields.any(note);
     if (const auto ok = fields.result_without_unknown(); !ok.ok()) return ok.error();
@@ -163,7 +165,7 @@ Portal facing_portal(const Vec3& at_m, const Vec3& facing, double width_m, doubl
 Result<PortalSpec> read_portal(const Json& json, std::size_t index) {
   JsonFields fields(json, fmt::format("portal {}", index + 1));
   const auto name = fields.string("name");
-  const auto at = fields.vector("at", kMaxEmitterCoordinate_m);
+  const auto at = fields.vector("at", kMaxWorldCoordinate_m);
   if (!at) fields.fail("'at' is missing: give [x, y, z] in metres, its centre");
   const auto facing = fields.vector("facing", kMaxEmitterCoordinate_m);
   if (!facing || !(length(*facing) > 0))

@@ -7,13 +7,14 @@
 #include <fmt/format.h>
 
 #include "formats/files/json.h"
+#include "formats/level/level_origin.h"
 
 namespace clamor {
 
 namespace {
 
 constexpr double kRadians = std::numbers::pi / 180;
-constexpr double kFarthest_m = 1e6, kLongest_s = 1e7;
+constexpr double kLongest_s = 1e7;
 
 // The shorter turn from one angle to another.
 double shortest_turn(double from, double to) {
@@ -42,7 +43,7 @@ Result<Walk> Walk::parse(const Json& json, const std::string& path) {
   for (const Json& item : *points->array()) {
     JsonFields values(item, fmt::format("{}: point {}", path, walk.points_.size() + 1));
     const auto time_s = values.number("time_s", 0, kLongest_s);
-    const auto position_m = values.vector("position_m", kFarthest_m);
+    const auto position_m = values.vector("position_m", kMaxWorldCoordinate_m);
     if (!time_s) values.fail("'time_s' is missing");
     if (!position_m) values.fail("'position_m' is missing");
     HeadAngles angles;

@@ -191,6 +191,12 @@ struct Auralizer::State {
     pipeline.sampler().set_emitter_powers(std::move(powers));
   }
 
+  // A listener in the level's own coordinates.
+  Listener in_level(Listener listener) const {
+    listener.position_m -= input.origin_m;
+    return listener;
+  }
+
   // Opens and closes portals as the script says.
   void follow_script(double time_s) {
     if (script == nullptr || script->portals().is_empty()) return;
@@ -312,7 +318,7 @@ void Auralizer::make_keyframe(const Listener& at) {
   if (keyframe == nullptr) return;
   const WorkTime start_s = state.pacing.now_s();
   const bool samples = state.schedule.is_due(state.made);
-  const Listener listener = state.motion.next(at);
+  const Listener listener = state.motion.next(state.in_level(at));
   const double keyframe_s = next_keyframe_time_s();
   const Reception reception(state.receivers, listener);
   state.follow_script(keyframe_s);
@@ -345,9 +351,10 @@ void Auralizer::make_keyframe(const Listener& at) {
   state.slots.made(*keyframe, state.made - state.mixer.waiting());
 }
 
-void Auralizer::warm_up(const Listener& listener) {
+void Auralizer::warm_up(const Listener& at) {
   State& state = *state_;
   assert(state.made == 0);
+  const Listener listener = state.in_level(at);
   state.schedule.warm_up(listener, Reception(state.receivers, listener), next_keyframe_time_s());
   state.store.load_first(state.pipeline.sampler().unheard(), kFirstSounds_s);
 }

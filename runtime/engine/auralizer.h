@@ -66,13 +66,14 @@ class Auralizer {
   // keyframe is constant between wants_keyframe() and make_keyframe().
   bool wants_keyframe() const;
   double next_keyframe_time_s() const;
-  void make_keyframe(const Listener& listener);
+  void make_keyframe(const Listener& at);
 
   // Before the first keyframe, for an auralizer that another one hands over to. warm_up() samples
   // what the first keyframes will, until all pages have arrived and new sources are tested for
   // occlusion, at most kMaxWarmUps times. Takes up to as long as so many keyframes, and for the
-  // disk. skip() leaves out so many frames of the output, as if they had been mixed. Sampler thread.
-  void warm_up(const Listener& listener);
+  // disk. skip() leaves out so many frames of the output, as if they had been mixed. Sampler
+  // thread.
+  void warm_up(const Listener& at);
   void skip(std::uint64_t frames);
 
   // Without threads of its own: loads the most urgent page or piece of a sound; false if nothing is

@@ -12,6 +12,7 @@ namespace clamor {
 
 Result<AuralizerInput> read_tables(const BakeFile& file) {
   AuralizerInput input;
+  input.origin_m = file.origin_m();
   input.emitters = file.source_emitters();
   input.portals = file.portals();
   input.first_portal_emitter = file.emitters().size();

@@ -40,6 +40,7 @@ struct AuralizerInput {
   std::size_t first_portal_emitter = 0;
   // Image sources, if the other sources are read in pages; a list of sources contains them.
   std::vector<Source> images{};
+  Vec3 origin_m{};  // of the level (formats/level/level_origin.h), which all of this is relative to
 };
 
 // Reads tables and envelopes, but no signals, no pages and no geometry: there are no sources yet,

@@ -127,13 +127,14 @@ void SamplingPipeline::add_occlusion(const AuralizerInput& input, const Radiatio
 // Parts that cannot be added are left out: the reader of bake files refuses them, and so does
 // check(), which AuralizerInput has passed.
 void SamplingPipeline::add_parts(const AuralizerInput& input) {
-  parts_ = std::make_unique<MovingParts>();
+  origin_m_ = input.origin_m;
+  parts_ = std::make_unique<MovingParts>(origin_m_);
   of_level_ = input.movable_parts;
   for (const MovablePart& part : input.movable_parts) {
     const auto shape = PartShape::make(part.mesh, input.materials);
     level_parts_.emplace_back();
     if (!shape.ok()) continue;
-    if (const auto added = parts_->add(*shape, part.rest_pose); added.ok())
+    if (const auto added = parts_->add(*shape, in_world(part.rest_pose, origin_m_)); added.ok())
       level_parts_.back() = *added;
   }
   parts_->commit();
@@ -155,7 +156,7 @@ void SamplingPipeline::add_moving(const AuralizerInput& input, const BakeFile* f
                                   const AuralizerOptions& options) {
   const MovingOptions& moving = options.moving;
   if (moving.max_sources == 0) return;
-  moving_ = std::make_unique<MovingSources>(moving.max_sources, kinds_of(moving));
+  moving_ = std::make_unique<MovingSources>(moving.max_sources, kinds_of(moving), input.origin_m);
   moving_list_ = std::make_unique<MovingSourceList>(*moving_, radiation, weights_, input.emitters,
                                                     kinds_of(moving));
   if (file != nullptr && reflects_moving_sources(*file, options))

@@ -58,7 +58,7 @@ class SamplingPipeline {
   std::span<const PartHandle> level_parts() const { return level_parts_; }
 
   // All of that, for scripts.
-  PartScript::Stage stage() const { return {parts_.get(), level_parts_, of_level_}; }
+  PartScript::Stage stage() const { return {parts_.get(), level_parts_, of_level_, origin_m_}; }
 
   // Call before each sample: takes over the newest commit of parts().
   void update_parts();
@@ -97,6 +97,7 @@ class SamplingPipeline {
   std::unique_ptr<MovingParts> parts_;
   std::vector<PartHandle> level_parts_;
   std::span<const MovablePart> of_level_;  // the input's
+  Vec3 origin_m_{};                        // likewise
   PartScene part_scene_;
   std::unique_ptr<OcclusionGeometry> surfaces_;
   std::unique_ptr<VisibilityCache> occlusion_;

@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "formats/level/level_origin.h"
 #include "runtime/occlusion/part_shape.h"
 
 namespace clamor {
@@ -29,7 +30,13 @@ void MovingParts::mark_changed(std::size_t slot) {
   }
 }
 
-Result<PartHandle> MovingParts::add(std::shared_ptr<const PartShape> shape, const PartPose& pose) {
+PartPose MovingParts::in_level(PartPose pose) const {
+  pose.position_m = clamor::in_level(pose.position_m, origin_m_);
+  return pose;
+}
+
+Result<PartHandle> MovingParts::add(std::shared_ptr<const PartShape> shape, const PartPose& given) {
+  const PartPose pose = in_level(given);
   if (const auto ok = check(pose); !ok.ok()) return ok.error();
   if (present_ == kMaxMovableParts)
     return Error("there are " + std::to_string(kMaxMovableParts) +
@@ -52,8 +59,9 @@ Result<PartHandle> MovingParts::add(std::shared_ptr<const PartShape> shape, cons
   return PartHandle{slot, ++handles_[slot]};
 }
 
-Result<void> MovingParts::move(PartHandle handle, const PartPose& pose) {
+Result<void> MovingParts::move(PartHandle handle, const PartPose& given) {
   if (!is_present(handle)) return gone();
+  const PartPose pose = in_level(given);
   if (const auto ok = check(pose); !ok.ok()) return ok;
   const PartPose unit = normalized(pose);
   if (own_.parts[handle.slot].pose == unit) return {};

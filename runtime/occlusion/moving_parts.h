@@ -35,6 +35,9 @@ struct PartHandle {
 
 class MovingParts {
  public:
+  // Poses that are given are in the world's coordinates, those of snapshots relative to `origin_m`.
+  explicit MovingParts(const Vec3& origin_m = Vec3(0)) : origin_m_(origin_m) {}
+
   // Errors: there are kMaxMovableParts already; a number out of range.
   Result<PartHandle> add(std::shared_ptr<const PartShape> shape, const PartPose& pose);
 
@@ -70,7 +73,9 @@ class MovingParts {
 
   bool is_present(PartHandle handle) const;
   void mark_changed(std::size_t slot);
+  PartPose in_level(PartPose pose) const;
 
+  const Vec3 origin_m_;
   Snapshot own_;                                     // the caller's, to copy from
   std::vector<std::uint32_t> handles_;               // generations, by slot; even: no part
   std::vector<std::uint32_t> free_;                  // slots

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "formats/level/level_origin.h"
+
 namespace clamor {
 
 namespace {
@@ -19,7 +21,7 @@ bool is_within(const Vec3& v, double limit) {
 Result<void> check_place(const Vec3& position_m, const Vec3& velocity_mps) {
   if (is_within(position_m, kMaxCoordinate_m) && is_within(velocity_mps, kMaxSpeed_mps)) return {};
   return Error(
-      "a moving source must be within 1000 km of the origin and slower than 10 km/s; its position "
+      "a moving source must be within 100 000 km of the origin and slower than 10 km/s; its place "
       "or velocity is not. Give metres and metres per second.");
 }
 
@@ -47,8 +49,8 @@ Error gone() { return Error("there is no such moving source; it was removed, or 
 
 }  // namespace
 
-MovingSources::MovingSources(std::size_t max_sources, std::size_t kinds)
-    : max_sources_(max_sources), kinds_(kinds) {
+MovingSources::MovingSources(std::size_t max_sources, std::size_t kinds, const Vec3& origin_m)
+    : max_sources_(max_sources), kinds_(kinds), origin_m_(origin_m) {
   const auto resize = [max_sources](Snapshot& snapshot) {
     for (auto* column : {&snapshot.x_m, &snapshot.y_m, &snapshot.z_m, &snapshot.x_mps,
                          &snapshot.y_mps, &snapshot.z_mps})
@@ -117,7 +119,9 @@ std::uint32_t MovingSources::take_slot() {
   return slot;
 }
 
-Result<MovingHandle> MovingSources::add(const MovingSource& source) {
+Result<MovingHandle> MovingSources::add(const MovingSource& given) {
+  MovingSource source = given;
+  source.position_m = in_level(given.position_m, origin_m_);
   if (const auto ok = check(source, kinds_); !ok.ok()) return ok.error();
   if (present_ == max_sources_)
     return Error("there are " + std::to_string(max_sources_) +
@@ -130,16 +134,19 @@ Result<MovingHandle> MovingSources::add(const MovingSource& source) {
   return MovingHandle{slot, ++handles_[slot]};
 }
 
-Result<void> MovingSources::move(MovingHandle handle, const Vec3& position_m,
+Result<void> MovingSources::move(MovingHandle handle, const Vec3& given_m,
                                  const Vec3& velocity_mps) {
   if (!is_present(handle)) return gone();
+  const Vec3 position_m = in_level(given_m, origin_m_);
   if (const auto ok = check_place(position_m, velocity_mps); !ok.ok()) return ok;
   set_motion(handle.slot, position_m, velocity_mps);
   return {};
 }
 
-Result<void> MovingSources::change(MovingHandle handle, const MovingSource& source) {
+Result<void> MovingSources::change(MovingHandle handle, const MovingSource& given) {
   if (!is_present(handle)) return gone();
+  MovingSource source = given;
+  source.position_m = in_level(given.position_m, origin_m_);
   if (const auto ok = check(source, kinds_); !ok.ok()) return ok;
   const Settings& before = own_.settings[handle.slot];
   // A gain can glide, but another signal must crossfade, as another source does.

@@ -85,7 +85,9 @@ struct MovingHandle {
 
 class MovingSources {
  public:
-  MovingSources(std::size_t max_sources, std::size_t kinds);
+  // Positions that are given are in the world's coordinates, those of snapshots relative to
+  // `origin_m`.
+  MovingSources(std::size_t max_sources, std::size_t kinds, const Vec3& origin_m = Vec3(0));
 
   // The slot of the next source that is added, if it can be.
   std::uint32_t next_slot() const;
@@ -143,6 +145,7 @@ class MovingSources {
   std::uint32_t take_slot();
 
   const std::size_t max_sources_, kinds_;
+  const Vec3 origin_m_;
   Snapshot own_;                        // the caller's, to copy from
   std::vector<std::uint32_t> handles_;  // generations, by slot; even: no source
   // Slots, a ring: the one that has been free for the longest is used first.

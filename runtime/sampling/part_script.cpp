@@ -7,6 +7,7 @@
 #include "common/text.h"
 #include "formats/files/json.h"
 #include "formats/level/acoustic_values.h"
+#include "formats/level/level_origin.h"
 #include "runtime/occlusion/part_shape.h"
 
 namespace clamor {
@@ -34,7 +35,7 @@ Result<std::vector<PartScript::Point>> PartScript::parse_points(const Json& json
     point.time_s = time_s.value_or(0);
     if (!points.empty() && point.time_s < points.back().time_s)
       values.fail("'time_s' must not be earlier than that of the point before");
-    point.position_m = values.vector("position_m", kMaxPartCoordinate_m);
+    point.position_m = values.vector("position_m", kMaxWorldCoordinate_m);
     if (!point.position_m && !points.empty()) point.position_m = points.back().position_m;
     const auto angle_rad = [&](const char* key) {
       return values.number(key, -kMaxAngle_deg, kMaxAngle_deg).value_or(0) * kRadians;
@@ -142,7 +143,8 @@ Result<void> PartScript::apply(const Stage& stage, double time_s) {
     const MovablePart* const known = find(stage.of_level, part.name);
     if (known == nullptr) continue;
     const auto index = static_cast<std::size_t>(known - stage.of_level.data());
-    if (const auto ok = stage.parts->move(stage.handles[index], part.at(time_s, known->rest_pose));
+    if (const auto ok = stage.parts->move(
+            stage.handles[index], part.at(time_s, in_world(known->rest_pose, stage.origin_m)));
         !ok.ok())
       return ok;
   }

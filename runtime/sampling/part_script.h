@@ -9,8 +9,8 @@
 // the level. `yaw_deg` about +Y, `pitch_deg` about +X and `roll_deg` about -Z turn it from how it
 // is at rest, about its pivot; `position_m` is where the pivot is, by default where it is at rest
 // or where the point before has it. Positions are linear between points, and rotations take the
-// shorter arc (slerp); two points at one time are a jump. Before the first point and after the last a
-// part is where these have it.
+// shorter arc (slerp); two points at one time are a jump. Before the first point and after the last
+// a part is where these have it.
 #pragma once
 
 #include <memory>
@@ -45,6 +45,7 @@ class PartScript {
     MovingParts* parts = nullptr;  // null: nothing occludes
     std::span<const PartHandle> handles;
     std::span<const MovablePart> of_level;
+    Vec3 origin_m{};  // of the level, to which the poses of its parts are relative
   };
   // Commits the poses at a time.
   Result<void> apply(const Stage& stage, double time_s);

@@ -10,11 +10,12 @@ std::uint64_t WorldParts::add(WorldPart part) {
 }
 
 std::uint64_t WorldParts::of_level(std::uint64_t level, std::uint32_t index,
-                                   const MovablePart& part) {
+                                   const MovablePart& part, const Vec3& origin_m) {
   if (const auto known = of_levels_.find({level, index}); known != of_levels_.end())
     return known->second;
   const std::uint64_t handle =
-      add({level, index, nullptr, part.name.c_str(), part.mesh.triangles.size(), part.rest_pose});
+      add({level, index, nullptr, part.name.c_str(), part.mesh.triangles.size(),
+           in_world(part.rest_pose, origin_m)});
   if (handle != 0) of_levels_[{level, index}] = handle;
   return handle;
 }

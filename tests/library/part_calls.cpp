@@ -13,7 +13,7 @@ constexpr std::size_t kMaxParts = 24;  // so that a sequence stays quick
 // Draws a pose for a part, whose coordinates are limited more than a listener's.
 clamor_pose pick_part_pose(Sequence& sequence, bool& is_valid) {
   const clamor_pose pose = sequence.pick_pose(is_valid);
-  for (const double metre : pose.position_m) is_valid = is_valid && is_within(metre, -1e6, 1e6);
+  for (const double metre : pose.position_m) is_valid = is_valid && is_within(metre, -1e8, 1e8);
   return pose;
 }
 

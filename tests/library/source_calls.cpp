@@ -9,7 +9,7 @@ namespace clamor::testing {
 
 namespace {
 
-constexpr double kMaxGain = 1e6, kMaxPosition_m = 1e6, kMaxSpeed_mps = 1e4, kMaxAxis = 1e3,
+constexpr double kMaxGain = 1e6, kMaxPosition_m = 1e8, kMaxSpeed_mps = 1e4, kMaxAxis = 1e3,
                  kMaxExponent = 1e4, kMaxReverberation = 100, kMaxPlayed_s = 1e6, kMaxTime_s = 5e6;
 
 bool are_within(const double (&numbers)[3], double limit) {

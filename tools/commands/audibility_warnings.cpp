@@ -37,7 +37,8 @@ std::optional<std::string> audibility_warning(const BakeFile& file, const Walk& 
   for (std::size_t i = 1; end_s > 0 && i <= kSteps; ++i)
     times_s.push_back(end_s * static_cast<double>(i) / kSteps);
   std::vector<Vec3> places_m;
-  for (const double time_s : times_s) places_m.push_back(walk.at(time_s).position_m);
+  for (const double time_s : times_s)
+    places_m.push_back(walk.at(time_s).position_m - file.origin_m());
 
   const Scene scene(mesh, Scene::Build::kQuick);
   const auto answers = Audibility(scene, mesh, file.materials())
@@ -48,7 +49,7 @@ std::optional<std::string> audibility_warning(const BakeFile& file, const Walk& 
   const auto first = std::find_if(answers.begin(), answers.end(), silent);
   if (first == answers.end()) return std::nullopt;
   const auto index = static_cast<std::size_t>(first - answers.begin());
-  std::string text = in_words(**first, places_m[index], emitters);
+  std::string text = in_words(**first, places_m[index], emitters, file.origin_m());
   if (times_s.size() > 1)
     text += fmt::format(
         " ({:.1f} s into the walk; of {} positions tested along it, hardly anything is heard at "

@@ -191,6 +191,18 @@ bool same_surfaces(const Mesh& a, const Mesh& b) {
   return true;
 }
 
+std::vector<Emitter> emitters_in_world(const BakeFile& file) {
+  std::vector<Emitter> emitters = file.emitters();
+  for (Emitter& emitter : emitters) emitter.position_m += file.origin_m();
+  return emitters;
+}
+
+std::vector<Portal> portals_in_world(const BakeFile& file) {
+  std::vector<Portal> portals = file.portals().portals;
+  for (Portal& portal : portals) portal.centre_m += file.origin_m();
+  return portals;
+}
+
 // Names with numbers of triangles.
 std::string movable_parts_of(const BakeFile& file) {
   std::vector<std::string> parts;
@@ -215,8 +227,9 @@ std::vector<BakeDifference> differences_of(const BakeFile& a, const BakeFile& b)
   differences.compare("level", a.provenance().level, b.provenance().level);
   compare_inputs(a, b, differences);
   compare_settings(a.settings(), b.settings(), differences);
-  differences.compare_named("emitter", a.emitters(), b.emitters());
-  differences.compare_named("portal", a.portals().portals, b.portals().portals);
+  differences.compare("origin", place_of(a.origin_m()), place_of(b.origin_m()));
+  differences.compare_named("emitter", emitters_in_world(a), emitters_in_world(b));
+  differences.compare_named("portal", portals_in_world(a), portals_in_world(b));
   differences.compare_named("material", a.materials(), b.materials());
   differences.compare("movable parts", movable_parts_of(a), movable_parts_of(b));
   differences.compare("sources", a.source_count(), b.source_count());

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "common/text.h"
+#include "formats/bake_file/bake_file.h"
 #include "tools/commands/commands.h"
 #include "tools/experiments/experiments.h"
 #include "tools/program/arguments.h"
@@ -118,6 +119,9 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   if (!(options.minutes >= 0.1 && options.minutes <= 600))
     return parser.bad_usage(err, "--minutes must lie between 0.1 and 600");
 
+  // Experiments know nothing of the level's origin, which all that they read is relative to.
+  if (const auto file = BakeFile::open(options.level); file.ok() && options.listener_m)
+    *options.listener_m -= file->origin_m();
   if (const auto done = run_and_write(run, name, folder, options, err); !done.ok()) {
     err << "clamor experiment: " << done.error().message << '\n';
     return kBadInput;

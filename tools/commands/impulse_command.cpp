@@ -128,7 +128,7 @@ Result<Measured> measure(const Options& options, std::ostream& err) {
   const OcclusionGeometry surfaces(mesh, file->materials());
   const std::vector<Arrival> arrivals =
       sampled_response(options.strategy, all->sources, emitters, file->materials(),
-                       file->settings().air, options.listener_m, emitter,
+                       file->settings().air, options.listener_m - file->origin_m(), emitter,
                        LateBoost(file->statistics().decay, all->sources.size()), &surfaces);
   notice.end();
   if (arrivals.empty())

@@ -103,6 +103,8 @@ void add_sound(const BakeFile& file, const BakeOverview& overview, nlohmann::ord
 }
 
 void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
+  const Vec3& origin_m = file.origin_m();
+  json["origin_m"] = as_list(origin_m);
   json["materials"] = nlohmann::ordered_json::array();
   for (const Material& material : file.materials())
     json["materials"].push_back({{"name", material.name},
@@ -112,14 +114,13 @@ void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
                                  {"transmission", material.transmission}});
   json["emitters"] = nlohmann::ordered_json::array();
   for (const Emitter& emitter : file.emitters())
-    json["emitters"].push_back(
-        {{"name", emitter.name},
-         {"position_m", {emitter.position_m.x, emitter.position_m.y, emitter.position_m.z}},
-         {"axis", {emitter.axis.x, emitter.axis.y, emitter.axis.z}},
-         {"gain", emitter.gain},
-         {"directivity", emitter.directivity},
-         {"signal", emitter.signal},
-         {"delay_s", emitter.delay_s}});
+    json["emitters"].push_back({{"name", emitter.name},
+                                {"position_m", as_list(emitter.position_m + origin_m)},
+                                {"axis", {emitter.axis.x, emitter.axis.y, emitter.axis.z}},
+                                {"gain", emitter.gain},
+                                {"directivity", emitter.directivity},
+                                {"signal", emitter.signal},
+                                {"delay_s", emitter.delay_s}});
   json["images"] = file.images().size();
   std::uint64_t early = 0, late = 0;
   for (const StoredProbe& probe : file.probes().places) early += probe.tree.top.sources_below;
@@ -130,8 +131,7 @@ void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
                     {"late_sources", late},
                     {"bytes", file.bytes().probes}};
   for (const StoredProbe& probe : file.probes().places)
-    json["probes"]["places"].push_back(
-        {probe.position_m.x, probe.position_m.y, probe.position_m.z});
+    json["probes"]["places"].push_back(as_list(probe.position_m + origin_m));
   json["movable_parts"] = nlohmann::ordered_json::array();
   for (const MovablePart& part : file.movable_parts()) {
     const PartPose& pose = part.rest_pose;
@@ -139,7 +139,7 @@ void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
         {{"name", part.name},
          {"triangles", part.mesh.triangles.size()},
          {"vertices", part.mesh.vertices_m.size()},
-         {"position_m", {pose.position_m.x, pose.position_m.y, pose.position_m.z}},
+         {"position_m", as_list(pose.position_m + origin_m)},
          {"rotation", {pose.rotation.x, pose.rotation.y, pose.rotation.z, pose.rotation.w}},
          {"scale", pose.scale}});
   }
@@ -149,7 +149,7 @@ void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
                      {"virtual_emitters", baked.emitters.size()}};
   for (const Portal& portal : baked.portals)
     json["portals"]["list"].push_back({{"name", portal.name},
-                                       {"centre_m", as_list(portal.centre_m)},
+                                       {"centre_m", as_list(portal.centre_m + origin_m)},
                                        {"half_u_m", as_list(portal.half_u_m)},
                                        {"half_v_m", as_list(portal.half_v_m)}});
 }

@@ -158,10 +158,11 @@ void print_portals(const BakeFile& file, std::ostream& out) {
   const std::size_t shown = shown_of(baked.portals.size(), kShownGroups);
   for (std::size_t i = 0; i < shown; ++i) {
     const Portal& portal = baked.portals[i];
+    const Vec3 centre_m = portal.centre_m + file.origin_m();
     fmt::print(out, "  {:<24}{:>8} {:>8}  {:.2f} {:.2f} {:.2f}\n", shortened(portal.name, 24),
                fmt::format("{:.2f} m", 2 * length(portal.half_u_m)),
-               fmt::format("{:.2f} m", 2 * length(portal.half_v_m)), portal.centre_m.x,
-               portal.centre_m.y, portal.centre_m.z);
+               fmt::format("{:.2f} m", 2 * length(portal.half_v_m)), centre_m.x, centre_m.y,
+               centre_m.z);
   }
   if (baked.portals.size() > shown)
     fmt::print(out, "  and {} more (--json has all)\n", baked.portals.size() - shown);
@@ -220,7 +221,7 @@ void print_movable_parts(const BakeFile& file, std::ostream& out) {
              "triangles");
   const std::size_t shown = shown_of(parts.size(), kShownGroups);
   for (std::size_t i = 0; i < shown; ++i) {
-    const Vec3& at = parts[i].rest_pose.position_m;
+    const Vec3 at = parts[i].rest_pose.position_m + file.origin_m();
     fmt::print(out, "  {:<34}{:>10}  {:.2f} {:.2f} {:.2f}\n", shortened(parts[i].name, 34),
                grouped(parts[i].mesh.triangles.size()), at.x, at.y, at.z);
   }

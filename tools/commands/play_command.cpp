@@ -111,7 +111,10 @@ Result<BakeFile> read_inputs(PlayRequest& request, const MixArguments& mix,
   if (const auto read = mix.read_script(options.auralizer, file->signal_count(), inputs);
       !read.ok())
     return read.error();
-  if (request.listener.empty()) options.listener = in_front_of_first(file->emitters());
+  if (request.listener.empty()) {
+    options.listener = in_front_of_first(file->emitters());
+    options.listener.position_m += file->origin_m();
+  }
   if (!request.walk_path.empty()) {
     auto walk = Walk::read(request.walk_path);
     if (!walk.ok()) return walk.error();

@@ -77,9 +77,13 @@ Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
   contents.findings = findings_of(room.file->statistics());
   notice.begin("finding the floor");
   contents.map = floor_grid(room, kMapCells);
-  const std::vector<Vec3> listeners_m = options.listeners_m.empty()
-                                            ? listening_places(room, *excitation, contents.map)
-                                            : options.listeners_m;
+  // The view and the map are relative to the level's origin, all else is in the world.
+  const Vec3& origin_m = room.file->origin_m();
+  std::vector<Vec3> listeners_m = options.listeners_m, in_level_m;
+  if (listeners_m.empty())
+    for (const Vec3& place_m : listening_places(room, *excitation, contents.map))
+      listeners_m.push_back(place_m + origin_m);
+  for (const Vec3& place_m : listeners_m) in_level_m.push_back(place_m - origin_m);
   const RoomMeter meter(room, *excitation);
   contents.measured = measure_at(options, meter, listeners_m, "  listeners", notice, err);
   if (!contents.map.cells.empty()) {
@@ -92,7 +96,7 @@ Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
           progress.update(share, counted(contents.map.cells.size(), "place"));
         },
         contents.map);
-    contents.map_at_first = meter.quick(listeners_m[0], kMapSources);
+    contents.map_at_first = meter.quick(in_level_m[0], kMapSources);
   }
   std::unique_ptr<OpenRoom> other;
   std::optional<RoomMeter> other_meter;
@@ -108,7 +112,7 @@ Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
         measure_at(options, *other_meter, listeners_m, "  the other bake", notice, err);
   }
   notice.begin("writing the page");
-  auto view = view_of(room, contents.findings, contents.map, listeners_m);
+  auto view = view_of(room, contents.findings, contents.map, in_level_m);
   if (!view.ok()) return view.error();
   contents.view = std::move(*view);
   return report_html(contents);

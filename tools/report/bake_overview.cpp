@@ -254,6 +254,10 @@ Result<BakeOverview> overview_of(const BakeFile& file) {
   overview.emitter_count = *emitters;
   overview.secondary = file.source_count() - *emitters;
   overview.emitters = groups_of(file.emitters());
+  for (EmitterGroup& group : overview.emitters) {
+    group.low_m += file.origin_m();
+    group.high_m += file.origin_m();
+  }
   overview.materials = groups_of(file.materials());
   overview.command = command_of(file);
   if (file.top() == nullptr) return overview;

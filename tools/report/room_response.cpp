@@ -86,11 +86,12 @@ std::vector<Source> RoomMeter::chosen(const Vec3& listener_m, std::size_t count)
   return sample;
 }
 
-RoomResponse RoomMeter::measure(const Vec3& listener_m, std::size_t count) const {
+RoomResponse RoomMeter::measure(const Vec3& place_m, std::size_t count) const {
+  const Vec3 listener_m = place_m - room_.file->origin_m();
   std::vector<Source> sample = chosen(listener_m, count);
   sample.insert(sample.end(), exact_.begin(), exact_.end());
   RoomResponse response;
-  response.listener_m = listener_m;
+  response.listener_m = place_m;
   response.sources = sample.size();
   response.arrivals =
       energy_response(sample, room_.emitters(), room_.file->materials(), room_.file->settings().air,

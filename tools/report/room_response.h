@@ -40,7 +40,7 @@ class RoomMeter {
   // The response to `count` sources and to all emitters and images, with the occlusion and
   // diffraction of clamor impulse; kAll gives its figures. Takes 60 us for each source on two
   // cores.
-  RoomResponse measure(const Vec3& listener_m, std::size_t count) const;
+  RoomResponse measure(const Vec3& place_m, std::size_t count) const;  // a place in the world
 
   // The parameters in a hundredth of the time: surfaces hide a reflection or do not, and only
   // direct sound is diffracted, unless it is that of a crowd.

@@ -283,13 +283,13 @@ ViewJson portals_of(const BakeFile& file) {
   return list;
 }
 
-ViewJson findings_json(std::span<const LevelFinding> findings) {
+ViewJson findings_json(std::span<const LevelFinding> findings, const Vec3& origin_m) {
   ViewJson list = ViewJson::array();
   constexpr const char* kKinds[] = {"warning", "fact", "opening", "gap", "duplicate"};
   for (const LevelFinding& finding : findings) {
     ViewJson one = {{"kind", kKinds[static_cast<std::size_t>(finding.kind)]},
                     {"text", finding.text}};
-    if (finding.place_m) one["place"] = as_json(*finding.place_m);
+    if (finding.place_m) one["place"] = as_json(*finding.place_m - origin_m);
     one["size"] = finding.size_m;
     one["direction"] = as_json(finding.direction);
     list.push_back(std::move(one));
@@ -354,6 +354,7 @@ Result<RoomView> view_of(const Room& room, std::span<const LevelFinding> finding
   EmitterKinds kinds;
   ViewJson json;
   const Air& air = file.settings().air;
+  json["origin"] = as_json(file.origin_m());
   json["low"] = as_json(Vec3(extent.low_m));
   json["high"] = as_json(Vec3(extent.high_m));
   json["speed"] = speed_of_sound_mps(air);
@@ -376,7 +377,7 @@ Result<RoomView> view_of(const Room& room, std::span<const LevelFinding> finding
   json["nodes"] = std::move(*nodes);
   json["probes"] = probes_of(file);
   json["portals"] = portals_of(file);
-  json["findings"] = findings_json(findings);
+  json["findings"] = findings_json(findings, file.origin_m());
   json["map"] = map_of(map);
   json["listeners"] = ViewJson::array();
   for (const Vec3& place_m : listeners_m) json["listeners"].push_back(as_json(place_m));

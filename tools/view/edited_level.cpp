@@ -83,10 +83,10 @@ Json json_of(const Material& material) {
   return Json(std::move(values));
 }
 
-Json json_of(const ListenerSpec& listener) {
+Json json_of(const ListenerSpec& listener, const Vec3& origin_m) {
   Json::Object values;
   values.emplace_back("name", Json(listener.name));
-  values.emplace_back("at", vector(listener.at_m));
+  values.emplace_back("at", vector(listener.at_m + origin_m));
   values.emplace_back("yaw", number(listener.yaw_deg));
   values.emplace_back("pitch", number(listener.pitch_deg));
   return Json(std::move(values));
@@ -195,6 +195,8 @@ Result<EditedLevel> EditedLevel::open(const std::string& path, const ImportOptio
 
 const Mesh& EditedLevel::mesh() const { return level_->mesh; }
 
+const Vec3& EditedLevel::origin_m() const { return level_->origin_m; }
+
 void EditedLevel::edit(LevelState next, const std::string& what, std::size_t gesture) {
   history_.edit(std::move(next), what, gesture);
   ++revision_;
@@ -249,7 +251,8 @@ void EditedLevel::set_emitter(std::size_t emitter, const Emitter& values, std::s
     list_of(next.sidecar, "emitters").push_back(Json(Json::Object{{"name", Json(known.name)}}));
     entry = &list_of(next.sidecar, "emitters").back();
   }
-  if (values.position_m != known.position_m) set(*entry, "at", vector(values.position_m));
+  if (values.position_m != known.position_m)
+    set(*entry, "at", vector(values.position_m + origin_m()));
   if (values.axis != known.axis) set(*entry, "facing", vector(values.axis));
   if (values.gain != known.gain) set(*entry, "gain", number(values.gain));
   if (values.directivity != known.directivity) {
@@ -298,7 +301,7 @@ Result<std::size_t> EditedLevel::add_emitter(const std::string& signal, const Ve
   list_of(next.sidecar, "emitters")
       .push_back(Json(Json::Object{{"name", Json(added.name)},
                                    {"signal", Json(played)},
-                                   {"at", vector(at_m)},
+                                   {"at", vector(at_m + origin_m())},
                                    {"facing", vector(added.axis)}}));
   next.emitters.push_back(added);
   edit(std::move(next), "add " + added.name);
@@ -309,14 +312,14 @@ void EditedLevel::set_listener(std::size_t listener, const ListenerSpec& values,
                                std::size_t gesture) {
   LevelState next = now();
   next.listeners[listener] = values;
-  list_of(next.sidecar, "listeners")[listener] = json_of(values);
+  list_of(next.sidecar, "listeners")[listener] = json_of(values, origin_m());
   edit(std::move(next), "move " + values.name, gesture);
 }
 
 void EditedLevel::add_listener(const ListenerSpec& values) {
   LevelState next = now();
   next.listeners.push_back(values);
-  list_of(next.sidecar, "listeners").push_back(json_of(values));
+  list_of(next.sidecar, "listeners").push_back(json_of(values, origin_m()));
   edit(std::move(next), "add " + values.name);
 }
 

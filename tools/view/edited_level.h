@@ -44,6 +44,8 @@ class EditedLevel {
   const std::string& sidecar_path() const { return sidecar_path_; }
   const std::string& autosave_path() const { return autosave_path_; }
   const Mesh& mesh() const;
+  // In the world; all places here are relative to it, but for those in the sidecar.
+  const Vec3& origin_m() const;
   // Hash of the level and its files as they were opened, as Provenance::input_hash.
   std::uint64_t input_hash() const { return input_hash_; }
   const LevelState& now() const { return history_.now(); }

@@ -28,13 +28,20 @@ Result<std::unique_ptr<ViewSession>> ViewSession::open(ViewOptions options) {
   if (auto opened = is_bake ? session->open_bake() : session->open_level(); !opened.ok())
     return opened.error();
   PlayerOptions player = wanted.player;
-  player.listener = wanted.listener.value_or(in_front_of_first(session->emitters()));
+  const Vec3& origin_m = session->origin_m_;
+  player.listener = in_front_of_first(session->emitters());
+  if (wanted.listener) {
+    player.listener = *wanted.listener;
+    player.listener.position_m -= origin_m;
+  }
   if (wanted.at_m) {
-    player.listener = wanted.listener ? looking_at(wanted.listener->position_m, *wanted.at_m)
-                                      : session->viewpoint(*wanted.at_m, 0);
-    session->mark_ = PlaceMark{*wanted.at_m, "here"};
+    const Vec3 at_m = *wanted.at_m - origin_m;
+    player.listener = wanted.listener ? looking_at(player.listener.position_m, at_m)
+                                      : session->viewpoint(at_m, 0);
+    session->mark_ = PlaceMark{at_m, "here"};
   }
   session->camera_.place(player.listener);
+  player.listener.position_m += origin_m;
   if (auto started = session->start_baking(); !started.ok()) return started.error();
   if (wanted.compare.empty() || BakeFile::open(wanted.compare, wanted.access).ok()) {
     session->sound_ = std::make_unique<LiveSound>(std::move(player), wanted.access);
@@ -46,6 +53,15 @@ Result<std::unique_ptr<ViewSession>> ViewSession::open(ViewOptions options) {
   else if (!session->emitters().empty())
     session->bake_now();
   return session;
+}
+
+// The camera stays where it is in the world.
+void ViewSession::set_origin(const Vec3& origin_m) {
+  if (origin_m == origin_m_) return;
+  Listener at = camera_.listener();
+  at.position_m += origin_m_ - origin_m;
+  camera_.place(at);
+  origin_m_ = origin_m;
 }
 
 // Starts the thread that bakes edits, unless it runs or nothing can be edited.
@@ -75,6 +91,7 @@ Result<void> ViewSession::take_level_of(const BakeFile& file) {
       level_ = std::move(*level);
       why_not_editable_.clear();
       mesh_ = level_->mesh();
+      set_origin(level_->origin_m());
       vertices_ =
           shade(mesh_, colours_of(level_->now().materials, base_colours(request_.level_path)));
       seen_revision_ = baked_revision_ = level_->revision();
@@ -94,6 +111,7 @@ Result<void> ViewSession::take_level_of(const BakeFile& file) {
   if (!mesh.ok()) return mesh.error();
   level_.reset();
   mesh_ = std::move(*mesh);
+  set_origin(file.origin_m());
   baked_materials_ = file.materials();
   baked_emitters_ = file.emitters();
   vertices_ = shade(mesh_, colours_of(baked_materials_, {}));
@@ -108,6 +126,7 @@ Result<void> ViewSession::open_level() {
   if (!level.ok()) return level.error();
   level_ = std::move(*level);
   mesh_ = level_->mesh();
+  set_origin(level_->origin_m());
   vertices_ = shade(mesh_, colours_of(level_->now().materials, base_colours(options_.path)));
   seen_revision_ = level_->revision();
   saves_output_ = !options_.output.empty();
@@ -126,7 +145,9 @@ const std::vector<ListenerSpec>& ViewSession::listeners() const {
 
 void ViewSession::frame(const WalkKeys& keys, double seconds) {
   camera_.advance(keys, seconds);
-  sound_->move(camera_.listener());
+  Listener in_world = camera_.listener();
+  in_world.position_m += origin_m_;
+  sound_->move(in_world);
   follow_edits();
   take_events();
   follow_file();
@@ -137,6 +158,9 @@ void ViewSession::frame(const WalkKeys& keys, double seconds) {
   take_findings();
   sound_->history().update();
   sound_->copy_heard(heard_);
+  if (sound_->file() != nullptr && sound_->file()->origin_m() != origin_m_)  // of another bake
+    for (HeardSource& source : heard_)
+      source.position_m = Vec3f(Vec3(source.position_m) + sound_->file()->origin_m() - origin_m_);
 }
 
 // A bake of the edit before may begin to play after this one.
@@ -243,6 +267,8 @@ void ViewSession::take_findings() {
   if (file == findings_of_) return;
   findings_of_ = file;
   findings_ = findings_of(file->statistics());
+  for (LevelFinding& finding : findings_)
+    if (finding.place_m) *finding.place_m -= origin_m_;
   t30_s_ = file->statistics().decay.t30_s;
   cause_of_decay_.clear();
   if (file->materials().size() >= materials().size())  // it is of this level

@@ -73,6 +73,8 @@ class ViewSession {
 
   const std::string& title() const { return title_; }
   const Mesh& mesh() const { return mesh_; }
+  // In the world; all places of the session are relative to it.
+  const Vec3& origin_m() const { return origin_m_; }
   const std::vector<ShadedVertex>& vertices() const { return vertices_; }
   // Grows when mesh() and vertices() change, because the bake that was opened was baked again.
   std::uint64_t shape_revision() const { return shape_revision_; }
@@ -157,6 +159,7 @@ class ViewSession {
   void check_selection();
   bool plays_last_edit() const;
   Listener viewpoint(const Vec3& place_m, double size_m) const;
+  void set_origin(const Vec3& origin_m);
   void bake_now(bool only_last = false);
 
   const ViewOptions options_;
@@ -164,6 +167,7 @@ class ViewSession {
   BakeRequest request_;
   std::optional<EditedLevel> level_;
   Mesh mesh_;
+  Vec3 origin_m_{};
   std::vector<ShadedVertex> vertices_;
   std::vector<Material> baked_materials_;  // without a level
   std::vector<Emitter> baked_emitters_;

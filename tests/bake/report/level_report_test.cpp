@@ -212,20 +212,23 @@ TEST(LevelReport, QuestionsTheUnitOfTinyAndHugeLevels) {
   EXPECT_THAT(report_warnings(prepare_level(huge)), Contains(HasSubstr("another unit?")));
 }
 
-TEST(LevelReport, WarnsOfLevelsFarFromTheOrigin) {
-  for (const double away_m : {0.0, 900.0, 1100.0, 530'000.0}) {
-    Level level = shoebox({6, 4, 3}, uniform_material(0.1f), {away_m + 1, 1, 1});
-    for (Vec3f& vertex : level.mesh.vertices_m) vertex.x += static_cast<float>(away_m);
-    const auto warns = ::testing::Contains(HasSubstr("km from the origin"));
-    if (away_m < 1000)
-      EXPECT_THAT(report_warnings(prepare_level(level)), ::testing::Not(warns));
-    else
-      EXPECT_THAT(report_warnings(prepare_level(level)), warns);
-  }
-  // Whoever stands in the middle of an open world is not far away.
-  Level wide = shoebox({4000, 4, 3000}, uniform_material(0.1f), {1, 1, 1});
-  EXPECT_THAT(report_warnings(prepare_level(wide)),
-              ::testing::Not(Contains(HasSubstr("km from the origin"))));
+TEST(LevelReport, TellsPlacesInTheWorld) {
+  Level level = shoebox({6, 4, 3}, uniform_material(0.1f), {2, 1, 1});
+  level.mesh.triangles.erase(level.mesh.triangles.begin());  // half of the wall x = 0
+  level.mesh.materials.erase(level.mesh.materials.begin());
+  const LevelReport near = prepare_level(level);
+  level.origin_m = {530'100, 0, -2'600'000};
+  const LevelReport far = prepare_level(level);
+  ASSERT_FALSE(near.openings.openings.empty());
+  ASSERT_EQ(far.openings.openings.size(), near.openings.openings.size());
+  EXPECT_EQ(far.openings.openings[0].place_m, near.openings.openings[0].place_m + level.origin_m);
+  const LevelFindings found = findings_in(far);
+  EXPECT_THAT(found.closedness, HasSubstr("near (530100."));
+  EXPECT_EQ(found.list[0].place_m, far.openings.openings[0].place_m);
+  Level closed = shoebox({6, 4, 3}, uniform_material(0.1f), {-2, 1, 1});
+  closed.origin_m = level.origin_m;
+  EXPECT_THAT(report_warnings(prepare_level(closed)),
+              Contains(HasSubstr("the nearest place found that works is 5301")));
 }
 
 TEST(LevelReport, ReportsSavedTrianglesAndChangedAreas) {

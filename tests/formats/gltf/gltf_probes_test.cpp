@@ -80,7 +80,7 @@ TEST_F(Probes, OfTheSidecarAreRefusedWithAReason) {
   EXPECT_THAT(refusal_of("[[1, 2, 3]]"), HasSubstr("probe 1"));
   EXPECT_THAT(refusal_of("[{}]"), HasSubstr("probe 1: 'at' is missing"));
   EXPECT_THAT(refusal_of("[{\"at\": [1, 2, 3]}, {\"at\": [1, 2]}]"), HasSubstr("probe 2: 'at'"));
-  EXPECT_THAT(refusal_of("[{\"at\": [1, 2, 1e7]}]"), HasSubstr("'at' must be three numbers"));
+  EXPECT_THAT(refusal_of("[{\"at\": [1, 2, 1e9]}]"), HasSubstr("'at' must be three numbers"));
   EXPECT_THAT(refusal_of("[{\"att\": [1, 2, 3]}]"), HasSubstr("'at'"));
 }
 

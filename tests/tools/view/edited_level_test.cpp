@@ -71,6 +71,31 @@ TEST_F(EditedLevelTest, ShowsTheValuesThatABakeReads) {
   }
 }
 
+// The sidecar has the world's coordinates, the values that are edited have the level's.
+TEST_F(EditedLevelTest, WritesPlacesInTheWorld) {
+  Mesh box = testing::box({4, 3, 5});
+  for (Vec3f& vertex : box.vertices_m) vertex += Vec3f(560'000, 0, -180'400);
+  path_ = level_of(folder_, box);
+  folder_.write("box.acoustics.json",
+                R"({"emitters": [{"name": "violin", "signal": "noise", "at": [560001, 1, -180399]}],
+                    "listeners": [{"name": "row 1", "at": [560002, 1, -180398]}]})");
+  EditedLevel level = opened();
+  EXPECT_EQ(level.origin_m(), Vec3(560'000, 0, -180'400));
+  Emitter violin = level.now().emitters[0];
+  EXPECT_EQ(violin.position_m, Vec3(1, 1, 1));
+  violin.position_m.x = 1.5;
+  level.set_emitter(0, violin);
+  ASSERT_TRUE(level.add_emitter("impulse", {1, 2, 1}, {0, 0, -1}).ok());
+  ListenerSpec row = level.now().listeners[0];
+  EXPECT_EQ(row.at_m, Vec3(2, 1, 2));
+  row.at_m.z = 3;
+  level.set_listener(0, row);
+  ASSERT_TRUE(level.save().ok());
+  for (const char* place : {"[560001.5,1,-180399]", "[560001,2,-180399]", "[560002,1,-180397]"})
+    EXPECT_THAT(sidecar(), HasSubstr(place));
+  EXPECT_EQ(baked(level).emitters[0].position_m, violin.position_m);
+}
+
 TEST_F(EditedLevelTest, WritesTheSidecarOnlyWhenItIsSavedAndNeverTheLevel) {
   const std::string before = sidecar(), mesh = read(path_);
   EditedLevel level = opened();

@@ -39,6 +39,9 @@ class FloorMap {
     return values[3] === null || values[4] === null ? null : (values[3] + values[4]) / 2;
   }
 
+  // The place of a cell in the world, to a centimetre.
+  placeOf(cell) { return cell.slice(3, 6).map((x, i) => Math.round(100 * (x + this.level.origin[i])) / 100).join(", "); }
+
   draw() {
     const {step, lowX, lowZ, cells} = this.level.map, shown = cells.filter((cell) => cell[2] === Number(this.storey.value));
     const kind = kMapped[this.quantity.value], known = shown.map((cell) => this.value(cell)).filter((value) => value !== null);
@@ -52,7 +55,7 @@ class FloorMap {
     let svg = `<svg viewBox="0 0 ${wide.toFixed(0)} ${(tall + 26).toFixed(0)}" role="img" aria-label="Map of the floor from above. ${summary}.">`;
     for (const cell of shown) {
       const value = this.value(cell);
-      svg += `<rect x="${((cell[0] + margin) * unit).toFixed(1)}" y="${((cell[1] + margin) * unit).toFixed(1)}" width="${(unit + 0.3).toFixed(1)}" height="${(unit + 0.3).toFixed(1)}" fill="${colour(value)}" class="${value === null ? "grid" : ""}" data-cell="${cells.indexOf(cell)}"><title>${cell[3]}, ${cell[4]}, ${cell[5]} m: ${text(value)}</title></rect>`;
+      svg += `<rect x="${((cell[0] + margin) * unit).toFixed(1)}" y="${((cell[1] + margin) * unit).toFixed(1)}" width="${(unit + 0.3).toFixed(1)}" height="${(unit + 0.3).toFixed(1)}" fill="${colour(value)}" class="${value === null ? "grid" : ""}" data-cell="${cells.indexOf(cell)}"><title>${this.placeOf(cell)} m: ${text(value)}</title></rect>`;
     }
     const emitters = this.level.emitters.places, few = emitters.length / 6 <= 64;
     for (let e = 0; few && e < emitters.length / 6; ++e) {
@@ -74,7 +77,7 @@ class FloorMap {
       `<p class="note">${shownName}</p><span class="bar" style="display:block;height:.7rem;border-radius:2px;background: linear-gradient(90deg, ${kScale.map((c) => `rgb(${c})`).join()})"></span>` +
       `<span class="ends note"><span>${text(low)}</span><span>${text(high)}</span></span><p class="note">${differences} Seen from above, X to the right and Z down; numbered rings are listeners${few ? ", dots emitters" : ""}. Click a place to listen there.</p>`;
     document.getElementById("floor-table").innerHTML = `<div class="table"><table><caption>${summary}</caption><thead><tr><th scope="col">place (m)</th><th scope="col">${kind.name}</th></tr></thead><tbody>` +
-      shown.map((cell) => `<tr><th scope="row">${cell[3]}, ${cell[4]}, ${cell[5]}</th><td>${text(this.value(cell))}</td></tr>`).join("") + "</tbody></table></div>";
+      shown.map((cell) => `<tr><th scope="row">${this.placeOf(cell)}</th><td>${text(this.value(cell))}</td></tr>`).join("") + "</tbody></table></div>";
     this.view.paintMap(shown.map((cell) => [cell, this.value(cell)]).filter(([, value]) => value !== null).map(([cell, value]) =>
       ({x: lowX + (cell[0] + 0.5) * step, y: cell[6], z: lowZ + (cell[1] + 0.5) * step, half: step / 2, colour: scaleColour(shareOf(value))})));
   }

@@ -138,8 +138,8 @@ class View {
     depth.addEventListener("input", () => { this.layers.octree = this.get("layer-octree").checked = true; this.paintNodes(); this.redraw(); });
     ["x", "y", "z"].forEach((axis, i) => {
       const input = this.get("listener-" + axis);
-      input.value = this.place[i].toFixed(1);
-      input.addEventListener("change", () => { this.place[i] = Number(input.value) || 0; this.moved(); });
+      input.value = this.inWorld(i).toFixed(1);
+      input.addEventListener("change", () => { this.place[i] = (Number(input.value) || 0) - this.level.origin[i]; this.moved(); });
     });
     for (const id of ["voices", "occlusion"]) this.get(id).addEventListener("change", () => this.moved());
     this.get("controls").addEventListener("submit", (event) => event.preventDefault());
@@ -147,6 +147,8 @@ class View {
       button.addEventListener("click", () => this.show(Number(button.dataset.finding)));
   }
 
+  // A coordinate of the listener in the world; all others here are relative to the level's origin.
+  inWorld(axis) { return this.place[axis] + this.level.origin[axis]; }
   hertz(hz) { return hz < 1000 ? hz + " Hz" : hz / 1000 + " kHz"; }
 
   tellShown() {
@@ -383,7 +385,7 @@ class View {
 
   moveTo(place) {
     this.place = place.slice();
-    ["x", "y", "z"].forEach((axis, i) => { this.get("listener-" + axis).value = this.place[i].toFixed(1); });
+    ["x", "y", "z"].forEach((axis, i) => { this.get("listener-" + axis).value = this.inWorld(i).toFixed(1); });
     this.moved();
   }
 
@@ -436,7 +438,7 @@ class View {
         emits ? "emitter" : "reflection", (1000 * one.arrives).toFixed(1), one.distance.toFixed(2), (10 * Math.log10(one.heard / all)).toFixed(1), one.scale.toFixed(1)];
       return `<tr>${cells.map((cell, c) => c === 0 ? `<th scope="row">${escapeText(cell)}</th>` : `<td>${cell}</td>`).join("")}</tr>`;
     });
-    this.get("chosen").innerHTML = `<div class="table"><table><caption>Strongest sources at ${this.place.map((x) => x.toFixed(1)).join(", ")} m</caption><thead><tr>` +
+    this.get("chosen").innerHTML = `<div class="table"><table><caption>Strongest sources at ${this.place.map((x, i) => this.inWorld(i).toFixed(1)).join(", ")} m</caption><thead><tr>` +
       ["from", "kind", "arrives (ms)", "distance (m)", "share (dB)", "scaled by"].map((title) => `<th scope="col">${title}</th>`).join("") +
       `</tr></thead><tbody>${rows.join("")}</tbody></table></div>`;
   }

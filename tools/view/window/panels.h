@@ -56,6 +56,7 @@ class Panels {
   void draw_surface();
   void draw_emitter();
   void draw_listener();
+  bool drag_place(Vec3& place_m) const;
 
   // panels_listen.cpp
   void draw_listen();

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "common/reflection.h"
+#include "formats/level/level_origin.h"
 #include "formats/level/material_presets.h"
 #include "tools/report/room_summary.h"
 #include "tools/view/level_sounds.h"
@@ -268,14 +269,7 @@ void Panels::draw_emitter() {
   ImGui::BeginDisabled(!edits);
   bool changed = false, at_once = false;
   caption("Position, m");
-  std::array<float, 3> at{static_cast<float>(emitter.position_m.x),
-                          static_cast<float>(emitter.position_m.y),
-                          static_cast<float>(emitter.position_m.z)};
-  ImGui::SetNextItemWidth(-1);
-  if (ImGui::DragFloat3("##at", at.data(), 0.02f, -1e5f, 1e5f, "%.2f")) {
-    emitter.position_m = {at[0], at[1], at[2]};
-    changed = true;
-  }
+  changed |= drag_place(emitter.position_m);
   const Listener here = session_.camera().listener();
   if (button("Move to me")) {
     emitter.position_m = here.position_m + 1.0 * here.forward();
@@ -335,6 +329,18 @@ void Panels::draw_emitter() {
   }
 }
 
+// Shows a place of the level in the world's coordinates, to be changed; true if it was.
+bool Panels::drag_place(Vec3& place_m) const {
+  const double least = -kMaxWorldCoordinate_m, most = kMaxWorldCoordinate_m;
+  Vec3 in_world_m = place_m + session_.origin_m();
+  ImGui::SetNextItemWidth(-1);
+  if (!ImGui::DragScalarN("##at", ImGuiDataType_Double, &in_world_m.x, 3, 0.02f, &least, &most,
+                          "%.2f"))
+    return false;
+  place_m = in_world_m - session_.origin_m();
+  return true;
+}
+
 void Panels::draw_listener() {
   const std::size_t index = session_.selection().index;
   ListenerSpec listener = session_.listeners()[index];
@@ -355,13 +361,7 @@ void Panels::draw_listener() {
     session_.level().set_listener(index, listener);
   }
   caption("Position, m");
-  std::array<float, 3> at{static_cast<float>(listener.at_m.x), static_cast<float>(listener.at_m.y),
-                          static_cast<float>(listener.at_m.z)};
-  ImGui::SetNextItemWidth(-1);
-  if (ImGui::DragFloat3("##at", at.data(), 0.02f, -1e5f, 1e5f, "%.2f")) {
-    listener.at_m = {at[0], at[1], at[2]};
-    session_.level().set_listener(index, listener, gesture());
-  }
+  if (drag_place(listener.at_m)) session_.level().set_listener(index, listener, gesture());
   if (button("Remove listener")) {
     session_.level().remove_listener(index);
     session_.select({});

@@ -1,0 +1,14 @@
+// level_places.h: checks that everything in a level is near enough to its origin.
+#pragma once
+
+#include "common/result.h"
+
+namespace clamor {
+
+struct Level;
+
+// An Error that names what lies more than 1000 km from the level's origin: places that are given in
+// sidecars, on the command line and by applications may lie anywhere in the world.
+Result<void> check_places(const Level& level);
+
+}  // namespace clamor
