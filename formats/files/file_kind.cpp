@@ -6,6 +6,8 @@
 #include <cstring>
 #include <string_view>
 
+#include "common/text.h"
+
 namespace clamor {
 
 namespace {
@@ -67,35 +69,38 @@ bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
 }
 
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return lower;
+bool starts(std::string_view text, std::string_view word) {
+  return equal_ignoring_case(text.substr(0, word.size()), word);
+}
+
+bool has_word(std::string_view text, std::string_view word) {
+  for (; !text.empty(); text.remove_prefix(1))
+    if (starts(text, word)) return true;
+  return false;
 }
 
 // Text formats, by their first line that is neither empty nor a comment.
 std::string text_kind(std::string_view head) {
   while (!head.empty()) {
-    const std::string_view line = head.substr(0, head.find('\n'));
+    std::string_view line = head.substr(0, head.find('\n'));
     head.remove_prefix(std::min(head.size(), line.size() + 1));
     const std::size_t first = line.find_first_not_of(" \t\r\xef\xbb\xbf");
     if (first == std::string_view::npos || line[first] == '#') continue;
-    const std::string lower = lower_case(line.substr(first));
-    if (lower.starts_with("<!doctype html") || lower.starts_with("<html"))
+    line.remove_prefix(first);
+    if (starts(line, "<!doctype html") || starts(line, "<html"))
       return "is a web page (HTML), which a failed download leaves; download the file itself";
-    if (lower.starts_with("<?xml") || lower.starts_with("<collada"))
-      return contains(lower_case(head), "<collada") || contains(lower, "<collada")
+    if (starts(line, "<?xml") || starts(line, "<collada"))
+      return has_word(head, "<collada") || has_word(line, "<collada")
                  ? "is a COLLADA model" + std::string(kByBlender)
                  : "is an XML file and no glTF";
-    if (lower.starts_with("iso-10303-21"))
+    if (starts(line, "iso-10303-21"))
       return contains(head, "IFC") || !contains(head, "FILE_SCHEMA")
                  ? "is an IFC model; convert it to glTF first: IfcConvert FILE.ifc FILE.glb, or "
                    "import it in Blender with Bonsai"
                  : "is a STEP model; convert it to glTF first, as with FreeCAD";
     for (const std::string_view word :
          {"v ", "vn ", "vt ", "f ", "o ", "g ", "s ", "mtllib ", "usemtl "})
-      if (lower.starts_with(word)) return "is an OBJ model" + std::string(kByBlender);
+      if (starts(line, word)) return "is an OBJ model" + std::string(kByBlender);
     return "";
   }
   return "";
