@@ -13,6 +13,9 @@ namespace clamor {
 namespace {
 
 constexpr double kSourcesPerRoom = 200'000;
+// A hundred emitters that do not see each other, as in a valley, would otherwise make a level of a
+// million triangles cost more than a minute and 2 GB.
+constexpr std::uint32_t kMaxRooms = 32;
 constexpr double kDepositsPerSource = 4;         // default without --photons
 constexpr double kKeptDepositsPerSource = 1.25;  // before the final, exact thinning
 constexpr std::uint64_t kMaxPhotons = 4'000'000'000;
@@ -80,7 +83,7 @@ std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int th
 }
 
 std::uint32_t emitter_rooms(const Scene& scene, const Level& level) {
-  constexpr std::size_t kMaxRooms = 64;
+  constexpr std::size_t kMaxFound = 64;
   std::vector<std::size_t> parent;  // union-find over the rooms found so far
   std::vector<Vec3> place;          // one emitter position per room
   const auto root_of = [&](std::size_t i) {
@@ -97,7 +100,7 @@ std::uint32_t emitter_rooms(const Scene& scene, const Level& level) {
       else
         parent[root_of(i)] = root_of(room);
     }
-    if (room == parent.size() && parent.size() < kMaxRooms) {
+    if (room == parent.size() && parent.size() < kMaxFound) {
       parent.push_back(room);
       place.push_back(emitter.position_m);
     }
@@ -120,8 +123,8 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
                         const TraceSettings& trace) {
   BakePlan plan;
   plan.rooms = emitter_rooms(scene, level);
-  const double sources =
-      settings.sources > 0 ? static_cast<double>(settings.sources) : kSourcesPerRoom * plan.rooms;
+  const double sources = settings.sources > 0 ? static_cast<double>(settings.sources)
+                                              : kSourcesPerRoom * std::min(plan.rooms, kMaxRooms);
   plan.sources = static_cast<std::uint64_t>(std::min<double>(sources, kMaxSources));
 
   std::vector<double> power;

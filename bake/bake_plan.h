@@ -40,7 +40,7 @@ struct BakePlan {
 
 // Defaults for photons, sources or the longest path of 0 in the settings:
 //
-//   sources        200 000 for each room with emitters in it
+//   sources        200 000 for each room with emitters in it, of at most 32 rooms
 //   photons        enough for about four deposits per source
 //   longest path   what the slowest band takes to decay by 60 dB, at least kUsualPath_s and at most
 //                  kLongestPath_s

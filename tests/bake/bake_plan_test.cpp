@@ -99,6 +99,19 @@ TEST(BakePlan, CountsRoomsByVisibilityBetweenEmitters) {
   EXPECT_EQ(plan(level, {}).sources, 400000u);
 }
 
+TEST(BakePlan, KeepsSourcesForAtMost32RoomsByDefault) {
+  // A row of forty cells with an emitter in each.
+  Level level = room_with(40);
+  level.mesh = testing::box({80, 2, 2});
+  for (int cell = 0; cell < 40; ++cell) {
+    if (cell > 0) testing::add_wall_across(level.mesh, 2 * cell, {80, 2, 2}, 0);
+    level.emitters[static_cast<std::size_t>(cell)].position_m = {2.0 * cell + 1, 1, 1};
+  }
+  EXPECT_EQ(plan(level, {}).rooms, 40u);
+  EXPECT_EQ(plan(level, {}).sources, 6'400'000u);
+  EXPECT_EQ(plan(level, {.sources = 8'000'000}).sources, 8'000'000u);
+}
+
 TEST(BakePlan, ThinsWhileTracingOnlyIfDepositsFarExceedSources) {
   EXPECT_EQ(plan(room_with(1), {.photons = 100, .sources = 100000}).deposit_threshold, 0);
   const double some = plan(room_with(1), {.photons = 100000, .sources = 10000}).deposit_threshold;

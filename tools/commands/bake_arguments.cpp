@@ -34,9 +34,9 @@ void add_bake_options(Arguments& parser, BakeRequest& request) {
       "--photons", request.photons,
       "photons to trace; more of them reduce noise, not the number of sources [unset: enough for "
       "--sources]");
-  parser.option(
-      "--sources", request.sources,
-      "maximum number of secondary sources to keep [unset: 200 000 per room with emitters]");
+  parser.option("--sources", request.sources,
+                "maximum number of secondary sources to keep [unset: 200 000 per room with "
+                "emitters, at most 6.4 million]");
   parser.option("--probes", request.probes,
                 "places where moving sources will be heard with reflections: none but those of the "
                 "level, auto, or the metres between them");
