@@ -332,7 +332,7 @@ TEST_F(Farm, MergesOnDiskWhereTheMemoryIsShort) {
 }
 
 TEST_F(Farm, TracesInRoundsUntilAnErrorLikeOneMachine) {
-  const std::vector<std::string> more{"--until",   "0.5dB",    "--longest",       "0.1",
+  const std::vector<std::string> more{"--until",   "0.4dB",    "--longest",       "0.1",
                                       "--probes",  "4",        "--probe-sources", "50",
                                       options_[6], options_[7]};
   const auto with = [&](std::vector<std::string> all) {
@@ -367,7 +367,7 @@ TEST_F(Farm, MergesGroupsThatNothingHasJoinedYetAndJoinsDamagedOnesAgain) {
 
 TEST_F(Farm, PlansARoundOnceHoweverOftenItMerges) {
   const std::vector<std::string> plan{
-      "farm",      level_, "-o",        output(),    "--shards",  "1",      "--until", "0.5dB",
+      "farm",      level_, "-o",        output(),    "--shards",  "1",      "--until", "0.4dB",
       "--longest", "0.1",  options_[6], options_[7], "--program", program_, "--quiet"};
   const auto merge_memory = [&] {
     return nlohmann::json::parse(read(output() + ".farm/farm.json"))["merge_memory_bytes"]
