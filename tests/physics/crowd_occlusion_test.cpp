@@ -102,7 +102,7 @@ TEST_F(CrowdOcclusion, OfAStadiumIsTheSameOfflineAndLiveAndWithAnEstimateForEach
     Hearing offline(*world_, true), live(*world_, false);
     std::span<const SampledSource> sample, live_sample;
     Vec3 place{};
-    for (double time_s = start_s; time_s < start_s + 2.4; time_s += kKeyframe_s) {
+    for (double time_s = start_s; time_s < start_s + 3.2; time_s += kKeyframe_s) {
       place = place_at(time_s);
       sample = offline.sample(place);
       live_sample = live.sample(place);
