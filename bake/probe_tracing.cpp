@@ -11,6 +11,7 @@
 #include "bake/trace/pilot.h"
 #include "formats/bake_file/first_leg.h"
 #include "formats/bake_file/source_quantization.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 

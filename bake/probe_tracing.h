@@ -27,9 +27,10 @@
 #include "common/reflection.h"
 #include "common/vec.h"
 #include "formats/bake_file/bake_contents.h"
-#include "formats/level/level.h"
 
 namespace clamor {
+
+struct Level;
 
 // The level with an emitter at each place, zone after zone, in place of its own. It has no mesh:
 // the scene has it.
