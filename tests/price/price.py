@@ -48,7 +48,7 @@ class Build:
         folder.mkdir(parents=True, exist_ok=True)
         for name, target in (("clamor", tree / "build/release/clamor"),
                              ("price_scenes", tree / "build/release/tests/price_scenes"),
-                             ("levels", ROOT / "assets/levels")
+                             ("levels", ROOT / "assets/levels"),
                              ("shared", ROOT.parent / "shared/levels")):
             (folder / name).unlink(missing_ok=True)
             if target.exists():

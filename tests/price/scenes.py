@@ -19,7 +19,6 @@ INPUTS = {
 }
 
 SCENES = {
-    "bake_stadium": f"clamor bake levels/stadium_paper.glb -o bake_stadium.clamor --photons 1000 --sources 2000 {BAKE}",
     "bake_violin": f"clamor bake levels/violin_room.glb -o bake_violin.clamor --photons 4000 --sources 20000 {BAKE}",
     "bake_sponza": f"clamor bake shared/sponza.glb -o bake_sponza.clamor --photons 500 --sources 5000 {SPEAKER} {BAKE}",
     "import_sponza": "price_scenes import shared/sponza.glb",
@@ -27,11 +26,10 @@ SCENES = {
     "render_violin_walk": "price_scenes render violin.clamor -1.5,1.7,3 1.5 5",
     "render_violin_all": "clamor render few.clamor -o render_violin_all.wav --strategy all --listener 0,1.7,3 --seconds 0.05",
     "render_sponza_walk": "price_scenes render sponza.clamor -6,1.7,1 1.5 5",
-    "render_stadium_stand": "price_scenes render stadium.clamor 0,1.7,0 0 10",
     "render_stadium_walk": "price_scenes render stadium.clamor 0,1.7,-20 1.5 5",
     "keyframes_1e5": "price_scenes keyframes violin.clamor -1.5,1.7,3 1.5 5",
     "keyframes_1e7": "price_scenes keyframes city.clamor 700,2,700 1.5 10",
     "first_listener": "price_scenes listener few.clamor",
     "impulse": "clamor impulse few.clamor -o impulse.wav --listener 2,1.7,-3",
-    "report": "clamor report no_images.clamor -o report.html",
+    "report": "clamor report no_images.clamor -o report.html --listener 0,1.7,3",
 }
