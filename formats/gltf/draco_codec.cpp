@@ -85,7 +85,7 @@ bool put_attribute(const draco::PointAttribute& from, const DracoAttribute& as,
     step = rounding.range() / static_cast<float>((1u << rounding.quantization_bits()) - 1);
   put(out, &step, sizeof step);
   if (rounded)
-    return as.component_type == kFloat && as.components == 3 &&
+    return as.component_type == kFloat && as.components == 3 && from.num_components() == 3 &&
            put_positions(from, rounding, static_cast<float>(step), vertices, out);
   switch (as.component_type) {
     case 5120:

@@ -24,7 +24,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const DracoAttribute& attribute = primitive.attributes[0];
   const std::size_t vertex_bytes =
       component_bytes(attribute.component_type) * static_cast<std::size_t>(attribute.components);
-  if (geometry.index_offset + 4 * geometry.indices != geometry.attribute_offsets.at(0) ||
+  const std::size_t step_bytes = sizeof(double);
+  if (geometry.index_offset + 4 * geometry.indices + step_bytes !=
+          geometry.attribute_offsets.at(0) ||
       geometry.attribute_offsets[0] + vertex_bytes * geometry.vertices != decoded->bytes.size())
     std::abort();
   return 0;
