@@ -21,7 +21,7 @@ import validator from "gltf-validator";
 import {GLTFExporter} from "three/addons/exporters/GLTFExporter.js";
 import {GLTFLoader} from "three/addons/loaders/GLTFLoader.js";
 
-// What three.js uses of a browser.
+// Node lacks these parts of a browser, which three.js uses.
 globalThis.self = globalThis;
 globalThis.ProgressEvent = class extends Event {};
 globalThis.FileReader = class {

@@ -41,10 +41,9 @@ struct SceneMesh {
   std::size_t left_over = 0;               // trailing indices without a complete triangle
 };
 
-// Errors: vertices that are not finite or more than 1000 km from the level's
-// origin, indices beyond the
-// vertices, and more than kMaxTriangles triangles, which are counted before any is created; more
-// than kMaxMovableTriangles in movable parts.
+// Errors: vertices that are not finite or more than 1000 km from the level's origin, indices beyond
+// the vertices, and more than kMaxTriangles triangles, which are counted before any is created;
+// more than kMaxMovableTriangles in movable parts.
 Result<SceneMesh> build_mesh(const GltfScene& scene, const std::vector<PlacedNode>& placements,
                              const MovableNodes& movable, const SceneSurfaces& surfaces);
 

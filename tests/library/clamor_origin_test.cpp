@@ -15,7 +15,7 @@ namespace {
 
 using testing::ListenedRoom;
 
-// The same bake with another origin, and what is heard of a door, an emitter and a moving source.
+// Tells what is heard of a door, an emitter and a moving source of one bake at an origin.
 struct MovedRoom {
   explicit MovedRoom(const Vec3& by_m) : moved_m(by_m) {
     BakeContents contents =

@@ -120,8 +120,9 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
     return parser.bad_usage(err, "--minutes must lie between 0.1 and 600");
 
   // Experiments know nothing of the level's origin, which all that they read is relative to.
-  if (const auto file = BakeFile::open(options.level); file.ok() && options.listener_m)
-    *options.listener_m -= file->origin_m();
+  if (options.listener_m)
+    if (const auto file = BakeFile::open(options.level); file.ok())
+      *options.listener_m -= file->origin_m();
   if (const auto done = run_and_write(run, name, folder, options, err); !done.ok()) {
     err << "clamor experiment: " << done.error().message << '\n';
     return kBadInput;

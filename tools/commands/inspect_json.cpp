@@ -116,7 +116,7 @@ void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
   for (const Emitter& emitter : file.emitters())
     json["emitters"].push_back({{"name", emitter.name},
                                 {"position_m", as_list(emitter.position_m + origin_m)},
-                                {"axis", {emitter.axis.x, emitter.axis.y, emitter.axis.z}},
+                                {"axis", as_list(emitter.axis)},
                                 {"gain", emitter.gain},
                                 {"directivity", emitter.directivity},
                                 {"signal", emitter.signal},
