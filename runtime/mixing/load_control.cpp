@@ -103,6 +103,17 @@ void SamplerLoadControl::space(std::size_t keyframes) {
   spacing_ = keyframes;
 }
 
+// More keyframes share a sample, as many as it takes if all of the time is a sample's; what is still
+// too much after that is met by fewer voices.
+void SamplerLoadControl::answer(double excess) {
+  const auto before = static_cast<double>(spacing_);
+  const double enough = std::ceil(before * excess / kAimShare);
+  space(static_cast<std::size_t>(std::min(enough, static_cast<double>(limits_.most))));
+  const double left = excess * before / static_cast<double>(spacing_);
+  if (left > kHighShare) return fall_by(kAimShare / left);
+  backoff_.fell();
+}
+
 void SamplerLoadControl::keyframe_took(const WorkTime& share, double shed, bool full) {
   if (share.passed > 1) ++late_;
   if (share.passed > 1 && share.cpu <= 1) ++starved_;
@@ -111,19 +122,19 @@ void SamplerLoadControl::keyframe_took(const WorkTime& share, double shed, bool 
   load_.worked(share, kKeyframe_s);
   const double reported = std::min(share.cpu, 1.0);  // the reduction has answered anything beyond
   worst_share_ = std::max(reported, worst_share_ + kForget * (reported - worst_share_));
-  if (const double excess = load_.own_excess(); excess > 0) {
-    fall_by(kAimShare / excess);
-  } else if (const double mean = load_.mean_excess(); mean > 0) {
-    if (spacing_ == limits_.most) return fall_by(kAimShare / mean);
-    space(spacing_ + 1);
-    backoff_.fell();
+  const bool all_voices = voices_ >= static_cast<double>(max_voices_);
+  if (const double excess = std::max(load_.own_excess(), load_.mean_excess()); excess > 0) {
+    answer(excess);
   } else if (shed > 0) {
     if (settling_ > 0) return;
     fall_by(1 - shed);
     settling_ = kSettle;
-  } else if (worst_share_ < kLowShare && load_.has_room() && !full &&
-             voices_ < static_cast<double>(max_voices_) && backoff_.over(rise_s())) {
+  } else if (!all_voices && !full && backoff_.over(rise_s())) {
     backoff_.rose();
+    if (worst_share_ >= kLowShare || !load_.has_room()) {
+      if (spacing_ < limits_.most) space(spacing_ + 1);
+      return;
+    }
     const double before = voices_;
     voices_ = std::min(static_cast<double>(max_voices_), std::max(voices_ * kRise, voices_ + 0.05));
     // A keyframe with more voices takes at most proportionally longer.

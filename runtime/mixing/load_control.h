@@ -4,13 +4,11 @@
 // Work is measured twice: by the time that passes and by the thread's own CPU time. Whatever else
 // passes, the thread waits for a core, which other programs have. ThreadLoad tells the two apart:
 //
-//   own load   The CPU time exceeds the time that there is. Voices fall at once.
+//   own load   The CPU time exceeds the time that there is. The thread does less at once.
 //   others     More time passes than there is. A lead bridges that: keyframes are made further
-//   ahead
-//              (keyframe_lead.h) and the device's buffer grows (buffer_growth.h). Where no lead
-//              would do, because the thread does not get enough of a core on average, more
-//              keyframes share a sample: choosing takes most of the sampler's time, with few voices
-//              as with many. Only then voices fall.
+//              ahead (keyframe_lead.h) and the device's buffer grows (buffer_growth.h). Only where
+//              no lead would do, because the thread does not get enough of a core on average, it
+//              does less.
 //
 // Two control loops run on the threads whose time they measure. Neither waits for the other.
 //
@@ -21,10 +19,13 @@
 // in kDouble_s, or in half of that with ample time.
 //
 // SamplerLoadControl limits k, the number of chosen sources, and decides how many keyframes share a
-// sample. It reduces k by the same rules, and in
-// proportion to the voices that the mixer sheds. It raises k by kRise per keyframe while the recent
-// worst share is below kLowShare and the mixer has room: all its voices are allowed and take less
-// than kLowShare of a block.
+// sample. Choosing takes most of its time, and where there are many walls nearly as much with few
+// voices as with many, so more keyframes share a sample first. Only what is still too much reduces
+// k. The mixer's load does so at once, in proportion to the voices that it sheds. k rises by kRise
+// per keyframe while the recent worst share is below kLowShare and the mixer has room: all its
+// voices are allowed and take less than kLowShare of a block. Where voices are missing and the
+// sampler leaves them no such room, more keyframes share a sample, too; fewer do again when all
+// voices are back.
 //
 // Between the thresholds both keep their limits (hysteresis): the load must grow by a third before
 // a rise is followed by a fall. After a fall both wait before they rise. If a rise soon leads to
@@ -198,8 +199,7 @@ class SamplerLoadControl {
   // Keyframes until a reduction shows in the mixer's share of shed voices.
   static constexpr int kSettle = 12;
 
-  // A sample serves `spacing.least` keyframes and, where other programs take the time, up to
-  // `spacing.most`.
+  // A sample serves `spacing.least` keyframes and, where time is short, up to `spacing.most`.
   struct Spacing {
     std::size_t least = 1, most = 1;
   };
@@ -222,6 +222,7 @@ class SamplerLoadControl {
   void keyframe_took(const WorkTime& share, double shed, bool full);
 
  private:
+  void answer(double excess);
   void fall_by(double factor);
   void space(std::size_t keyframes);
   double rise_s() const;  // to the maximum

@@ -52,6 +52,7 @@ struct Adapting {
     options.voices = voices;
     options.block_frames = 256;
     options.adapt = adapt;
+    options.moving.max_sources = 1;  // so no keyframes share a sample: k alone follows the load
     options.sampler_clock = sampler.clock();
     options.audio_clock = audio.clock();
     auto made = Auralizer::create(std::move(input), options);
