@@ -8,8 +8,8 @@
 namespace clamor {
 
 // Least transmission of a thin material in the band where it transmits most: a sound reduction
-// index of 20 dB. Massive walls, of 25 dB and more, transmit too, but so little that a sound behind
-// one counts as shut off where positions are judged.
+// index of 20 dB. Massive walls, of 22 dB and more, transmit too, but so little that reflections
+// behind them and the shares of re-weighed photons leave it out.
 inline constexpr float kThinTransmission = 0.01f;
 
 inline bool is_thin(const Material& material) {

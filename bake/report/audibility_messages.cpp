@@ -80,10 +80,11 @@ std::vector<std::string> in_words(std::span<const InaudibleEmitter> inaudible,
 
 std::string in_words(const InaudiblePlace& inaudible, const Vec3& listener_m,
                      std::span<const Emitter> emitters, const Vec3& origin_m) {
-  const std::string where = "nothing is heard at " + place_in_words(listener_m + origin_m) + ": ";
-  if (inaudible.emitter)  // some sound may leak out of a solid
-    return "hardly anything" + where.substr(7) +
-           emitter_in_words(inaudible, origin_m, emitters[*inaudible.emitter].name);
+  // Some sound may pass the walls.
+  const std::string where =
+      "hardly anything is heard at " + place_in_words(listener_m + origin_m) + ": ";
+  if (inaudible.emitter)
+    return where + emitter_in_words(inaudible, origin_m, emitters[*inaudible.emitter].name);
   return where + "the listener is " + cause(inaudible) +
          alternative_in_words(inaudible, origin_m, "where an emitter is heard");
 }

@@ -19,7 +19,7 @@ std::vector<std::string> in_words(std::span<const InaudibleEmitter> inaudible,
                                   std::span<const Emitter> emitters,
                                   const Vec3& origin_m = Vec3(0));
 
-// A sentence such as "nothing is heard at 1,1.7,3: ...".
+// A sentence such as "hardly anything is heard at 1,1.7,3: ...".
 std::string in_words(const InaudiblePlace& inaudible, const Vec3& listener_m,
                      std::span<const Emitter> emitters, const Vec3& origin_m = Vec3(0));
 

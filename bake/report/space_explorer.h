@@ -28,7 +28,7 @@ struct Exploration {
   std::size_t direct = 0;   // walks that left without hitting a surface
   std::size_t behind = 0;   // hits on the back of a surface
   double legs_m = 0;        // total distance between hits
-  bool transmits = false;   // whether the sound is heard through any surface, at a few percent
+  bool transmits = false;   // whether the sound is heard through any surface
 
   bool is_enclosed() const;
   double mean_free_path_m() const {
@@ -56,8 +56,8 @@ class SpaceExplorer {
   // Share of the level's bounds that the walks covered, ignoring outliers.
   double share_of_bounds(const Exploration& found) const;
 
-  // Returns whether the line between two points is free, except for thin surfaces
-  // (thin_material.h).
+  // Returns whether the line between two points is free, except for surfaces that let much sound
+  // through, as curtains do and closed doors do not.
   bool sees(const Vec3& from_m, const Vec3& to_m) const;
 
   // Returns whether any of the points sees any of the others.
@@ -78,7 +78,7 @@ class SpaceExplorer {
 
  private:
   std::vector<Vec3> grid_m() const;
-  bool is_thin(std::uint16_t material) const;
+  bool is_heard_through(std::uint16_t material) const;
 
   const Scene& scene_;
   std::span<const Material> materials_;

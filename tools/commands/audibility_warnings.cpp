@@ -52,7 +52,8 @@ std::optional<std::string> audibility_warning(const BakeFile& file, const Walk& 
   std::string text = in_words(**first, places_m[index], emitters, file.origin_m());
   if (times_s.size() > 1)
     text += fmt::format(
-        " ({:.1f} s into the walk; of {} positions tested along it, nothing is heard at {})",
+        " ({:.1f} s into the walk; of {} positions tested along it, hardly anything is heard at "
+        "{})",
         times_s[index], answers.size(), std::count_if(answers.begin(), answers.end(), silent));
   return text;
 }

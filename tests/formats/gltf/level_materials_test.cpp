@@ -151,6 +151,34 @@ TEST_F(Materials, WhoseNamesTellOppositesGetTheDefaultAndAWarning) {
                                                    HasSubstr("preset in the sidecar"))));
 }
 
+TEST_F(Materials, TransmitByTheirSoundReductionIndexIfTheyAreBuildingElements) {
+  const MaterialPresets& presets = MaterialPresets::built_in();
+  for (std::size_t i = 0; i < presets.names().size(); ++i) {
+    const std::string& name = presets.names()[i];
+    const Material material = *presets.get(name);
+    EXPECT_TRUE(conserves_energy(material)) << name;
+    EXPECT_EQ(presets.origin(i).reduction_db.has_value(),
+              !presets.origin(i).reduction_source.empty())
+        << name;
+  }
+  const auto reduction_db = [&](const char* name, std::size_t band) {
+    return -10 * std::log10(presets.get(name)->transmission[band]);
+  };
+  for (const char* name : {"brick", "brick_painted", "concrete", "stone", "plaster"})
+    for (std::size_t b = 1; b < kBandCount; ++b) {
+      EXPECT_GE(reduction_db(name, b), 29.9) << name;
+      EXPECT_LT(reduction_db(name, b), 80) << name;
+    }
+  for (const char* name : {"door", "glass", "glass_double", "plasterboard", "wood", "plywood"})
+    for (std::size_t b = 3; b < kBandCount; ++b) {
+      EXPECT_GT(reduction_db(name, b), 15) << name;
+      EXPECT_LT(reduction_db(name, b), 50) << name;
+    }
+  EXPECT_NEAR(reduction_db("door", 4), 18, 0.01) << "as the table says";
+  EXPECT_LT(reduction_db("curtain", 4), 10);
+  EXPECT_EQ(presets.get("carpet")->transmission, Bands{}) << "what is below it is not known";
+}
+
 TEST_F(Materials, OfUnknownNamesGetTheDefaultAndAWarning) {
   const auto imported = with({{"name", "object32"}}, {.material = "stone"});
   EXPECT_EQ(imported.report.materials.at(0).preset, "stone");

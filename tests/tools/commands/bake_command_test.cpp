@@ -266,9 +266,9 @@ TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {
     words.insert(words.end(), listener.begin(), listener.end());
     return clamor(words);
   };
-  const std::string outside = "44,1.5,0", reason =
-                                              "nothing is heard at 44,1.5,0: the listener is "
-                                              "outside the level, which is closed";
+  const std::string outside = "44,1.5,0";
+  const std::string reason =
+      "hardly anything is heard at 44,1.5,0: the listener is outside the level, which is closed";
   const auto silent = render({"--listener", outside});
   EXPECT_EQ(silent.code, 0) << silent.err;
   EXPECT_NE(silent.err.find("warning: " + reason), std::string::npos) << silent.err;
@@ -276,7 +276,7 @@ TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {
                               outside, "--receivers", "omni"});
   EXPECT_NE(played.err.find("warning: " + reason), std::string::npos) << played.err;
   const auto impulse = clamor({"impulse", bake, "--listener", outside});
-  EXPECT_EQ(impulse.code, 1);
+  EXPECT_EQ(impulse.code, 0) << "the windows let a little through";
   EXPECT_NE(impulse.err.find(reason), std::string::npos) << impulse.err;
 
   // The proposed position is audible.

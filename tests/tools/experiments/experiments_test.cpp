@@ -68,12 +68,13 @@ TEST(Experiments, OfSeedsJudgeEachParameterOfEnergiesAndOfAWaveform) {
   const auto tables = nlohmann::json::parse(read(report + "/seeds.json"))["tables"];
   EXPECT_EQ(tables["shift"].size(), 12u);
   ASSERT_EQ(tables["spread"].size(), 26u);
-  // In the octave of 1 kHz, decaying noise has thousands of independent samples per second.
+  // In the octave of 1 kHz, decaying noise has thousands of independent samples per second. The
+  // spread of a few seeds is itself known to a fifth.
   for (const std::size_t i : {24, 25}) {
     const auto& row = tables["spread"][i];
     EXPECT_EQ(row["of"], "decaying noise");
     EXPECT_GT(row["1000_hz"], 0.01) << row;
-    EXPECT_LT(row["1000_hz"], 5) << row;
+    EXPECT_LT(row["1000_hz"], 6) << row;
   }
   for (std::size_t i = 0; i < 24; ++i) {
     const auto& row = tables["spread"][i];

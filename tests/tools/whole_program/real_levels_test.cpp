@@ -19,7 +19,8 @@ struct RealLevel {
   const char* file;
   const char* emitter_at;  // somewhere inside
   const char* listener;
-  double max_escaped;  // share of photons that may leave: 0 where the level is closed
+  // Share of photons that may leave. Plastered brick, met a hundred times, lets a tenth through.
+  double max_escaped;
 };
 
 // Prints the test parameter, whose default form would hold the addresses of the strings.
@@ -88,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(
                       RealLevel{"stadium.glb", "0,2,0", "10,2,10", 1.0},
                       RealLevel{"bathroom.glb", "0,0.2,0", "0.3,0.2,0.4", 1.0},
                       RealLevel{"sampleroom.gltf", "-0.53,1,-0.53", "1,1,1", 1.0},
-                      RealLevel{"shoebox_5x4x3.glb", "1.3,1.7,1.1", "3.9,2.4,1.6", 0.0},
+                      RealLevel{"shoebox_5x4x3.glb", "1.3,1.7,1.1", "3.9,2.4,1.6", 0.1},
                       RealLevel{"boom_box/boom_box.gltf", "0,1,0", "0.5,1,0.5", 1.0}),
     [](const auto& level) {
       std::string name = level.param.file;
