@@ -32,7 +32,7 @@ Result<void> check_places(const Level& level) {
       return ok;
   for (const Vec3& probe_m : level.probes_m)
     if (auto ok = check(probe_m, "a probe"); !ok.ok()) return ok;
-  if (const Boundsf bounds = bounds_of(level.mesh); !bounds.is_empty())
+  if (const Boundsf bounds = bounds_of(level.mesh.vertices_m); !bounds.is_empty())
     for (const Vec3f& corner_m : {bounds.low_m, bounds.high_m})
       if (auto ok = check(Vec3(corner_m), "a surface"); !ok.ok()) return ok;
   return {};

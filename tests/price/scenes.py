@@ -1,8 +1,10 @@
 """The scenes of tools/price: commands that users know, cut to a second or less.
 
 Commands run in a folder of their own, where `clamor` is the program, `price_scenes` calls the libraries
-(price_scenes.cpp), `levels` are those of assets and `shared` those beside the repository. Callgrind counts all instructions of `clamor`, and of `price_scenes` those of what the
-scene is named after: 50 keyframes are a second of sound.
+(price_scenes.cpp), `levels` are those of assets and `shared` those beside the repository. Callgrind
+counts all instructions of `clamor`, and of `price_scenes` those of what the scene is named after: 50
+keyframes are a second of sound. Valgrind takes 20 to 100 times as long, most where there are rays, so
+bakes that are measured have few sources.
 """
 
 BAKE = "--no-journal --quiet --threads 1"
@@ -11,16 +13,16 @@ SPEAKER = "--emitter name=speaker,signal=noise,at=0,1.5,0"
 # Bakes that scenes play, made before anything is counted.
 INPUTS = {
     "violin.clamor": f"clamor bake levels/violin_room.glb -o violin.clamor --photons 20000 --sources 100000 {BAKE}",
-    "few.clamor": f"clamor bake levels/violin_room.glb -o few.clamor --photons 500 --sources 1000 {BAKE}",
-    "no_images.clamor": f"clamor bake levels/violin_room.glb -o no_images.clamor --photons 500 --sources 1000 --early-order 0 {BAKE}",
+    "few.clamor": f"clamor bake levels/violin_room.glb -o few.clamor --photons 150 --sources 300 {BAKE}",
+    "no_images.clamor": f"clamor bake levels/violin_room.glb -o no_images.clamor --photons 150 --sources 300 --early-order 0 {BAKE}",
     "stadium.clamor": f"clamor bake levels/stadium.glb -o stadium.clamor --photons 17000 --sources 20000 {BAKE}",
     "sponza.clamor": f"clamor bake shared/sponza.glb -o sponza.clamor --photons 10000 --sources 100000 {SPEAKER} {BAKE}",
     "city.clamor": "price_scenes city city.clamor",
 }
 
 SCENES = {
-    "bake_violin": f"clamor bake levels/violin_room.glb -o bake_violin.clamor --photons 4000 --sources 20000 {BAKE}",
-    "bake_sponza": f"clamor bake shared/sponza.glb -o bake_sponza.clamor --photons 500 --sources 5000 {SPEAKER} {BAKE}",
+    "bake_violin": f"clamor bake levels/violin_room.glb -o bake_violin.clamor --photons 1000 --sources 5000 {BAKE}",
+    "bake_sponza": f"clamor bake shared/sponza.glb -o bake_sponza.clamor --photons 200 --sources 2000 {SPEAKER} {BAKE}",
     "import_sponza": "price_scenes import shared/sponza.glb",
     "render_violin_stand": "price_scenes render violin.clamor 0,1.7,3 0 10",
     "render_violin_walk": "price_scenes render violin.clamor -1.5,1.7,3 1.5 5",

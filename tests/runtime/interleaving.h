@@ -10,7 +10,7 @@
 namespace clamor::testing {
 
 // Number of operations of one side during which the other side may be anywhere.
-inline constexpr std::uint64_t kMeetings = kSanitized ? 300'000 : 10'000'000;
+inline constexpr std::uint64_t kMeetings = kSanitized ? 300'000 : 2'000'000;
 
 // Shifts the two threads against each other, so that they meet at every point: usually in step,
 // sometimes by a slip of some tens of instructions, rarely with another thread in between.
