@@ -297,6 +297,7 @@ Result<ImportedLevel> ApplicationLevel::whole(std::optional<std::uint64_t> seed,
   append_mesh(whole);
   append_emitters(whole.level);
   if (const auto ok = check_places(whole.level); !ok.ok()) return ok.error();
+  if (const auto ok = check_surfaces(whole.level); !ok.ok()) return ok.error();
   whole.level.air = added_.air;
   const auto& inputs = folder_.inputs();
   whole.inputs.insert(whole.inputs.end(), inputs.begin(), inputs.end());

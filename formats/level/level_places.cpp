@@ -12,29 +12,39 @@
 
 namespace clamor {
 
+namespace {
+
+Result<void> check(const Level& level, const Vec3& place_m, const std::string& what) {
+  if (std::max({std::abs(place_m.x), std::abs(place_m.y), std::abs(place_m.z)}) <=
+      kMaxEmitterCoordinate_m)
+    return {};
+  return Error(fmt::format(
+      "{} lies {:.0f} km from the level, where 1000 km are the most; the middle of the level is "
+      "near {:.0f}, {:.0f}, {:.0f}.",
+      what, length(place_m) / 1000, level.origin_m.x, level.origin_m.y, level.origin_m.z));
+}
+
+}  // namespace
+
 Result<void> check_places(const Level& level) {
-  const auto check = [&](const Vec3& place_m, const std::string& what) -> Result<void> {
-    if (std::max({std::abs(place_m.x), std::abs(place_m.y), std::abs(place_m.z)}) <=
-        kMaxEmitterCoordinate_m)
-      return {};
-    return Error(fmt::format(
-        "{} lies {:.0f} km from the level, where 1000 km are the most; the middle of the level is "
-        "near {:.0f}, {:.0f}, {:.0f}.",
-        what, length(place_m) / 1000, level.origin_m.x, level.origin_m.y, level.origin_m.z));
-  };
   for (const Emitter& emitter : level.emitters)
-    if (auto ok = check(emitter.position_m, "emitter " + in_quotes(emitter.name)); !ok.ok())
+    if (auto ok = check(level, emitter.position_m, "emitter " + in_quotes(emitter.name)); !ok.ok())
       return ok;
   for (const Portal& portal : level.portals)
-    if (auto ok = check(portal.centre_m, "portal " + in_quotes(portal.name)); !ok.ok()) return ok;
+    if (auto ok = check(level, portal.centre_m, "portal " + in_quotes(portal.name)); !ok.ok())
+      return ok;
   for (const MovablePart& part : level.movable_parts)
-    if (auto ok = check(part.rest_pose.position_m, "part " + in_quotes(part.name)); !ok.ok())
+    if (auto ok = check(level, part.rest_pose.position_m, "part " + in_quotes(part.name)); !ok.ok())
       return ok;
   for (const Vec3& probe_m : level.probes_m)
-    if (auto ok = check(probe_m, "a probe"); !ok.ok()) return ok;
-  if (const Boundsf bounds = bounds_of(level.mesh.vertices_m); !bounds.is_empty())
+    if (auto ok = check(level, probe_m, "a probe"); !ok.ok()) return ok;
+  return {};
+}
+
+Result<void> check_surfaces(const Level& level) {
+  if (const Boundsf bounds = bounds_of(level.mesh); !bounds.is_empty())
     for (const Vec3f& corner_m : {bounds.low_m, bounds.high_m})
-      if (auto ok = check(Vec3(corner_m), "a surface"); !ok.ok()) return ok;
+      if (auto ok = check(level, Vec3(corner_m), "a surface"); !ok.ok()) return ok;
   return {};
 }
 

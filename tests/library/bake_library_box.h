@@ -69,7 +69,7 @@ class BakeLibraryTest : public LevelTest {
     const int indices = accessor(view(raw(kWalls)), 5125, kWalls.size(), "SCALAR");
     mesh({{"attributes", {{"POSITION", positions}}}, {"indices", indices}, {"material", 0}});
     node({{"mesh", 0}});
-    level_["materials"] = {{{"name", "curtain"}}};
+    level_["materials"] = {{{"name", "mineral_wool"}}};
     write("box.acoustics.json",
           R"({"emitters": [{"name": "one", "signal": "noise", "at": [2, 1.5, 3], "gain": 0.5},
               {"name": "two", "signal": "tone.wav", "at": [4, 1, 6], "facing": [1, 0, 2],
@@ -91,12 +91,12 @@ class BakeLibraryTest : public LevelTest {
     clamor_bake_level* made = nullptr;
     EXPECT_EQ(clamor_bake_create_level("box.gltf", &made, nullptr), CLAMOR_BAKE_OK);
     BakedLevel level(made);
-    clamor_bake_material curtain{};
-    curtain.bytes = sizeof(curtain);
-    curtain.preset = "curtain";
+    clamor_bake_material mineral_wool{};
+    mineral_wool.bytes = sizeof(mineral_wool);
+    mineral_wool.preset = "mineral_wool";
     uint32_t material = 0;
     clamor_bake_error error;
-    EXPECT_EQ(clamor_bake_add_material(made, &curtain, &material, &error), CLAMOR_BAKE_OK)
+    EXPECT_EQ(clamor_bake_add_material(made, &mineral_wool, &material, &error), CLAMOR_BAKE_OK)
         << error.sentence;
     EXPECT_EQ(
         clamor_bake_add_triangles(made, kCorners_m.data(), 8, kWalls.data(), 12, material, &error),

@@ -115,7 +115,7 @@ TEST_F(BakeLibrary, BakesTrianglesLikeAFileWithTheSameTriangles) {
   const testing::TemporaryFile kept(".clamor", triangles);
   const auto opened = testing::opened(kept);
   EXPECT_EQ(opened->emitters()[0].name, "one");
-  EXPECT_EQ(opened->materials()[0].name, "curtain");
+  EXPECT_EQ(opened->materials()[0].name, "mineral_wool");
   EXPECT_THAT(opened->provenance().tool, HasSubstr("libclamor_bake"));
   EXPECT_EQ(opened->provenance().level, "box.gltf");
 }
