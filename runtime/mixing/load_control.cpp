@@ -103,8 +103,8 @@ void SamplerLoadControl::space(std::size_t keyframes) {
   spacing_ = keyframes;
 }
 
-// More keyframes share a sample, as many as it takes if all of the time is a sample's; what is still
-// too much after that is met by fewer voices.
+// More keyframes share a sample, as many as it takes if all of the time is a sample's; what is
+// still too much after that is met by fewer voices.
 void SamplerLoadControl::answer(double excess) {
   const auto before = static_cast<double>(spacing_);
   const double enough = std::ceil(before * excess / kAimShare);

@@ -1,5 +1,5 @@
-// Levels in a room that sound reaches through a doorway only, against a tracer of its own, and through a
-// closed door, compared with statistical theory.
+// Levels in a room that sound reaches through a doorway only, against a tracer of its own, and
+// through a closed door, compared with statistical theory.
 #include <algorithm>
 #include <array>
 #include <cmath>

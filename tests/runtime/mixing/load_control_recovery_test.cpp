@@ -211,8 +211,8 @@ TEST(LoadControlRecovery, VoicesFallAsFarAsTheShareOfTheCoreDemandsAndReturnWith
     }
 }
 
-// A keyframe takes 0.4 / n + 0.1 of its period if n of them share a sample. Where others leave 0.45 of a
-// core that is 1.11, or 0.67 of two; a burden of 2.5 makes it 1.25, or 0.75 of two.
+// A keyframe takes 0.4 / n + 0.1 of its period if n of them share a sample. Where others leave 0.45
+// of a core that is 1.11, or 0.67 of two; a burden of 2.5 makes it 1.25, or 0.75 of two.
 TEST(LoadControlRecovery, KeyframesShareSamplesBeforeVoicesFall) {
   for (const bool others : {true, false}) {
     BusyMachine machine{{0.4, 0.1}, {0.05, 0.05}, 0.03, SamplerLoadControl(kMost, {1, 5})};

@@ -133,8 +133,8 @@ struct Misses {
 };
 
 // Each source must be visible from half way back along its incoming path, and not from 3 cm behind
-// its wall, unless through an opening. Nothing passes the walls, behind which many gaps are narrower
-// than a ray's start is deep.
+// its wall, unless through an opening. Nothing passes the walls, behind which many gaps are
+// narrower than a ray's start is deep.
 Misses misses_of(Level level, std::uint64_t photons) {
   for (Material& material : level.materials) material.transmission = same_in_all_bands(0);
   BakeOptions options;
