@@ -10,7 +10,9 @@ struct Level;
 // An Error that names what lies more than 1000 km from the level's origin: places that are given in
 // sidecars, on the command line and by applications may lie anywhere in the world.
 Result<void> check_places(const Level& level);
-// The same of its surfaces, which files are checked for as they are read.
+
+// An Error where a surface lies that far away. Levels of applications need it; the vertices of
+// files are checked as they are read.
 Result<void> check_surfaces(const Level& level);
 
 }  // namespace clamor

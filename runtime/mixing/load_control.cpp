@@ -130,15 +130,16 @@ void SamplerLoadControl::keyframe_took(const WorkTime& share, double shed, bool 
     fall_by(1 - shed);
     settling_ = kSettle;
   } else if (!all_voices && !full && backoff_.over(rise_s())) {
-    backoff_.rose();
-    if (worst_share_ >= kLowShare || !load_.has_room()) {
-      if (spacing_ < limits_.most) space(spacing_ + 1);
-      return;
+    if (worst_share_ < kLowShare && load_.has_room()) {
+      backoff_.rose();
+      const double before = voices_;
+      voices_ =
+          std::min(static_cast<double>(max_voices_), std::max(voices_ * kRise, voices_ + 0.05));
+      // A keyframe with more voices takes at most proportionally longer.
+      worst_share_ *= voices_ / before;
+    } else if (spacing_ < limits_.most) {
+      space(spacing_ + 1);
     }
-    const double before = voices_;
-    voices_ = std::min(static_cast<double>(max_voices_), std::max(voices_ * kRise, voices_ + 0.05));
-    // A keyframe with more voices takes at most proportionally longer.
-    worst_share_ *= voices_ / before;
   } else if (spacing_ > limits_.least && backoff_.over(0)) {
     const double more = static_cast<double>(spacing_) / static_cast<double>(spacing_ - 1);
     if (more * worst_share_ >= kLowShare || !load_.has_room(more)) return;
