@@ -119,6 +119,24 @@ TEST_F(PackagedLibrary, TakesThirtyLinesOfCppToPlayTheSamplesOfTheProgram) {
                                     {{"game.cpp", testing::example_of(kPage, "cpp")}});
 }
 
+// The installed package finds the libraries of its own tree.
+TEST_F(PackagedLibrary, TakesThirtyLinesOfPythonToImpulseResponsesAndSound) {
+  if (std::system("PATH=/usr/bin:$PATH python3 -c 'import numpy' 2>/dev/null") != 0)
+    GTEST_SKIP() << "not on this machine: Python 3 with numpy";
+  const std::string page = "runtime/bindings/python/README.md";
+  const testing::EmptyFolder home;
+  fs::create_symlink(prefix_, home / "clamor");
+  const std::string code = testing::example_of(page, "python");
+  const std::string commands = testing::example_of(page, "sh");
+  EXPECT_LE(testing::line_count(code) + testing::line_count(commands), 30u);
+  std::ofstream(home / "impulses.py") << code;
+  const testing::TemporaryFile script(".sh", commands);
+  EXPECT_THAT(run("cd " + home.path() + " && env -u CLAMOR_LIBRARY -u LD_LIBRARY_PATH HOME=" +
+                  home.path() + " PATH=/usr/bin:$PATH sh -e " + script.path()),
+              ::testing::StartsWith("(9, 24000) peaks: "));
+  EXPECT_GT(fs::file_size(home / "walk.wav"), 48'000u * 2 * sizeof(float));
+}
+
 // A client that links libclamor.a needs no libclamor.so, and its own names cannot clash.
 TEST_F(PackagedLibrary, IsAlsoAnArchive) {
   if (!has("pkg-config")) GTEST_SKIP() << "not on this machine: pkg-config";

@@ -1,6 +1,5 @@
 // python_binding_test.cpp: the Python package against the header, and against the program.
 #include <filesystem>
-#include <fstream>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -91,17 +90,6 @@ TEST_F(PythonBakeBinding, BakesTheBytesOfTheProgramAndTheTrianglesOfArrays) {
 TEST_F(PythonBakeBinding, GivesImpulseResponsesWithDirectSoundOfTheRightDelayAndAmplitude) {
   const testing::EmptyFolder folder;
   check("respond " + folder.path());
-}
-
-// The example of the page is at most 30 lines, from an empty folder to sound.
-TEST_F(PythonBakeBinding, TakesThirtyLinesToImpulseResponsesAndSound) {
-  const std::string code = testing::example_of("runtime/bindings/python/README.md", "python");
-  EXPECT_LE(testing::line_count(code), 30u);
-  const testing::EmptyFolder folder;
-  std::ofstream(folder / "example.py") << code;
-  EXPECT_THAT(run_with_libraries("cd " + folder.path() + "\n" + python_ + " example.py"),
-              ::testing::StartsWith("(9, 24000) peaks: "));
-  EXPECT_GT(std::filesystem::file_size(folder / "walk.wav"), 48'000u * 2 * sizeof(float));
 }
 
 TEST_F(PythonBinding, OpensBytesRendersInRealTimeAndRaisesErrors) {

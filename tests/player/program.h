@@ -33,6 +33,14 @@ class Program {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
+  // False once it has ended.
+  bool runs() const {
+    siginfo_t ended{};
+    return id_ > 0 &&
+           ::waitid(P_PID, static_cast<id_t>(id_), &ended, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           ended.si_pid == 0;
+  }
+
   void signal(int number) { ::kill(id_, number); }
 
   void stop(int number = SIGTERM) {

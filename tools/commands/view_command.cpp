@@ -93,7 +93,7 @@ Result<void> run_window(ViewRequest&, const MixArguments&, const OutputArguments
   return Error(
       "this program was built without the window. On Debian or Ubuntu, install libglfw3-dev, "
       "libimgui-dev and libgl-dev, and build again: cmake --preset release && cmake --build "
-      "--preset release. 'clamor play' walks through a bake in a terminal.");
+      "--preset release --target clamor. 'clamor play' walks through a bake in a terminal.");
 }
 
 #endif

@@ -81,7 +81,8 @@ def main():
     if not farm["shards"]:
         sys.exit("simulate.py: no shard of this farm is done")
     for shard in farm["shards"]:
-        shard["core_seconds"] *= arguments.scale
+        # A shard of a small bake may have had no photon to trace.
+        shard["core_seconds"] = shard.get("core_seconds", 0) * arguments.scale
     farm["bytes"] *= arguments.scale_bytes
     print("| machines | shards | tracing | joining | with merge | efficiency of tracing | of all |")
     print("|---|---|---|---|---|---|---|")

@@ -529,6 +529,9 @@ class Slurm {
            << " CPUs=2 RealMemory=4000\n";
     conf << "PartitionName=all Nodes=node[1-2] Default=YES State=UP\n";
     conf.close();
+    // Nothing here needs control groups. Left to choose, slurmd ends where /sys is not mounted, as
+    // in a plain container.
+    std::ofstream(at + "cgroup.conf") << "CgroupPlugin=cgroup/v1\n";
     ::setenv("SLURM_CONF", (at + "slurm.conf").c_str(), 1);
     for (const char* name : {"state", "node1", "node2"}) fs::create_directories(at + name);
     start({"munged", "--foreground", "--force", "--socket=" + at + "munge.sock",
@@ -548,7 +551,8 @@ class Slurm {
     return installed("slurmctld") && installed("slurmd") && installed("munged") && ::geteuid() == 0;
   }
   bool is_up() const {
-    return comes_true([] { return sh("sinfo -h -t idle -o %D").out == "2\n"; });
+    (void)comes_true([this] { return !all_run() || sh("sinfo -h -t idle -o %D").out == "2\n"; });
+    return all_run() && sh("sinfo -h -t idle -o %D").out == "2\n";
   }
   static bool is_idle() {
     return comes_true([] { return sh("squeue -h").out.empty(); });
@@ -573,6 +577,9 @@ class Slurm {
   void start(const std::vector<std::string>& command) {
     programs_.push_back(
         std::make_unique<Program>(command, folder_ + "/daemon" + std::to_string(programs_.size())));
+  }
+  bool all_run() const {
+    return std::ranges::all_of(programs_, [](const auto& program) { return program->runs(); });
   }
   static pid_t parent_of(pid_t process) {
     std::ifstream status("/proc/" + std::to_string(process) + "/status");

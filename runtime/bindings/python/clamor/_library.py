@@ -25,7 +25,9 @@ def _places(variable: str, name: str) -> List[str]:
     places = []
     if os.environ.get("CLAMOR_LIBRARY"):  # the other libraries lie beside the first
         places.append(str(Path(os.environ["CLAMOR_LIBRARY"]).with_name(name)))
-    places.append(str(Path(__file__).with_name(name)))
+    here = Path(__file__).resolve()
+    places.append(str(here.with_name(name)))
+    places.append(str(here.parents[3] / name))  # PREFIX/lib, above python3/dist-packages/clamor
     return [place for place in places if Path(place).is_file()] + [name]
 
 
