@@ -83,9 +83,11 @@ Result<void> run_all_here(const std::string& output, const FarmScheduler& schedu
   }
 }
 
-// Hands out what is left to do.
-int schedule(const std::string& output, const FarmScheduler& scheduler, std::ostream& out,
-             std::ostream& err) {
+// Hands out what is left to do: as lines to be run in any order, or in order to the end.
+enum class Lines { kInAnyOrder, kInOrder };
+
+int schedule(const std::string& output, const FarmScheduler& scheduler, Lines lines,
+             std::ostream& out, std::ostream& err) {
   if (scheduler.local > 0) {
     const auto done = run_all_here(output, scheduler, err);
     return done.ok() ? kSuccess : fail_farm(err, "farm", done.error());
@@ -103,12 +105,16 @@ int schedule(const std::string& output, const FarmScheduler& scheduler, std::ost
     if (!scheduler.quiet) fmt::print(err, "  waiting  the last shards are still running\n");
     return kSuccess;
   }
-  const std::vector<FarmJob>& jobs = all_traced ? work.groups : work.shards;
-  for (const FarmJob& job : jobs) fmt::print(out, "{}\n", job.command);
-  if (jobs.empty() && work.merges) fmt::print(out, "{}\n", plan->merge_command());
-  if (!scheduler.quiet && !jobs.empty())
-    fmt::print(err, "  then     {}   prints {}\n", printable(plan->resume_command()),
-               all_traced ? "the merge" : "what is left: failed shards, then the merge");
+  const bool to_the_end = lines == Lines::kInOrder && !work.waits;
+  for (const FarmJob& job : work.shards) fmt::print(out, "{}\n", job.command);
+  if (all_traced || to_the_end) {
+    for (const FarmJob& job : work.groups) fmt::print(out, "{}\n", job.command);
+    if (work.merges && (work.groups.empty() || to_the_end))
+      fmt::print(out, "{}\n", plan->merge_command());
+  } else if (!scheduler.quiet) {
+    fmt::print(err, "  then     {}   prints what is left: failed shards, and the merge\n",
+               printable(plan->resume_command()));
+  }
   return kSuccess;
 }
 
@@ -148,6 +154,13 @@ Result<FarmPlan> make_plan(const FarmWords& words, const BakeGoal& goal, std::ui
         words.output +
         ": machines share the folder beside the output; name a file, not a device or pipe");
   BakeRequest request = words.request;
+  std::vector<std::string> in_lines = request.words();
+  in_lines.insert(in_lines.end(), {absolute_path(request.level_path), absolute_path(words.output),
+                                   words.program, std::filesystem::current_path().string()});
+  for (const std::string& word : in_lines)
+    if (word.find('\n') != std::string::npos)
+      return Error(in_quotes(word) +
+                   ": holds a line break, and a farm is one command a line; rename it");
   if (request.level_path.empty()) return Error("the level's name is empty; name a file to read");
   request.level_path = absolute_path(request.level_path);
   LevelBakeOptions options;
@@ -253,13 +266,15 @@ int run_farm_resume(std::span<const std::string> arguments, std::ostream& out, s
   std::string output;
   FarmScheduler scheduler;
   Arguments parser("farm resume",
-                   "Prints, runs or submits what a farm still lacks: shards that are lost, damaged "
-                   "or were never begun, then the merge. Prints nothing when all is done.",
-                   "clamor farm resume hall.clamor | xargs -d '\\n' -n 1 -P 8 sh -c");
+                   "Prints, in the order in which they are to be run, or runs or submits what a "
+                   "farm still lacks: shards that are lost, damaged or were never begun, and the "
+                   "merge. While other shards are running, the merge is left out. Prints nothing "
+                   "when all is done.",
+                   "clamor farm resume hall.clamor | sh");
   parser.positional("output", output, "the output of the farm, as in hall.clamor");
   scheduler.add_options(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  return schedule(output, scheduler, out, err);
+  return schedule(output, scheduler, Lines::kInOrder, out, err);
 }
 
 // Plans the next round of a farm with a goal, if the merged file is not good enough.
@@ -353,7 +368,7 @@ int run_farm_plan(std::span<const std::string> arguments, std::ostream& out, std
       "xargs, GNU parallel, OpenCue or Flamenco; or submits them to Slurm; or runs them here. The "
       "output has the same bytes as a bake on one machine.\n"
       "  clamor farm status OUTPUT [--json]   how far it is\n"
-      "  clamor farm resume OUTPUT            what is left to do: lost shards, then the merge\n"
+      "  clamor farm resume OUTPUT            what is left to do: lost shards, and the merge\n"
       "  clamor farm merge OUTPUT             merges, as the last line of resume does",
       "clamor farm hall.glb -o hall.clamor --shards 64 | xargs -d '\\n' -n 1 -P 8 sh -c && clamor "
       "farm resume hall.clamor | sh");
@@ -400,7 +415,7 @@ int run_farm_plan(std::span<const std::string> arguments, std::ostream& out, std
   const auto plan = make_plan(words, goal, memory_bytes, err);
   if (!plan.ok()) return fail_farm(err, "farm", plan.error());
   if (const auto kept = keep_plan(*plan); !kept.ok()) return fail_farm(err, "farm", kept.error());
-  return schedule(plan->output, words.scheduler, out, err);
+  return schedule(plan->output, words.scheduler, Lines::kInAnyOrder, out, err);
 }
 
 }  // namespace

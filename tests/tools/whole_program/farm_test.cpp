@@ -182,6 +182,28 @@ TEST_F(Farm, PrintsLinesThatNeedNeitherAFolderNorAnEnvironment) {
   EXPECT_EQ(status()["counts"]["waiting"], 3);
 }
 
+// A pipe to a shell would run what follows the break as a command of its own.
+TEST_F(Farm, RefusesALineBreakInWhatItsLinesWouldHold) {
+  const auto refused = [](const std::vector<std::string>& words) {
+    const auto outcome = clamor(words);
+    EXPECT_EQ(outcome.code, 1);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_NE(outcome.err.find("holds a line break"), std::string::npos) << outcome.err;
+  };
+  auto emitter = words();
+  std::ranges::find(emitter, options_.back())->insert(std::string("name=cl").size(), "\nfalse ");
+  refused(emitter);
+  const std::string folder = folder_ / "two\nfalse lines";
+  fs::create_directory(folder);
+  fs::copy_file(level_, folder + "/level.gltf");
+  auto level = words();
+  level[1] = folder + "/level.gltf";
+  refused(level);
+  auto output = words();
+  output[3] = folder + "/room.clamor";
+  refused(output);
+}
+
 TEST_F(Farm, MergesInAnyFolderWhatNamesFilesRelativeToOne) {
   folder_.write("side.json", R"({"materials": {"*": {"absorption": 0.5}}})");
   std::string words_of_plan;
@@ -215,8 +237,9 @@ TEST_F(Farm, LosesOneShardWhenItsMachineDies) {
   EXPECT_EQ(state_of(2), "lost");
   EXPECT_EQ(status()["counts"]["done"], 3);
   EXPECT_FALSE(fs::exists(output()));
-  EXPECT_EQ(lines_in(resume().out), 1u);
-  EXPECT_EQ(resume({"--local", "2"}).code, 0);
+  const auto left = resume();
+  EXPECT_EQ(lines_in(left.out), 2u) << "the shard and the merge: " << left.out;
+  EXPECT_EQ(sh(left.out).code, 0);
   expect_the_same_bytes();
 }
 
@@ -257,7 +280,7 @@ TEST_F(Farm, MakesAgainOnlyTheShardThatIsDamagedOrAnother) {
       EXPECT_NE(left.err.find(shard(3) + ": "), std::string::npos) << left.err;
     }
     EXPECT_NE(left.out.find(shard(3)), std::string::npos) << left.out;
-    EXPECT_EQ(lines_in(left.out), 1u) << left.out;
+    EXPECT_EQ(lines_in(left.out), 2u) << "the shard and the merge: " << left.out;
     EXPECT_EQ(clamor({"farm", "merge", output()}).code, 1);
     EXPECT_FALSE(fs::exists(output()));
   }
@@ -350,8 +373,9 @@ TEST_F(Farm, TracesInRoundsUntilAnErrorLikeOneMachine) {
 }
 
 TEST_F(Farm, MergesGroupsThatNothingHasJoinedYetAndJoinsDamagedOnesAgain) {
-  ASSERT_EQ(clamor(words({"--merge-at-once", "3"})).code, 0);
-  EXPECT_EQ(sh(resume().out).code, 0);
+  const auto plan = clamor(words({"--merge-at-once", "3"}));
+  ASSERT_EQ(plan.code, 0);
+  EXPECT_EQ(sh(plan.out).code, 0);
   const auto merge = clamor({"farm", "merge", output()});
   EXPECT_EQ(merge.code, 0) << merge.err;
   expect_the_same_bytes();
