@@ -87,6 +87,10 @@ def use(level_path):
                    for _ in range(2)]
         [thread.start() for thread in threads], [thread.join() for thread in threads]
         assert failure(clamor.render_walk, level, [1, 2], kind=ValueError)
+        for seconds, kind in ((-1, ValueError), (float("nan"), ValueError), ("1", TypeError)):
+            assert "seconds" in str(failure(clamor.render_walk, level, at, seconds, kind=kind))
+            assert "seconds" in str(failure(clamor.impulse_responses, level, [at], seconds, kind=kind))
+        assert "emitter" in str(failure(clamor.impulse_responses, level, [at], emitter="violin", kind=TypeError))
         assert failure(clamor.render_walk, level, at, output="quadraphonic", kind=ValueError)
         assert failure(clamor.render_walk, level, at, rate_hz=7).code == -1
 

@@ -249,5 +249,17 @@ TEST(Includes, ThatBreakTheDesignAreCaught) {
   EXPECT_FALSE(caught("common/air.cpp", "// #include \"formats/level/level.h\" would be wrong"));
 }
 
+// fmt 11 no longer has it in format.h.
+TEST(Includes, HaveTheHeaderOfJoinWhereItIsUsed) {
+  for (const std::string folder : {"common", "formats", "bake", "runtime", "tools"})
+    for (const std::string& file : files_in(folder)) {
+      if (!is_code(file)) continue;
+      const std::string text = read_text(kRoot / file);
+      if (text.find("fmt::join") != std::string::npos) {
+        EXPECT_NE(text.find("#include <fmt/ranges.h>"), std::string::npos) << file;
+      }
+    }
+}
+
 }  // namespace
 }  // namespace clamor::testing

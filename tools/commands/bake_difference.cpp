@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/baked_portals.h"

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import numbers
 import os
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Tuple
@@ -71,6 +72,15 @@ class Structure(ctypes.Structure):
         super().__init__(**members)
         if self._fields_[0][0] == "bytes":
             self.bytes = ctypes.sizeof(self)
+
+
+def frame_count(seconds: Any, rate_hz: int) -> int:
+    """Frames of a duration. Raises TypeError or ValueError with a sentence for what is none."""
+    if isinstance(seconds, bool) or not isinstance(seconds, numbers.Real):
+        raise TypeError(f"seconds must be a number, as in 0.5, not {seconds!r}")
+    if not 0 <= seconds <= 86_400:
+        raise ValueError(f"seconds is {seconds}, but must be from 0 to 86400, a day")
+    return round(seconds * rate_hz)
 
 
 def utf8(text: Any) -> Any:

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import _interface as native
 from ._interface import check, library
+from ._library import frame_count
 from .offline import open, render_walk
 from .world import Level
 
@@ -40,7 +41,9 @@ def impulse_responses(level: Level, places_m: Any, seconds: float = 1.0,
     ClamorError for numbers of no emitter, and if the bake cannot be read.
     """
     places = _places(places_m, (3,))
-    samples = np.zeros((len(places), round(seconds * 48000)), np.float32)
+    if emitter is not None and not isinstance(emitter, (int, np.integer)):
+        raise TypeError(f"emitter must be its number or None, not {emitter!r}")
+    samples = np.zeros((len(places), frame_count(seconds, 48000)), np.float32)
     if samples.size == 0:
         return samples
     whole, error = c_uint64(), native.clamor_error()

@@ -5,7 +5,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from ._library import ClamorError
+from ._library import ClamorError, frame_count
 from . import _interface as native
 from .walk import Poses, path_of
 from .world import Context, Level, Listener, Source
@@ -41,13 +41,14 @@ def render_walk(level: Level, poses: Poses, seconds: Optional[float] = None, tim
     """
     pose_at, length_s = path_of(poses, times_s)
     duration_s = seconds if seconds is not None else length_s or 10
+    frame_count(duration_s, 1)  # refuses what is no duration before anything is opened
     with level._offline_lock:
         if level._offline is None:  # of its own, because an update serves all listeners
             level._offline = Context(caller_updates=True)
         context = level._offline
         with context.open(level.source, level.name) as opened, \
                 context.listen(opened, pose_at(0.0), offline=True, **options) as listener:
-            frames = round(duration_s * listener.rate_hz)
+            frames = frame_count(duration_s, listener.rate_hz)
             samples = np.empty((frames, listener.channels), np.float32)
             for begin in range(0, frames, _BLOCK_FRAMES):
                 _render_block(context, listener, pose_at, samples[begin:begin + _BLOCK_FRAMES])
