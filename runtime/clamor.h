@@ -436,13 +436,18 @@ CLAMOR_API clamor_result clamor_change_emitter(clamor_context* context, clamor_l
                                                uint32_t emitter,
                                                const clamor_emitter_options* options);
 
+/* The openness of a portal that its movable parts open and close. */
+#define CLAMOR_PORTAL_BY_PARTS (-1.0)
+
 /* Sets how open a portal of a level is, for all listeners: the share of power, 0 to 1, that is left of
- * all reflections whose path in the bake passed it. Portals are open until they are set. Where
- * a bake holds the level with portals closed, too, its reflections fade to those of that state. What a
- * closed door hides from a listener is the business of occlusion: direct sound is not changed.
- * Listeners who are in a level that is closed hear its portals as they were at the last commit
- * before. Errors: HANDLE, ARGUMENT, MEMORY. Any thread; microseconds, and some more in the listeners'
- * next keyframes. */
+ * all reflections whose path in the bake passed it. Until it is set, a portal is opened and closed by
+ * the movable parts of its doorway, which the bake names, as the application moves and disables them:
+ * what gets past them and what they transmit is left. Without such parts it is open. Once it is set,
+ * its parts do not change it; CLAMOR_PORTAL_BY_PARTS gives it back to them. Where a bake holds the
+ * level with portals closed, too, its reflections fade to those of that state. What a closed door
+ * hides from a listener is the business of occlusion: direct sound is not changed. Listeners who are
+ * in a level that is closed hear its portals as they were at the last commit before. Errors: HANDLE,
+ * ARGUMENT, MEMORY. Any thread; microseconds, and some more in the listeners' next keyframes. */
 CLAMOR_API clamor_result clamor_set_portal(clamor_context* context, clamor_level level,
                                            uint32_t portal, double openness);
 

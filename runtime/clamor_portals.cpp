@@ -21,6 +21,8 @@ void put(const Vec3& vector, double (&into)[3]) {
 
 }  // namespace
 
+static_assert(CLAMOR_PORTAL_BY_PARTS == static_cast<double>(clamor::kOpenedByParts));
+
 extern "C" {
 
 clamor_result clamor_get_portal_info(clamor_context* context, clamor_level level, uint32_t portal,
@@ -53,7 +55,7 @@ clamor_result clamor_find_portal(clamor_context* context, clamor_level level, co
 clamor_result clamor_set_portal(clamor_context* context, clamor_level level, uint32_t portal,
                                 double openness) {
   return in_level(context, level, [&](const BakeFile& file) -> clamor_result {
-    if (portal >= file.portals().portals.size() || !(openness >= 0 && openness <= 1))
+    if (portal >= file.portals().portals.size() || !((openness >= 0 && openness <= 1) || openness == CLAMOR_PORTAL_BY_PARTS))
       return CLAMOR_ERROR_ARGUMENT;
     return context->world.set_portal(level, portal, openness) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
   });

@@ -127,7 +127,9 @@ Result<void> check_signals(const std::vector<Signal>& signals) {
 }  // namespace
 
 Result<void> check_bake(const BakeContents& contents) {
-  if (const auto done = check_portals(contents.portals, contents.emitters.size()); !done.ok())
+  if (const auto done =
+          check_portals(contents.portals, contents.emitters.size(), contents.movable_parts.size());
+      !done.ok())
     return done;
   if (const auto done = check_images(contents.images, contents.emitters.size()); !done.ok())
     return done;

@@ -97,6 +97,7 @@ struct Portal {
   halfUM @2 :List(Float64);
   halfVM @3 :List(Float64);
   bakedClosed @4 :Bool;                 # the level is also baked with it as a surface
+  parts @5 :List(UInt16);               # indices of the movables that open and close it
 }
 
 struct Probes {

@@ -4,6 +4,7 @@
 
 #include "formats/bake_file/bake_root_values.h"
 #include "formats/bake_file/value_limits.h"
+#include "formats/level/movable_part.h"
 
 namespace clamor {
 
@@ -17,7 +18,8 @@ using bake_root::write_vector;
 
 }  // namespace
 
-Result<void> check_portals(const BakedPortals& portals, std::size_t emitters) {
+Result<void> check_portals(const BakedPortals& portals, std::size_t emitters,
+                           std::size_t movable_parts) {
   if (portals.portals.size() > kMaxPortals) return Error("it has more than 1024 portals");
   if (portals.sets.size() > kMaxPortalSets) return Error("it has more than 2048 sets of portals");
   for (const Portal& portal : portals.portals) {
@@ -26,6 +28,10 @@ Result<void> check_portals(const BakedPortals& portals, std::size_t emitters) {
     for (int axis = 0; axis < 3; ++axis)
       if (!(std::abs(portal.centre_m[axis]) <= kMaxCoordinateInFile_m))
         return Error("portal " + in_quotes(portal.name) + " lies outside the coordinate range");
+    for (const std::uint16_t part : portal.parts)
+      if (part >= movable_parts)
+        return Error("portal " + in_quotes(portal.name) +
+                     " names a movable part that does not exist");
   }
   if (portals.sets.empty() != portals.portals.empty() ||
       (!portals.sets.empty() && !portals.sets[0].is_empty()))
@@ -38,7 +44,8 @@ Result<void> check_portals(const BakedPortals& portals, std::size_t emitters) {
   return {};
 }
 
-Result<BakedPortals> read_portals(BakeRoot::Reader root, std::size_t emitters) {
+Result<BakedPortals> read_portals(BakeRoot::Reader root, std::size_t emitters,
+                                  std::size_t movable_parts) {
   BakedPortals portals;
   const auto stored = root.getPortals();
   if (stored.getPortals().size() > kMaxPortals) return Error("it has more than 1024 portals");
@@ -54,6 +61,8 @@ Result<BakedPortals> read_portals(BakeRoot::Reader root, std::size_t emitters) {
     portal.half_u_m = *half_u;
     portal.half_v_m = *half_v;
     portal.is_baked_closed = one.getBakedClosed();
+    if (one.getParts().size() > kMaxMovableParts) return Error("a portal has too many parts");
+    for (const std::uint16_t part : one.getParts()) portal.parts.push_back(part);
   }
   if (stored.getSets().size() > kMaxPortalSets)
     return Error("it has more than 2048 sets of portals");
@@ -70,7 +79,8 @@ Result<BakedPortals> read_portals(BakeRoot::Reader root, std::size_t emitters) {
   if (emitter.size() != set.size() || emitter.size() > kMaxPortalEmitters)
     return Error("its virtual emitters are out of range");
   for (unsigned i = 0; i < emitter.size(); ++i) portals.emitters.push_back({emitter[i], set[i]});
-  if (const auto done = check_portals(portals, emitters); !done.ok()) return done.error();
+  if (const auto done = check_portals(portals, emitters, movable_parts); !done.ok())
+    return done.error();
   return portals;
 }
 
@@ -85,6 +95,9 @@ void write_portals(BakeRoot::Builder root, const BakedPortals& portals) {
     write_vector(list[i].initHalfUM(3), portal.half_u_m);
     write_vector(list[i].initHalfVM(3), portal.half_v_m);
     list[i].setBakedClosed(portal.is_baked_closed);
+    if (portal.parts.empty()) continue;
+    auto parts = list[i].initParts(static_cast<unsigned>(portal.parts.size()));
+    for (unsigned p = 0; p < parts.size(); ++p) parts.set(p, portal.parts[p]);
   }
   auto sets = stored.initSets(static_cast<unsigned>(portals.sets.size()));
   for (unsigned s = 0; s < sets.size(); ++s) {

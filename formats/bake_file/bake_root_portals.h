@@ -12,12 +12,14 @@
 namespace clamor {
 
 // `emitters`: their number in the file. The Error is a clause.
-Result<BakedPortals> read_portals(BakeRoot::Reader root, std::size_t emitters);
+Result<BakedPortals> read_portals(BakeRoot::Reader root, std::size_t emitters,
+                                  std::size_t movable_parts);
 
 // Writes nothing if there are no portals.
 void write_portals(BakeRoot::Builder root, const BakedPortals& portals);
 
 // Checks rectangles, sets and virtual emitters. The Error is a clause.
-Result<void> check_portals(const BakedPortals& portals, std::size_t emitters);
+Result<void> check_portals(const BakedPortals& portals, std::size_t emitters,
+                           std::size_t movable_parts);
 
 }  // namespace clamor

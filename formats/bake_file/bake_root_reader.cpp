@@ -204,7 +204,8 @@ Result<void> RootReader::read_images() {
 }
 
 Result<void> RootReader::read_portals() {
-  auto portals = clamor::read_portals(root_, contents_.emitters.size());
+  auto portals =
+      clamor::read_portals(root_, contents_.emitters.size(), contents_.movable_parts.size());
   if (!portals.ok()) return portals.error();
   contents_.portals = std::move(*portals);
   return {};

@@ -19,6 +19,10 @@ namespace clamor {
 
 inline constexpr std::size_t kMaxPortalSets = 2048;
 
+// The openness of a portal that its movable parts open and close (portal_coupling.h). One without
+// parts is open.
+inline constexpr float kOpenedByParts = -1;
+
 // A virtual emitter.
 struct PortalEmitter {
   std::uint32_t emitter = 0, set = 0;

@@ -40,6 +40,7 @@ Result<NodeMarks> read_marks(const GltfScene& scene, std::size_t node) {
     marks.portal |= read_flag(fields, "portal");
     marks.movable |= read_flag(fields, "movable");
     marks.is_baked_closed = read_baked_states(fields, marks.material);
+    marks.parts = read_portal_parts(fields);
     fields.any("comment");
     if (const auto ok = fields.result_without_unknown(); !ok.ok()) return ok.error();
   }

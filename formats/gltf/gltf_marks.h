@@ -8,6 +8,7 @@
 
 #include "common/result.h"
 #include "formats/gltf/gltf_scene.h"
+#include "formats/level/portal_coupling.h"
 
 namespace clamor {
 
@@ -15,6 +16,7 @@ struct NodeMarks {
   bool probe = false, portal = false, movable = false;
   bool is_baked_closed = false;  // of a portal: "baked": "both"
   std::string material;          // that it is then closed with
+  PartPatterns parts{};          // that open and close it
 };
 
 Result<NodeMarks> read_marks(const GltfScene& scene, std::size_t node);

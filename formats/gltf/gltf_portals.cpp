@@ -91,7 +91,7 @@ Result<std::vector<PortalSpec>> read_scene_portals(const GltfScene& scene,
       portal->is_baked_closed = marks->is_baked_closed;
       if (portals.size() == kMaxPortals)
         return Error("the scene has more than 1024 portals; mark fewer.");
-      portals.push_back({std::move(*portal), marks->material});
+      portals.push_back({std::move(*portal), marks->material, marks->parts});
     }
   }
   return portals;

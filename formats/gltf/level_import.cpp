@@ -309,9 +309,14 @@ Result<void> add_portals(const std::vector<PortalSpec>& specs, ImportedLevel& im
     level.materials.push_back(std::move(*material));
   }
   if (specs.empty()) return {};
+  std::vector<PartPatterns> patterns;
+  for (const PortalSpec& spec : specs) patterns.push_back(spec.parts);
   std::string found = number_of(specs.size(), "portal");
   if (closed > 0) found += fmt::format(", {} baked open and closed", closed);
   imported.report.found.push_back(found);
+  PortalCoupling coupling = couple_portals(level.movable_parts, patterns, level.portals);
+  std::ranges::move(coupling.found, std::back_inserter(imported.report.found));
+  std::ranges::move(coupling.warnings, std::back_inserter(imported.report.warnings));
   return {};
 }
 

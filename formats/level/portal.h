@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "common/vec.h"
 
@@ -24,6 +25,8 @@ struct Portal {
   Vec3 half_u_m{}, half_v_m{};  // neither zero nor parallel
   // The bake also traces the level with its rectangle as a surface.
   bool is_baked_closed = false;
+  // The movable parts that open and close it, by their index in the level (portal_coupling.h).
+  std::vector<std::uint16_t> parts{};
 
   bool operator==(const Portal&) const = default;
 };

@@ -178,6 +178,7 @@ Result<PortalSpec> read_portal(const Json& json, std::size_t index) {
     fields.fail("'size' must be [width, height] in metres, each 0.01 to 100000");
   PortalSpec spec;
   const bool is_baked_closed = read_baked_states(fields, spec.material);
+  spec.parts = read_portal_parts(fields);
   fields.any("comment");
   if (const auto ok = fields.result_without_unknown(); !ok.ok()) return ok.error();
   spec.portal = facing_portal(*at, *facing, (*size)[0], (*size)[1]);
@@ -212,6 +213,11 @@ bool read_baked_states(JsonFields& fields, std::string& material) {
     fields.fail("'material' is that of the closed portal, and needs \"baked\": \"both\"");
   material = preset.value_or("wood");
   return is_baked_closed;
+}
+
+PartPatterns read_portal_parts(JsonFields& fields) {
+  if (fields.any("parts") == nullptr) return std::nullopt;
+  return read_patterns(fields, "parts", "Door_Leaf*");
 }
 
 Result<Sidecar> parse_sidecar(std::string_view text, const MaterialPresets& presets) {

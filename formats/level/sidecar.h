@@ -23,6 +23,7 @@
 #include "formats/level/acoustic_values.h"
 #include "formats/level/emitter_spec.h"
 #include "formats/level/portal.h"
+#include "formats/level/portal_coupling.h"
 #include "formats/level/surface_rules.h"
 
 namespace clamor {
@@ -33,10 +34,12 @@ struct ImportedSettings {
   std::optional<Air> air;
 };
 
-// A portal, and the preset that it has as a closed surface if it is baked closed, too.
+// A portal, the preset that it has as a closed surface if it is baked closed, too, and patterns for
+// the names of the movable parts that open and close it, if these are given.
 struct PortalSpec {
   Portal portal;
   std::string material;
+  PartPatterns parts{};
 };
 
 // A place to listen from, for tools; the bake does not depend on it.
@@ -69,5 +72,8 @@ Result<Sidecar> parse_sidecar(std::string_view text, const MaterialPresets& pres
 // Reads "baked" ("open" or "both") and "material" of a portal: whether it is baked closed, too, and
 // as what.
 bool read_baked_states(JsonFields& fields, std::string& material);
+
+// Reads "parts" of a portal.
+PartPatterns read_portal_parts(JsonFields& fields);
 
 }  // namespace clamor

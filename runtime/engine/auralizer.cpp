@@ -146,7 +146,6 @@ struct Auralizer::State {
                options.adapt, options.block_frames, options.audio_clock, rotation.get()}) {
     schedule.stop_when(options.stop);
     if (!options.wait_for_pages) pipeline.sampler().set_sounds(store.loader());
-    if (!input.portals.sets.empty()) set_powers();  // the closed state is silent
   }
 
   void count_keyframe(std::size_t voices, const WorkTime& took_s) {
@@ -178,19 +177,6 @@ struct Auralizer::State {
     counters.keyframes.fetch_add(1, std::memory_order_relaxed);
   }
 
-  // The power of a virtual emitter is that of its emitter, as far as its portals let it through.
-  void set_powers() {
-    const std::vector<float> openness = openness_by_set(input.portals, portal_openness);
-    std::vector<float> powers = emitter_powers;
-    if (!input.portals.emitters.empty()) {
-      powers.resize(input.first_portal_emitter, 1.0f);
-      for (const PortalEmitter& one : input.portals.emitters)
-        powers.push_back(powers[one.emitter] * openness[one.set]);
-    }
-    if (pipeline.probes() != nullptr) pipeline.probes()->set_portals(openness, portal_openness);
-    pipeline.sampler().set_emitter_powers(std::move(powers));
-  }
-
   // A listener in the level's own coordinates.
   Listener in_level(Listener listener) const {
     listener.position_m -= input.origin_m;
@@ -200,10 +186,7 @@ struct Auralizer::State {
   // Opens and closes portals as the script says.
   void follow_script(double time_s) {
     if (script == nullptr || script->portals().is_empty()) return;
-    auto openness = script->portals().openness(time_s);
-    if (openness == portal_openness) return;
-    portal_openness = std::move(openness);
-    set_powers();
+    pipeline.set_portals(script->portals().openness(time_s));
   }
 
   AuralizerInput input;
@@ -217,8 +200,7 @@ struct Auralizer::State {
   RadiationModel radiation;
   SamplingPipeline pipeline;
   SampleSchedule schedule;
-  std::vector<float> emitter_powers, portal_openness;  // as set
-  const std::shared_ptr<MovingScript> script;          // or null
+  const std::shared_ptr<MovingScript> script;  // or null
   KeyframeMaker maker;
   KeyframePacing pacing;
   const ReceiverPattern receivers;
@@ -418,13 +400,11 @@ void Auralizer::limit_group(std::uint16_t group, double share) {
 }
 
 void Auralizer::set_emitter_powers(std::vector<float> powers) {
-  state_->emitter_powers = std::move(powers);
-  state_->set_powers();
+  state_->pipeline.set_emitter_powers(std::move(powers));
 }
 
 void Auralizer::set_portals(std::vector<float> openness) {
-  state_->portal_openness = std::move(openness);
-  state_->set_powers();
+  state_->pipeline.set_portals(std::move(openness));
 }
 
 void Auralizer::set_focus(const SoundFocus& focus) { state_->focus.set(focus); }

@@ -123,7 +123,8 @@ class Auralizer {
   // index; those beyond the end of the list keep theirs. Sampler thread.
   void set_emitter_powers(std::vector<float> powers);
   // Scales the power of everything that has passed a portal of the level, 0 to 1, by the portal's
-  // index; those beyond the end of the list are open. Voices fade to it. Sampler thread; costs
+  // index. Those with kOpenedByParts (baked_portals.h) or beyond the end of the list are as open as
+  // their movable parts leave them, or open without parts. Voices fade to it. Sampler thread; costs
   // microseconds for each thousand virtual emitters (baked_portals.h).
   void set_portals(std::vector<float> openness);
 

@@ -81,7 +81,9 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
     : weights_(strategy_options_of(options).needs_list()
                    ? mean_weights(signals)
                    : weights_over_time(input, options.voices)),
-      max_weights_(file == nullptr ? weights_ : max_over_instances(weights_, file->signal_maps())) {
+      max_weights_(file == nullptr ? weights_ : max_over_instances(weights_, file->signal_maps())),
+      portals_(input.portals),
+      first_portal_emitter_(input.first_portal_emitter) {
   weights_.slots = std::move(slot_weights);
   add_occlusion(input, radiation, options);
   SourceList* list = nullptr;
@@ -107,6 +109,7 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
       {radiation, weights_, joined_ != nullptr ? *joined_ : *pool_, list, occlusion_.get(),
        moving_list_.get(), static_cast<std::size_t>(std::max(options.voices, 0)),
        options.wait_for_pages ? SearchBound::kUnbounded : SearchBound::kBounded});
+  if (!portals_.sets.empty()) apply_powers();  // the closed state is silent
 }
 
 void SamplingPipeline::add_occlusion(const AuralizerInput& input, const RadiationModel& radiation,
@@ -139,11 +142,42 @@ void SamplingPipeline::add_parts(const AuralizerInput& input) {
   }
   parts_->commit();
   surfaces_->set_parts(&part_scene_);
+  portal_parts_ = PortalParts(portals_.portals, level_parts_);
   update_parts();
 }
 
 void SamplingPipeline::update_parts() {
-  if (has_new_parts()) occlusion_->change_parts(part_scene_.update(parts_->latest()));
+  if (!has_new_parts()) return;
+  occlusion_->change_parts(part_scene_.update(parts_->latest()));
+  if (portal_parts_.update(*surfaces_, part_scene_) && sampler_ != nullptr) apply_powers();
+}
+
+void SamplingPipeline::set_emitter_powers(std::vector<float> powers) {
+  emitter_powers_ = std::move(powers);
+  apply_powers();
+}
+
+void SamplingPipeline::set_portals(std::vector<float> openness) {
+  if (openness == portal_openness_) return;
+  portal_openness_ = std::move(openness);
+  apply_powers();
+}
+
+// The power of a virtual emitter is that of its emitter, as far as its portals let it through.
+void SamplingPipeline::apply_powers() {
+  std::vector<float> openness(portal_parts_.openness().begin(), portal_parts_.openness().end());
+  openness.resize(portals_.portals.size(), 1.0f);
+  for (std::size_t p = 0; p < std::min(openness.size(), portal_openness_.size()); ++p)
+    if (portal_openness_[p] != kOpenedByParts) openness[p] = portal_openness_[p];
+  const std::vector<float> by_set = openness_by_set(portals_, openness);
+  std::vector<float> powers = emitter_powers_;
+  if (!portals_.emitters.empty()) {
+    powers.resize(first_portal_emitter_, 1.0f);
+    for (const PortalEmitter& one : portals_.emitters)
+      powers.push_back(powers[one.emitter] * by_set[one.set]);
+  }
+  if (probes_ != nullptr) probes_->set_portals(by_set, openness);
+  sampler_->set_emitter_powers(std::move(powers));
 }
 
 void SamplingPipeline::improve_occlusion() {

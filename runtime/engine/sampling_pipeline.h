@@ -14,6 +14,7 @@
 #include "runtime/occlusion/moving_parts.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/part_scene.h"
+#include "runtime/occlusion/portal_parts.h"
 #include "runtime/occlusion/visibility_cache.h"
 #include "runtime/probes/combined_pool.h"
 #include "runtime/probes/probe_pool.h"
@@ -60,10 +61,17 @@ class SamplingPipeline {
   // All of that, for scripts.
   PartScript::Stage stage() const { return {parts_.get(), level_parts_, of_level_, origin_m_}; }
 
-  // Call before each sample: takes over the newest commit of parts().
+  // Call before each sample: takes over the newest commit of parts(), and opens and closes their
+  // portals.
   void update_parts();
   // Returns whether there is a commit that update_parts() has not taken over.
   bool has_new_parts() const { return parts_ != nullptr && parts_->has_news(); }
+
+  // Scales the power of the sources of each emitter of the level, and of what has passed each of its
+  // portals: 0 to 1, or kOpenedByParts. Those beyond the end of a list have their full power, and
+  // are opened by their parts.
+  void set_emitter_powers(std::vector<float> powers);
+  void set_portals(std::vector<float> openness);
 
   void limit_group(std::uint16_t group, std::size_t max_voices) {
     moving_list_->limit_group(group, max_voices);
@@ -91,6 +99,7 @@ class SamplingPipeline {
   void add_probes(const AuralizerInput& input, const BakeFile& file,
                   const RadiationModel& radiation, const MemoryBudget& memory,
                   const AuralizerOptions& options);
+  void apply_powers();
 
   SignalWeights weights_;
   const SignalWeights max_weights_;  // over all instances that play a signal (signal_maps.h)
@@ -99,6 +108,10 @@ class SamplingPipeline {
   std::span<const MovablePart> of_level_;  // the input's
   Vec3 origin_m_{};                        // likewise
   PartScene part_scene_;
+  const BakedPortals& portals_;  // the input's,
+  const std::size_t first_portal_emitter_;
+  PortalParts portal_parts_;
+  std::vector<float> emitter_powers_, portal_openness_;  // as set
   std::unique_ptr<OcclusionGeometry> surfaces_;
   std::unique_ptr<VisibilityCache> occlusion_;
   std::unique_ptr<PageLoader> loader_;

@@ -122,6 +122,18 @@ std::optional<OcclusionGeometry::LevelHit> OcclusionGeometry::first_level_hit(
   return LevelHit{near, planes_[triangle].normal, materials_[triangle]};
 }
 
+std::optional<OcclusionGeometry::SurfaceHit> OcclusionGeometry::first_hit(const Vec3f& from_m,
+                                                                          const Vec3f& to_m) const {
+  float near = 0;
+  const std::uint32_t triangle = first_triangle(from_m, to_m, near);
+  if (has_parts())
+    if (const auto hit = parts_->first_hit(from_m, to_m, 0, near))
+      return SurfaceHit{hit->fraction, parts_->plane(*hit).normal, &parts_->mirrored(*hit),
+                        hit->part};
+  if (triangle == kNone) return std::nullopt;
+  return SurfaceHit{near, planes_[triangle].normal, &mirrored_[materials_[triangle]]};
+}
+
 void OcclusionGeometry::first_surfaces(
     std::span<const PathSegment, kPacketRays> segments, std::uint32_t lanes,
     std::span<std::optional<OccluderPlane>, kPacketRays> surfaces) const {

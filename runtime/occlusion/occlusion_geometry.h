@@ -76,6 +76,15 @@ class OcclusionGeometry {
   // The first hit of the segment, unless that is on a part.
   std::optional<LevelHit> first_level_hit(const Vec3f& from_m, const Vec3f& to_m) const;
 
+  // The first hit of the segment, on the level or a part.
+  struct SurfaceHit {
+    float fraction = 0;                   // of the segment
+    Vec3f normal{};                       // unit, to either side
+    const Bands* mirrored = nullptr;      // share of the power that it reflects as a mirror
+    std::optional<std::uint32_t> part{};  // its slot
+  };
+  std::optional<SurfaceHit> first_hit(const Vec3f& from_m, const Vec3f& to_m) const;
+
   // first_surface() for the segments whose bit is set in `lanes`; faster for coherent segments.
   // Where a ray passes through the edge between two surfaces, it may find the other surface.
   void first_surfaces(std::span<const PathSegment, kPacketRays> segments, std::uint32_t lanes,

@@ -152,4 +152,8 @@ const Bands& PartScene::transmission(const Hit& hit) const {
   return parts_[hit.part].shape->transmission(hit.triangle);
 }
 
+const Bands& PartScene::mirrored(const Hit& hit) const {
+  return parts_[hit.part].shape->mirrored(hit.triangle);
+}
+
 }  // namespace clamor

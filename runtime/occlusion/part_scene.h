@@ -61,6 +61,12 @@ class PartScene {
 
   OccluderPlane plane(const Hit& hit) const { return plane(hit.part, hit.triangle); }
   const Bands& transmission(const Hit& hit) const;
+  const Bands& mirrored(const Hit& hit) const;  // the share that it reflects as a mirror
+
+  // Grows with each change of the part in a slot.
+  std::uint32_t version_of(std::size_t slot) const {
+    return slot < parts_.size() ? parts_[slot].version : 0;
+  }
 
  private:
   struct Part {

@@ -16,7 +16,10 @@ Result<std::shared_ptr<const PartShape>> PartShape::make(const Mesh& mesh,
 
 PartShape::PartShape(const Mesh& mesh, std::span<const Material> materials)
     : edges_(mesh), materials_(mesh.materials), bounds_(bounds_of(mesh.vertices_m)) {
-  for (const Material& material : materials) transmission_.push_back(material.transmission);
+  for (const Material& material : materials) {
+    transmission_.push_back(material.transmission);
+    mirrored_.push_back(mirror_reflection(material));
+  }
   for (const std::uint16_t material : materials_)
     for (const float share : transmission_[material]) transmits_ |= share > 0;
   planes_.reserve(mesh.triangles.size());

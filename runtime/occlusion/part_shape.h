@@ -35,6 +35,8 @@ class PartShape {
   const Bands& transmission(std::uint32_t triangle) const {
     return transmission_[materials_[triangle]];
   }
+  // Share of the power that a triangle reflects as a mirror.
+  const Bands& mirrored(std::uint32_t triangle) const { return mirrored_[materials_[triangle]]; }
   bool transmits() const { return transmits_; }  // whether any material does
   const DiffractingEdges& edges() const { return edges_; }
   std::size_t triangles() const { return planes_.size(); }
@@ -49,7 +51,7 @@ class PartShape {
   std::vector<OccluderPlane> planes_;  // per triangle
   DiffractingEdges edges_;
   std::vector<std::uint16_t> materials_;  // per triangle
-  std::vector<Bands> transmission_;       // per material
+  std::vector<Bands> transmission_, mirrored_;  // per material
   bool transmits_ = false;
   Boundsf bounds_;
 };

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "formats/bake_file/baked_portals.h"
+
 namespace clamor {
 
 namespace {
@@ -62,7 +64,7 @@ Result<void> PortalScript::find(std::span<const Portal> portals) {
 }
 
 std::vector<float> PortalScript::openness(double time_s) const {
-  std::vector<float> openness(portals_of_level_, 1.0f);
+  std::vector<float> openness(portals_of_level_, kOpenedByParts);
   for (const Scripted& scripted : portals_) {
     const auto& points = scripted.points;
     const auto after =

@@ -3,7 +3,8 @@
 //   "portals": [ { "name": "Door", "openness": [[0, 1], [4, 1], [5, 0]] } ]
 //
 // Each point is a time in seconds and an openness, 0 (closed) to 1. It is linear between points,
-// and constant before the first and after the last.
+// and constant before the first and after the last. It takes the place of what the movable parts of
+// the portal would do.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +28,7 @@ class PortalScript {
   // before openness().
   Result<void> find(std::span<const Portal> portals);
 
-  // By index of the level's portals; those that the script does not name are open.
+  // By index of the level's portals; kOpenedByParts for those that the script does not name.
   std::vector<float> openness(double time_s) const;
 
  private:

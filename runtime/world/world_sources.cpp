@@ -4,6 +4,8 @@
 #include <chrono>
 #include <utility>
 
+#include "formats/bake_file/baked_portals.h"
+
 namespace clamor {
 
 namespace {
@@ -149,7 +151,7 @@ void WorldSources::set_portal(std::uint64_t level, std::size_t portal, std::size
                               double openness) {
   const std::lock_guard lock(mutex_);
   std::vector<float>& portals = portals_[level];
-  portals.resize(count, 1.0f);
+  portals.resize(count, kOpenedByParts);
   portals[portal] = static_cast<float>(openness);
 }
 

@@ -108,7 +108,8 @@ class WorldSources {
   // Changes one of the `count` emitters of a level, whose handle exists.
   void change_emitter(std::uint64_t level, std::size_t emitter, std::size_t count,
                       const WorldEmitter& changed);
-  // Opens or closes one of the `count` portals of a level, whose handle exists: 0 to 1.
+  // Opens or closes one of the `count` portals of a level, whose handle exists: 0 to 1, or
+  // kOpenedByParts.
   void set_portal(std::uint64_t level, std::size_t portal, std::size_t count, double openness);
   // Forgets a level that is closed. Listeners who are still there hear its emitters and portals as
   // they are.

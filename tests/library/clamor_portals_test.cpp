@@ -41,6 +41,20 @@ TEST(ClamorPortals, ScaleTheAmplitudeOfWhatPassedThem) {
   EXPECT_LT(largest_difference(half, mean), 1e-5 * peak(open));
 }
 
+TEST(ClamorPortals, AreGivenBackToTheirParts) {
+  const PortalRoom room;
+  EXPECT_EQ(room.set(0), CLAMOR_OK);
+  room.commit();
+  (void)room.heard();
+  EXPECT_EQ(room.set(CLAMOR_PORTAL_BY_PARTS), CLAMOR_OK);
+  room.commit();
+  (void)room.heard();  // it has none, and is open
+  const PortalRoom untouched;
+  for (int i = 0; i < 2; ++i) (void)untouched.heard();
+  const auto expected = untouched.heard();
+  EXPECT_LT(largest_difference(expected, room.heard()), 0.001 * peak(expected));
+}
+
 TEST(ClamorPortals, ChangeWithTheNextCommitForEveryListener) {
   const PortalRoom room;
   const clamor_listener other = add_listener(room.context, room.level);

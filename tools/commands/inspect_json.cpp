@@ -151,7 +151,8 @@ void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
     json["portals"]["list"].push_back({{"name", portal.name},
                                        {"centre_m", as_list(portal.centre_m + origin_m)},
                                        {"half_u_m", as_list(portal.half_u_m)},
-                                       {"half_v_m", as_list(portal.half_v_m)}});
+                                       {"half_v_m", as_list(portal.half_v_m)},
+                                       {"parts", portal.parts}});
 }
 
 nlohmann::ordered_json as_json(const OctreeDepth& level, const Bands& all) {

@@ -10,6 +10,9 @@ BakeContents contents_with_portals() {
   BakeContents bake = contents();
   bake.portals.portals = {{"Door", {1, 2, 3}, {0.5, 0, 0}, {0, 1, 0}},
                           {"", {4, 2, 3}, {0, 0.5, 0}, {0, 0, 1}}};
+  bake.movable_parts = {{"Leaf", box_mesh({0.5, 1, 0.02}, 0), {}},
+                        {"Door", box_mesh({0.5, 1, 0.02}, 0), {}}};
+  bake.portals.portals[0].parts = {1, 0};
   bake.portals.sets = {{}, {{1, 0, 0, 0}}, {{1, 2, 0, 0}}};
   bake.portals.emitters = {{0, 1}, {0, 2}};
   for (Source& source : bake.octree.sources)
@@ -48,6 +51,8 @@ TEST(BakedPortals, OfForgedRootsAreRefused) {
   ASSERT_TRUE(read_whole(bytes).ok());
   const std::pair<const char*, std::function<void(Root)>> forged[] = {
       {"a point of two coordinates", [](Root r) { r.getPortals().getPortals()[0].initCentreM(2); }},
+      {"a part that does not exist",
+       [](Root r) { r.getPortals().getPortals()[0].getParts().set(1, 2); }},
       {"a place that is no number",
        [](Root r) { r.getPortals().getPortals()[0].getCentreM().set(0, kNaN); }},
       {"a side without length",

@@ -131,6 +131,95 @@ TEST_F(Portals, RefuseOtherStatesAndUnknownMaterials) {
               HasSubstr("glass"));
 }
 
+// The parts of portals and the doors that they belong to.
+class CoupledPortals : public Portals {
+ protected:
+  // A triangle of 1 m with its right angle at the origin, which is a wall, and a part of this name
+  // and place with the same triangle.
+  void part(const std::string& name, const json& translation, const json& rotation) {
+    triangle();
+    add_part(name, translation, rotation);
+  }
+  void add_part(const std::string& name, const json& translation, const json& rotation) {
+    node({{"mesh", 0},
+          {"name", name},
+          {"translation", translation},
+          {"rotation", rotation},
+          {"extras", {{"clamor", {{"movable", true}}}}}});
+  }
+  // A portal around the part at (0, 0, 5), turned by nothing.
+  ImportedLevel with_portal(const std::string& members) {
+    write("level.acoustics.json",
+          R"({"portals": [{"at": [0.5, 0.5, 5], "size": [1, 1], "facing": [0, 0, 1])" + members +
+              "}]}");
+    auto imported = import();
+    EXPECT_TRUE(imported.ok()) << imported.error().message;
+    return std::move(*imported);
+  }
+};
+
+// The warnings that speak of portals.
+std::vector<std::string> portal_warnings(const ImportedLevel& imported) {
+  std::vector<std::string> warnings;
+  for (const std::string& warning : imported.report.warnings)
+    if (warning.find("portal") != std::string::npos) warnings.push_back(warning);
+  return warnings;
+}
+
+using Parts = std::vector<std::uint16_t>;
+const json kNoTurn = {0, 0, 0, 1}, kRightAngle = {0, std::sqrt(0.5), 0, std::sqrt(0.5)};
+
+TEST_F(CoupledPortals, BelongToThePartThatStandsOrTurnsIntoTheirPlace) {
+  for (const json& turn : {kNoTurn, kRightAngle}) {
+    level_ = {{"asset", {{"version", "2.0"}}}};
+    bin_.clear();
+    part("Leaf", {0, 0, 5}, turn);
+    add_part("Leaf elsewhere", {3, 0, 5}, turn);
+    const ImportedLevel imported = with_portal("");
+    EXPECT_EQ(imported.level.portals[0].parts, Parts{0});
+    EXPECT_THAT(imported.report.found,
+                ::testing::Contains(HasSubstr("portal '' opens and closes with 'Leaf'")));
+    EXPECT_TRUE(portal_warnings(imported).empty());
+  }
+}
+
+TEST_F(CoupledPortals, BelongToThePartOfTheirNameWhereverItIs) {
+  part("Door", {7, 0, 5}, kNoTurn);
+  add_part("Leaf", {0, 0, 9}, kNoTurn);
+  EXPECT_EQ(with_portal(R"(, "name": "Door")").level.portals[0].parts, Parts{0});
+}
+
+TEST_F(CoupledPortals, BelongToThePartsThatTheLevelNames) {
+  part("Leaf 1", {0, 0, 5}, kNoTurn);
+  add_part("Leaf 2", {7, 0, 5}, kNoTurn);
+  EXPECT_EQ(with_portal(R"(, "parts": ["*2"])").level.portals[0].parts, Parts{1});
+  EXPECT_EQ(with_portal(R"(, "parts": ["leaf*"])").level.portals[0].parts, (Parts{0, 1}));
+  const ImportedLevel imported = with_portal(R"(, "parts": ["Leaf 3", "Leaf 1"])");
+  const auto warnings = portal_warnings(imported);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_THAT(warnings[0], HasSubstr("the parts 'Leaf 3' of portal ''"));
+}
+
+TEST_F(CoupledPortals, AreWarnedOfWhereAPartStandsClosedInOneThatItDoesNotMove) {
+  part("Leaf", {0, 0, 5}, kNoTurn);
+  const ImportedLevel imported = with_portal(R"(, "name": "Gate", "parts": [])");
+  EXPECT_TRUE(imported.level.portals[0].parts.empty());
+  const auto warnings = portal_warnings(imported);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_THAT(warnings[0],
+              HasSubstr("'Leaf' stands closed in the portal 'Gate', which stays open"));
+}
+
+TEST_F(CoupledPortals, NameTheirPartsInTheMarksOfANode) {
+  part("Leaf", {0, 0, 5}, kNoTurn);
+  node({{"name", "Door"},
+        {"translation", {0.5, 0.5, 5}},
+        {"extras", {{"clamor", {{"portal", true}, {"parts", json::array()}}}}}});
+  const Level imported = level();
+  ASSERT_EQ(imported.portals.size(), 1u);
+  EXPECT_TRUE(imported.portals[0].parts.empty());
+}
+
 TEST_F(Portals, ChangeTheInputHash) {
   triangle();
   write("level.acoustics.json",

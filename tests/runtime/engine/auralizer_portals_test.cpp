@@ -104,6 +104,46 @@ TEST(AuralizerPortals, ScaleWhatPassedThem) {
   }
 }
 
+// The far room, whose door is a part of the portal.
+std::shared_ptr<const BakeFile> room_with_door() {
+  Level level = testing::portal_rooms();
+  Mesh leaf = box_mesh({0.02, 1, 0.45}, 0);
+  for (Vec3f& vertex : leaf.vertices_m) vertex += Vec3f(0, 0, 0.45f);
+  level.movable_parts = {{"Door", leaf, {{6, 1, 2.05}}}};
+  level.portals[0].parts = {0};
+  return part_of(
+      *bake(level, {.settings = {.photons = 500}, .threads = 2}),
+      [](const Source& source) { return source.position_m.x > testing::kPortalWall_m + 0.01f; });
+}
+
+// Nothing is left behind a door that stands closed; one that is gone lets everything through, and a
+// portal that is set does not ask its door. The far room has no other surface to be hidden by.
+TEST(AuralizerPortals, OpenAndCloseWithTheirDoorUntilTheyAreSet) {
+  const auto file = room_with_door();
+  AuralizerOptions options = options_with(5000);
+  options.visibility = true;
+  const auto auralizer = auralizer_of(file, options);
+  const PartHandle door = auralizer->level_parts().front();
+  const auto power = [&] {
+    (void)heard(*auralizer, 25);
+    return power_of(heard(*auralizer, 25));
+  };
+  const auto enable = [&](bool enabled) {
+    ASSERT_TRUE(auralizer->parts()->enable(door, enabled).ok());
+    auralizer->parts()->commit();
+  };
+  EXPECT_LT(power(), 1e-12);
+  enable(false);
+  const double open = power();
+  EXPECT_GT(open, 1e-6);
+  enable(true);
+  EXPECT_LT(power(), 1e-12 * open);
+  auralizer->set_portals({1});
+  EXPECT_NEAR(10 * std::log10(power() / open), 0, 0.5);
+  auralizer->set_portals({kOpenedByParts});
+  EXPECT_LT(power(), 1e-12 * open);
+}
+
 TEST(AuralizerPortals, LetTheClosedStateSoundAsFarAsTheyAreClosed) {
   Level level = testing::portal_rooms();
   level.portals[0].is_baked_closed = true;
