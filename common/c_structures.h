@@ -12,6 +12,7 @@
 #include <string>
 
 #include "common/printable.h"
+#include "common/system_reason.h"
 
 namespace clamor {
 
@@ -69,7 +70,7 @@ auto without_exceptions(const Act& act, const Fail& fail) noexcept -> decltype(f
   } catch (const std::bad_alloc&) {
     return fail(true, "");
   } catch (const std::exception& thrown) {
-    return fail(false, thrown.what());
+    return fail(false, system_reason(thrown).c_str());
   } catch (...) {
     return fail(false, "");
   }

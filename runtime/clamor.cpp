@@ -35,6 +35,7 @@ using clamor::interface::entered;
 using clamor::interface::fail;
 using clamor::interface::guarded;
 using clamor::interface::hand_out;
+using clamor::interface::is_missing;
 using clamor::interface::kMaxPosition_m;
 using clamor::interface::Loan;
 
@@ -123,7 +124,7 @@ clamor_result add_level(clamor_context& context, Result<clamor::BakeFile> file, 
 template <class Render>
 clamor_result rendered(clamor_context* context, clamor_listener handle,
                        const Render& render) noexcept {
-  if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+  if (is_missing(context)) return CLAMOR_ERROR_ARGUMENT;
   clamor::prefault_stack();
   return entered(context->world.rendered(), handle, render);
 }
@@ -170,6 +171,11 @@ clamor_result clamor_create(const clamor_options* options, clamor_context** cont
   return guarded(error, [&] {
     if (context == nullptr) return fail(error, CLAMOR_ERROR_ARGUMENT);
     *context = nullptr;
+    clamor::interface::watch_forks();
+    if (clamor::interface::fork_count() > 0)
+      return fail(error, CLAMOR_ERROR_STATE,
+                  "this process was forked from one that had used Clamor, and has none of its "
+                  "threads; make contexts after fork() alone, or exec() in the child");
     clamor_options chosen;
     if (!copy_from_caller(options, chosen)) return fail(error, CLAMOR_ERROR_ARGUMENT);
     if (chosen.update_period_s == 0) chosen.update_period_s = 1.0 / 30;
@@ -186,11 +192,13 @@ clamor_result clamor_create(const clamor_options* options, clamor_context** cont
   });
 }
 
-void clamor_destroy(clamor_context* context) { delete context; }
+void clamor_destroy(clamor_context* context) {
+  if (!is_missing(context)) delete context;
+}
 
 clamor_result clamor_update(clamor_context* context, double loading_s, uint32_t* made) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr || !(loading_s >= 0)) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context) || !(loading_s >= 0)) return CLAMOR_ERROR_ARGUMENT;
     if (!context->caller_updates) return CLAMOR_ERROR_STATE;
     const std::size_t count = context->world.update(std::min(loading_s, 3600.0));
     if (made != nullptr) *made = static_cast<uint32_t>(count);
@@ -201,7 +209,7 @@ clamor_result clamor_update(clamor_context* context, double loading_s, uint32_t*
 clamor_result clamor_open_level(clamor_context* context, const char* path, clamor_level* level,
                                 clamor_error* error) {
   return guarded(error, [&] {
-    if (context == nullptr || path == nullptr || level == nullptr)
+    if (is_missing(context) || path == nullptr || level == nullptr)
       return fail(error, CLAMOR_ERROR_ARGUMENT);
     return add_level(*context, clamor::BakeFile::open(path), level, error);
   });
@@ -211,7 +219,7 @@ clamor_result clamor_open_level_with(clamor_context* context, const clamor_reade
                                      clamor_level* level, clamor_error* error) {
   return guarded(error, [&] {
     clamor_reader chosen;
-    if (context == nullptr || level == nullptr || reader == nullptr ||
+    if (is_missing(context) || level == nullptr || reader == nullptr ||
         !copy_from_caller(reader, chosen) ||
         (chosen.read == nullptr && (chosen.memory == nullptr || chosen.size > SIZE_MAX)))
       return fail(error, CLAMOR_ERROR_ARGUMENT);
@@ -236,7 +244,7 @@ clamor_result clamor_open_level_with(clamor_context* context, const clamor_reade
 
 clamor_result clamor_close_level(clamor_context* context, clamor_level level) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context)) return CLAMOR_ERROR_ARGUMENT;
     return context->world.remove_level(level) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
   });
 }
@@ -244,7 +252,7 @@ clamor_result clamor_close_level(clamor_context* context, clamor_level level) {
 clamor_result clamor_get_level_info(clamor_context* context, clamor_level level,
                                     clamor_level_info* info) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context)) return CLAMOR_ERROR_ARGUMENT;
     const auto file = context->world.level(level);
     if (file == nullptr) return CLAMOR_ERROR_HANDLE;
     clamor_level_info filled{};
@@ -263,7 +271,7 @@ clamor_result clamor_create_listener(clamor_context* context, clamor_level level
   return guarded(error, [&]() -> clamor_result {
     clamor_listener_options chosen;
     WorldListener::Options made;
-    if (context == nullptr || listener == nullptr || !copy_from_caller(options, chosen) ||
+    if (is_missing(context) || listener == nullptr || !copy_from_caller(options, chosen) ||
         !complete(chosen) || !read_pose(chosen.pose, made.listener))
       return fail(error, CLAMOR_ERROR_ARGUMENT);
     if (chosen.offline != 0 && !context->caller_updates)
@@ -284,7 +292,7 @@ clamor_result clamor_create_listener(clamor_context* context, clamor_level level
 
 clamor_result clamor_destroy_listener(clamor_context* context, clamor_listener listener) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context)) return CLAMOR_ERROR_ARGUMENT;
     return context->world.remove_listener(listener) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
   });
 }
@@ -292,7 +300,7 @@ clamor_result clamor_destroy_listener(clamor_context* context, clamor_listener l
 clamor_result clamor_enter_level(clamor_context* context, clamor_listener listener,
                                  clamor_level level, clamor_error* error) {
   return guarded(error, [&] {
-    if (context == nullptr) return fail(error, CLAMOR_ERROR_ARGUMENT);
+    if (is_missing(context)) return fail(error, CLAMOR_ERROR_ARGUMENT);
     const auto mover = context->world.listener(listener);
     const auto file = context->world.level(level);
     if (mover == nullptr || file == nullptr) return fail(error, CLAMOR_ERROR_HANDLE);
@@ -306,7 +314,7 @@ clamor_result clamor_move_listener(clamor_context* context, clamor_listener list
                                    const clamor_pose* pose) {
   return guarded(nullptr, [&]() -> clamor_result {
     Listener moved;
-    if (context == nullptr || pose == nullptr || !read_pose(*pose, moved))
+    if (is_missing(context) || pose == nullptr || !read_pose(*pose, moved))
       return CLAMOR_ERROR_ARGUMENT;
     const auto mover = context->world.listener(listener);
     if (mover == nullptr) return CLAMOR_ERROR_HANDLE;
@@ -318,7 +326,7 @@ clamor_result clamor_move_listener(clamor_context* context, clamor_listener list
 clamor_result clamor_next_keyframe(clamor_context* context, clamor_listener listener,
                                    uint32_t* wanted, double* time_s) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr || wanted == nullptr || time_s == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context) || wanted == nullptr || time_s == nullptr) return CLAMOR_ERROR_ARGUMENT;
     const auto asked = context->world.listener(listener);
     if (asked == nullptr) return CLAMOR_ERROR_HANDLE;
     const auto next_s = asked->wanted_keyframe_s();
@@ -331,7 +339,7 @@ clamor_result clamor_next_keyframe(clamor_context* context, clamor_listener list
 clamor_result clamor_get_channels(clamor_context* context, clamor_listener listener,
                                   uint32_t* channels) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr || channels == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context) || channels == nullptr) return CLAMOR_ERROR_ARGUMENT;
     const auto asked = context->world.listener(listener);
     if (asked == nullptr) return CLAMOR_ERROR_HANDLE;
     *channels = static_cast<uint32_t>(asked->channels());
@@ -342,7 +350,7 @@ clamor_result clamor_get_channels(clamor_context* context, clamor_listener liste
 clamor_result clamor_get_listener_statistics(clamor_context* context, clamor_listener listener,
                                              clamor_listener_statistics* statistics) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context)) return CLAMOR_ERROR_ARGUMENT;
     const auto asked = context->world.listener(listener);
     if (asked == nullptr) return CLAMOR_ERROR_HANDLE;
     const clamor::AuralizerStatistics counted = asked->statistics();

@@ -10,6 +10,7 @@
 #include "common/c_structures.h"
 #include "common/vec.h"
 #include "runtime/clamor.h"
+#include "runtime/clamor_fork.h"
 #include "runtime/world/handle_table.h"
 #include "runtime/world/world.h"
 
@@ -23,6 +24,7 @@ struct clamor_context {
                                             const char* sentence) { log(user, sentence); }),
         world({!caller_updates, options.max_sources, options.max_sounds, report, thread_hooks}) {}
 
+  const std::uint32_t forks = clamor::interface::fork_count();
   const bool caller_updates;
   const double update_period_s;
   const clamor::ThreadHooks thread_hooks;
@@ -33,6 +35,12 @@ struct clamor_context {
 namespace clamor::interface {
 
 constexpr double kMaxPosition_m = 1e9;
+
+// Whether there is no context, or none of this process's: a child of fork() has no threads that
+// would serve its parent's.
+inline bool is_missing(const clamor_context* context) noexcept {
+  return context == nullptr || context->forks != fork_count();
+}
 
 // Reads a pose within a limit; false if a number is out of range, or if the orientation has no
 // length.
@@ -91,7 +99,7 @@ clamor_result guarded(clamor_error* error, const Act& act) noexcept {
 template <class Act>
 clamor_result in_level(clamor_context* context, clamor_level level, const Act& act) noexcept {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context)) return CLAMOR_ERROR_ARGUMENT;
     const auto file = context->world.level(level);
     return file == nullptr ? clamor_result{CLAMOR_ERROR_HANDLE} : act(*file);
   });

@@ -55,7 +55,8 @@ clamor_result clamor_find_portal(clamor_context* context, clamor_level level, co
 clamor_result clamor_set_portal(clamor_context* context, clamor_level level, uint32_t portal,
                                 double openness) {
   return in_level(context, level, [&](const BakeFile& file) -> clamor_result {
-    if (portal >= file.portals().portals.size() || !((openness >= 0 && openness <= 1) || openness == CLAMOR_PORTAL_BY_PARTS))
+    if (portal >= file.portals().portals.size() ||
+        !((openness >= 0 && openness <= 1) || openness == CLAMOR_PORTAL_BY_PARTS))
       return CLAMOR_ERROR_ARGUMENT;
     return context->world.set_portal(level, portal, openness) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
   });

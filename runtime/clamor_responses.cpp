@@ -17,6 +17,7 @@
 
 using clamor::interface::fail;
 using clamor::interface::guarded;
+using clamor::interface::is_missing;
 using clamor::interface::kMaxPosition_m;
 
 extern "C" clamor_result clamor_measure_responses(clamor_context* context, clamor_level level,
@@ -26,7 +27,7 @@ extern "C" clamor_result clamor_measure_responses(clamor_context* context, clamo
   return guarded(error, [&]() -> clamor_result {
     constexpr std::uint32_t kAll = 0xffffffff;
     constexpr std::uint64_t kMaxFrames = std::uint64_t{1} << 30;
-    if (context == nullptr || positions_m == nullptr || samples == nullptr || frames > kMaxFrames)
+    if (is_missing(context) || positions_m == nullptr || samples == nullptr || frames > kMaxFrames)
       return fail(error, CLAMOR_ERROR_ARGUMENT);
     for (std::size_t i = 0; i < std::size_t{3} * places; ++i)
       if (!(std::abs(positions_m[i]) <= kMaxPosition_m)) return fail(error, CLAMOR_ERROR_ARGUMENT);

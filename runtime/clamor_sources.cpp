@@ -33,6 +33,7 @@ using clamor::interface::entered;
 using clamor::interface::fail;
 using clamor::interface::guarded;
 using clamor::interface::hand_out;
+using clamor::interface::is_missing;
 using clamor::interface::Loan;
 
 constexpr std::uint32_t kMinStreamRate_hz = 8000, kMaxStreamRate_hz = 192'000;
@@ -127,7 +128,7 @@ clamor_result clamor_add_sound(clamor_context* context, const float* samples, ui
   return guarded(error, [&]() -> clamor_result {
     clamor_sound_options chosen;
     constexpr std::uint64_t kMaxFrames = std::uint64_t{1} << 30;
-    if (context == nullptr || sound == nullptr || samples == nullptr || frames == 0 ||
+    if (is_missing(context) || sound == nullptr || samples == nullptr || frames == 0 ||
         frames > kMaxFrames || !copy_from_caller(options, chosen))
       return fail(error, CLAMOR_ERROR_ARGUMENT);
     if (chosen.rate_hz == 0) chosen.rate_hz = clamor::kSampleRate_hz;
@@ -149,7 +150,7 @@ clamor_result clamor_read_sound(clamor_context* context, const char* path,
                                 clamor_error* error) {
   return guarded(error, [&]() -> clamor_result {
     clamor_sound_options chosen;
-    if (context == nullptr || sound == nullptr || path == nullptr ||
+    if (is_missing(context) || sound == nullptr || path == nullptr ||
         !copy_from_caller(options, chosen))
       return fail(error, CLAMOR_ERROR_ARGUMENT);
     return add_samples(*context, clamor::read_audio(path), chosen.loops != 0, sound, error);
@@ -159,7 +160,7 @@ clamor_result clamor_read_sound(clamor_context* context, const char* path,
 clamor_result clamor_read_level_sound(clamor_context* context, clamor_level level, uint32_t index,
                                       clamor_sound* sound, clamor_error* error) {
   return guarded(error, [&]() -> clamor_result {
-    if (context == nullptr || sound == nullptr) return fail(error, CLAMOR_ERROR_ARGUMENT);
+    if (is_missing(context) || sound == nullptr) return fail(error, CLAMOR_ERROR_ARGUMENT);
     const auto file = context->world.level(level);
     if (file == nullptr) return fail(error, CLAMOR_ERROR_HANDLE);
     if (index >= file->signal_count()) return fail(error, CLAMOR_ERROR_ARGUMENT);
@@ -173,7 +174,7 @@ clamor_result clamor_add_stream(clamor_context* context, const clamor_stream* st
                                 clamor_sound* sound, clamor_error* error) {
   return guarded(error, [&]() -> clamor_result {
     clamor_stream chosen;
-    if (context == nullptr || sound == nullptr || stream == nullptr ||
+    if (is_missing(context) || sound == nullptr || stream == nullptr ||
         !copy_from_caller(stream, chosen))
       return fail(error, CLAMOR_ERROR_ARGUMENT);
     if (chosen.rate_hz == 0) chosen.rate_hz = clamor::kSampleRate_hz;
@@ -197,7 +198,7 @@ clamor_result clamor_add_stream(clamor_context* context, const clamor_stream* st
 
 clamor_result clamor_write_stream(clamor_context* context, clamor_sound sound, const float* samples,
                                   uint32_t frames, uint32_t* taken) {
-  if (context == nullptr || samples == nullptr) return CLAMOR_ERROR_ARGUMENT;
+  if (is_missing(context) || samples == nullptr) return CLAMOR_ERROR_ARGUMENT;
   return entered(context->world.sources().written(), sound,
                  [=](WorldSound& written) noexcept -> clamor_result {
                    LiveFeed* const feed = written.feed();
@@ -210,7 +211,7 @@ clamor_result clamor_write_stream(clamor_context* context, clamor_sound sound, c
 
 clamor_result clamor_remove_sound(clamor_context* context, clamor_sound sound) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context)) return CLAMOR_ERROR_ARGUMENT;
     return context->world.sources().remove_sound(sound) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
   });
 }
@@ -219,7 +220,7 @@ clamor_result clamor_add_group(clamor_context* context, const clamor_group_optio
                                clamor_group* group) {
   return guarded(nullptr, [&]() -> clamor_result {
     WorldGroup made;
-    if (context == nullptr || group == nullptr || !read_group(options, made))
+    if (is_missing(context) || group == nullptr || !read_group(options, made))
       return CLAMOR_ERROR_ARGUMENT;
     return hand_out(context->world.sources().add(made), group);
   });
@@ -229,14 +230,14 @@ clamor_result clamor_change_group(clamor_context* context, clamor_group group,
                                   const clamor_group_options* options) {
   return guarded(nullptr, [&]() -> clamor_result {
     WorldGroup changed;
-    if (context == nullptr || !read_group(options, changed)) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context) || !read_group(options, changed)) return CLAMOR_ERROR_ARGUMENT;
     return context->world.sources().set_group(group, changed) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
   });
 }
 
 clamor_result clamor_remove_group(clamor_context* context, clamor_group group) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context)) return CLAMOR_ERROR_ARGUMENT;
     return context->world.sources().remove_group(group) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
   });
 }
@@ -244,7 +245,7 @@ clamor_result clamor_remove_group(clamor_context* context, clamor_group group) {
 clamor_result clamor_add_source(clamor_context* context, const clamor_source_options* options,
                                 clamor_source* source) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr || source == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context) || source == nullptr) return CLAMOR_ERROR_ARGUMENT;
     WorldSource made;
     if (const auto read = read_source(*context, options, made); read != CLAMOR_OK) return read;
     return hand_out(context->world.sources().add(made), source);
@@ -254,7 +255,7 @@ clamor_result clamor_add_source(clamor_context* context, const clamor_source_opt
 clamor_result clamor_change_source(clamor_context* context, clamor_source source,
                                    const clamor_source_options* options) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context)) return CLAMOR_ERROR_ARGUMENT;
     WorldSource changed;
     if (const auto read = read_source(*context, options, changed); read != CLAMOR_OK) return read;
     return context->world.sources().change(source, changed) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
@@ -265,7 +266,7 @@ clamor_result clamor_move_source(clamor_context* context, clamor_source source,
                                  const clamor_motion* motion) {
   return guarded(nullptr, [&]() -> clamor_result {
     SourceMotion moved;
-    if (context == nullptr || motion == nullptr || !read_motion(*motion, moved))
+    if (is_missing(context) || motion == nullptr || !read_motion(*motion, moved))
       return CLAMOR_ERROR_ARGUMENT;
     return context->world.sources().move(source, moved) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
   });
@@ -273,14 +274,14 @@ clamor_result clamor_move_source(clamor_context* context, clamor_source source,
 
 clamor_result clamor_remove_source(clamor_context* context, clamor_source source) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context)) return CLAMOR_ERROR_ARGUMENT;
     return context->world.sources().remove_source(source) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
   });
 }
 
 clamor_result clamor_commit(clamor_context* context, double time_s) {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr || !(std::abs(time_s) <= clamor::kMaxWorldTime_s))
+    if (is_missing(context) || !(std::abs(time_s) <= clamor::kMaxWorldTime_s))
       return CLAMOR_ERROR_ARGUMENT;
     context->world.sources().commit({WorldSources::now_s(), time_s});
     return CLAMOR_OK;

@@ -14,6 +14,7 @@ namespace {
 using clamor::copy_from_caller;
 using clamor::copy_to_caller;
 using clamor::interface::guarded;
+using clamor::interface::is_missing;
 
 constexpr std::uint32_t kNoLevelSound = 0xffffffff;
 
@@ -40,7 +41,7 @@ extern "C" clamor_result clamor_get_voices(clamor_context* context, clamor_liste
                                            clamor_voices* voices) {
   return guarded(nullptr, [&]() -> clamor_result {
     clamor_voices chosen;
-    if (context == nullptr || voices == nullptr || !copy_from_caller(voices, chosen) ||
+    if (is_missing(context) || voices == nullptr || !copy_from_caller(voices, chosen) ||
         (chosen.capacity > 0 && chosen.voices == nullptr))
       return CLAMOR_ERROR_ARGUMENT;
     const auto asked = context->world.listener(listener);

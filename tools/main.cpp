@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "common/printable.h"
+#include "common/system_reason.h"
 #include "tools/commands/commands.h"
 
 namespace {
@@ -34,7 +35,7 @@ int main(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     std::cerr << "clamor: out of memory; try fewer photons or voices, or a smaller level\n";
   } catch (const std::exception& exception) {
-    std::cerr << "clamor: " << clamor::printable(exception.what()) << '\n';
+    std::cerr << "clamor: " << clamor::printable(clamor::system_reason(exception)) << '\n';
   }
   return clamor::kBadInput;
 }

@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "common/system_reason.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/files/atomic_file.h"
 #include "formats/files/retry_on_eintr.h"
@@ -58,7 +59,7 @@ std::optional<RecordHeader> checked(std::span<const std::byte, sizeof(RecordHead
   return header;
 }
 
-std::string reason() { return std::strerror(errno); }
+std::string reason() { return system_reason(errno); }
 
 // A lock of the whole file that belongs to the open file, as flock() makes them; other than with
 // flock(), others can ask for it without taking it, also on a shared file system.

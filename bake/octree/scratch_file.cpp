@@ -9,6 +9,8 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "common/system_reason.h"
+
 namespace clamor {
 
 ScratchFile::ScratchFile(ScratchFile&& other) noexcept
@@ -34,7 +36,7 @@ Error ScratchFile::failed(const char* doing) const {
   const int code = errno;
   const bool full = code == ENOSPC || code == EDQUOT || code == EFBIG;
   return Error(beside_ + ": cannot " + doing + " the temporary file for sources that exceed the " +
-               "memory (" + std::strerror(code) + "); " +
+               "memory (" + system_reason(code) + "); " +
                (full ? "free some space, choose another disk or allow more memory"
                      : "choose a place you may write to or allow more memory"));
 }

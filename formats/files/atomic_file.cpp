@@ -13,6 +13,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "common/system_reason.h"
 #include "formats/files/retry_on_eintr.h"
 
 namespace clamor {
@@ -24,7 +25,7 @@ Error failed(const std::string& path, const std::string& doing, int code) {
                            ? "free some space or choose another disk"
                        : code == EPIPE ? "what read it has ended"
                                        : "choose a place you may write to";
-  return Error(path + ": cannot " + doing + " (" + std::strerror(code) + "); " + advice);
+  return Error(path + ": cannot " + doing + " (" + system_reason(code) + "); " + advice);
 }
 
 std::string folder_of(const std::string& path) {

@@ -16,6 +16,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "common/system_reason.h"
 #include "formats/files/retry_on_eintr.h"
 
 namespace clamor {
@@ -105,7 +106,7 @@ Result<std::vector<std::byte>> in_child_process(
     const ChildLimits& limits, const std::function<std::vector<std::byte>()>& work) {
   const auto failed = [](const char* what) {
     return Error(std::string("cannot be read in a child process (") + what + ": " +
-                 std::strerror(errno) + ")");
+                 system_reason(errno) + ")");
   };
   std::array<int, 2> pipe{};
   if (::pipe2(pipe.data(), O_CLOEXEC) != 0) return failed("pipe");

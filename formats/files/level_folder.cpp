@@ -13,6 +13,8 @@
 #include <unistd.h>
 #include <xxhash.h>
 
+#include "common/system_reason.h"
+
 namespace clamor {
 
 namespace {
@@ -68,7 +70,7 @@ struct Descriptor {
 
 Result<FileBytes> read_whole_file(const std::string& path) {
   const auto failed = [&](int error) {
-    return Error(path + ": cannot be read: " + std::strerror(error) +
+    return Error(path + ": cannot be read: " + system_reason(error) +
                  ". Check the name and that you may read it.");
   };
   // O_NONBLOCK, because opening a pipe without a writer would block.
@@ -112,12 +114,12 @@ Result<std::string> confined_path(const std::string& folder, std::string_view ur
 
   char* const real_folder = ::realpath(folder.c_str(), nullptr);
   if (real_folder == nullptr)
-    return refused(std::string("has no folder: ") + std::strerror(errno) + ".");
+    return refused(std::string("has no folder: ") + system_reason(errno) + ".");
   const std::string root = std::string(real_folder) == "/" ? "/" : std::string(real_folder) + "/";
   std::free(real_folder);
   char* const real = ::realpath((root + path).c_str(), nullptr);
   if (real == nullptr)
-    return refused(std::string("cannot be read: ") + std::strerror(errno) +
+    return refused(std::string("cannot be read: ") + system_reason(errno) +
                    ". Put the file into the folder of what names it.");
   std::string resolved(real);
   std::free(real);

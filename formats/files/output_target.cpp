@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "common/system_reason.h"
 #include "formats/files/retry_on_eintr.h"
 
 namespace clamor {
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 constexpr int kMaxLinks = 40;  // the limit of Linux
 
 Error unwritable(const std::string& path, int code) {
-  return Error(path + ": cannot write here (" + std::strerror(code) +
+  return Error(path + ": cannot write here (" + system_reason(code) +
                "); choose a place you may write to");
 }
 

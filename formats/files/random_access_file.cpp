@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "common/system_reason.h"
 #include "formats/files/retry_on_eintr.h"
 
 namespace clamor {
@@ -37,7 +38,7 @@ Result<RandomAccessFile> RandomAccessFile::open(const std::string& path, FileAcc
   file.descriptor_ =
       retry_on_eintr([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
   if (file.descriptor_ < 0)
-    return Error(path + ": cannot read it (" + std::strerror(errno) + "); check the path");
+    return Error(path + ": cannot read it (" + system_reason(errno) + "); check the path");
   struct stat status {};
   if (::fstat(file.descriptor_, &status) != 0 || !S_ISREG(status.st_mode))
     return Error(path + ": is not a file; name a file that 'clamor bake' wrote");
@@ -87,7 +88,7 @@ Result<void> RandomAccessFile::read(std::uint64_t offset, std::uint64_t bytes,
       return ::pread(descriptor_, into.data() + done, bytes - done,
                      static_cast<off_t>(offset + done));
     });
-    if (got < 0) return Error(std::string("cannot be read (") + std::strerror(errno) + ")");
+    if (got < 0) return Error(std::string("cannot be read (") + system_reason(errno) + ")");
     if (got == 0) return Error("is not there any more: the file was cut short while it was open");
     done += static_cast<std::uint64_t>(got);
   }

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "common/system_reason.h"
 #include "common/version.h"
 #include "embedded_page.h"
 #include "formats/files/atomic_file.h"
@@ -173,7 +174,7 @@ Result<void> ReportPage::check_folder(const std::string& folder, const std::stri
     return Error(present.string() + ": is not a folder, and a report is several files; name a " +
                  "folder for them");
   if (::access(present.c_str(), W_OK | X_OK) != 0)
-    return Error(present.string() + ": cannot write here (" + std::strerror(errno) +
+    return Error(present.string() + ": cannot write here (" + system_reason(errno) +
                  "); choose a place you may write to");
   for (fs::directory_iterator file(folder, problem), end; !problem && file != end;
        file.increment(problem)) {

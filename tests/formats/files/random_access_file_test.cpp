@@ -8,6 +8,7 @@
 #include <fcntl.h>
 #include <pthread.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "formats/bake_file/bake_layout.h"
@@ -252,6 +253,20 @@ TEST(NoHandlerBeforeDeathTest, IsNotInstalledWithoutMapping) {
     ::_exit(before.sa_sigaction == after.sa_sigaction ? 0 : 1);
   };
   EXPECT_EXIT(read_only(), ::testing::ExitedWithCode(0), "");
+}
+
+// The process may have no more files open than it has.
+TEST(RandomAccessFile, ThatTheLimitOfOpenFilesKeepsShutNamesTheLimit) {
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit none = before;
+  none.rlim_cur = 3;
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &none), 0);
+  const auto opened = RandomAccessFile::open("/dev/null", FileAccess::kRead);
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
+  ASSERT_FALSE(opened.ok());
+  EXPECT_NE(opened.error().message.find("raise the limit with ulimit -n"), std::string::npos)
+      << opened.error().message;
 }
 
 }  // namespace
