@@ -29,6 +29,10 @@
  * HANDLES are numbers. A handle that is stale, invented or another context's is
  * CLAMOR_ERROR_HANDLE. The pointer to a context is valid until clamor_destroy().
  *
+ * FORK. A child made by fork() has none of the library's threads. There, calls with a context of its
+ * parent's are CLAMOR_ERROR_ARGUMENT, clamor_destroy() does nothing, and clamor_create() is
+ * CLAMOR_ERROR_STATE if the parent had called it. exec() begins anew.
+ *
  * STRUCTURES begin with `bytes`, their size as the caller knows it, at most 4096: later versions
  * append members. Members that are 0 mean the default. Options that the library does not know are
  * CLAMOR_ERROR_ARGUMENT unless they are 0, and results that it does not know become 0.
@@ -453,8 +457,9 @@ CLAMOR_API clamor_result clamor_set_portal(clamor_context* context, clamor_level
 
 /* ---- Movable parts ---------------------------------------------------------------------------- */
 
-/* A door, a lift, a barrier: triangles that the application moves as a rigid body. They hide what is
- * behind them, per band, and let through what they transmit; they reflect nothing. */
+/* A door, a lift, a lorry: triangles that the application moves as a rigid body. They hide what is
+ * behind them, per band, let through what they transmit, and reflect emitters and sources as mirrors:
+ * faces of 0.1 m2 and more have image sources of one reflection, with their edges' diffraction. */
 typedef uint64_t clamor_part;
 
 /* Handles of a level's parts, by their number below clamor_level_info's `parts` and by the name of
@@ -488,6 +493,10 @@ typedef struct clamor_part_options {
   const uint32_t* indices;  /* of vertices, three for each triangle; copied */
   uint32_t vertices, triangles; /* at most 1 048 576 triangles */
   double transmission[8];   /* share of the power that passes a surface, 63 Hz to 8 kHz, 0 to 1 */
+  /* Share of the power that is not reflected, 0 to 1, at least the transmission. All 0: 0.1, or the
+   * transmission where that is more. All 1: it reflects nothing. */
+  double absorption[8];
+  double scattering[8];     /* share of the rest that is not reflected as by a mirror, 0 to 1 */
 } clamor_part_options;
 
 /* Adds a box or a mesh. A box has two surfaces on each path through it. Errors: ARGUMENT, HANDLE,

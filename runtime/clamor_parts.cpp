@@ -26,6 +26,7 @@ using clamor::WorldParts;
 using clamor::interface::fail;
 using clamor::interface::guarded;
 using clamor::interface::hand_out;
+using clamor::interface::is_missing;
 
 constexpr double kMinHalf_m = 0.001, kMaxHalf_m = 10'000;
 
@@ -71,11 +72,28 @@ Mesh mesh_of(const clamor_part_options& options) {
   return mesh;
 }
 
+clamor::Result<clamor::Material> material_of(const clamor_part_options& options) {
+  const auto is_zero = [](double share) { return share == 0; };
+  const bool has_absorption = !std::ranges::all_of(options.absorption, is_zero);
+  clamor::Material material = clamor::mirror_material();
+  for (std::size_t b = 0; b < clamor::kBandCount; ++b) {
+    for (const double share :
+         {options.transmission[b], options.absorption[b], options.scattering[b]})
+      if (!(share >= 0 && share <= 1))
+        return clamor::Error("a part transmits, absorbs and scatters shares from 0 to 1");
+    material.transmission[b] = static_cast<float>(options.transmission[b]);
+    if (has_absorption) material.absorption[b] = static_cast<float>(options.absorption[b]);
+    material.absorption[b] = std::max(material.absorption[b], material.transmission[b]);
+    material.scattering[b] = static_cast<float>(options.scattering[b]);
+  }
+  return material;
+}
+
 // Calls act(parts) with the movable parts of a context.
 template <class Act>
 clamor_result with_parts(clamor_context* context, const Act& act) noexcept {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context)) return CLAMOR_ERROR_ARGUMENT;
     return context->world.sources().with_parts(act);
   });
 }
@@ -85,7 +103,7 @@ template <class Choose>
 clamor_result level_part(clamor_context* context, clamor_level level, clamor_part* part,
                          const Choose& choose) noexcept {
   return guarded(nullptr, [&]() -> clamor_result {
-    if (context == nullptr || part == nullptr) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context) || part == nullptr) return CLAMOR_ERROR_ARGUMENT;
     clamor_result result = CLAMOR_ERROR_HANDLE;
     context->world.with_level(level, [&](const clamor::BakeFile& file) {
       const std::vector<MovablePart>& parts = file.movable_parts();
@@ -150,19 +168,15 @@ clamor_result clamor_add_part(clamor_context* context, const clamor_part_options
   return guarded(error, [&]() -> clamor_result {
     clamor_part_options chosen;
     WorldPart added;
-    if (context == nullptr || part == nullptr || options == nullptr ||
+    if (is_missing(context) || part == nullptr || options == nullptr ||
         !clamor::copy_from_caller(options, chosen) ||
         !read_part_pose(chosen.pose, true, added.pose))
       return fail(error, CLAMOR_ERROR_ARGUMENT);
-    std::vector<clamor::Material> materials(1);
-    for (std::size_t b = 0; b < clamor::kBandCount; ++b) {
-      if (!(chosen.transmission[b] >= 0 && chosen.transmission[b] <= 1))
-        return fail(error, CLAMOR_ERROR_ARGUMENT, "a part transmits a share from 0 to 1");
-      materials[0].transmission[b] = static_cast<float>(chosen.transmission[b]);
-    }
+    const auto material = material_of(chosen);
+    if (!material.ok()) return fail(error, CLAMOR_ERROR_ARGUMENT, material.error().message);
     if (chosen.level != 0 && context->world.level(chosen.level) == nullptr)
       return fail(error, CLAMOR_ERROR_HANDLE);
-    const auto shape = clamor::PartShape::make(mesh_of(chosen), materials);
+    const auto shape = clamor::PartShape::make(mesh_of(chosen), std::span(&*material, 1));
     if (!shape.ok()) return fail(error, CLAMOR_ERROR_ARGUMENT, shape.error().message);
     added.level = chosen.level;
     added.shape = *shape;

@@ -28,6 +28,14 @@ SignalWeights weights_over_time(const AuralizerInput& input, int voices) {
   return make_signal_weights(envelopes, smoothing);
 }
 
+// The number of emitters that are the level's own: virtual ones and kinds of moving sources follow.
+// None where they are instances of others, which are elsewhere.
+std::size_t level_emitters(const AuralizerInput& input, const BakeFile* file,
+                           const AuralizerOptions& options) {
+  if (file != nullptr && file->trees().size() > 1) return 0;
+  return input.emitters.size() - kinds_of(options.moving) - input.portals.emitters.size();
+}
+
 // Reads pages, and reports those that cannot be read.
 PageLoader::Fetch reporting(PageLoader::Fetch fetch,
                             const std::function<void(const char*)>& report) {
@@ -102,9 +110,13 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
   if (occlusion_ != nullptr && !input.images.empty())
     images_ = std::make_unique<SourceList>(radiation, weights_, std::move(input.images));
   add_moving(input, file, radiation, memory, options);
-  if (images_ != nullptr || moving_list_ != nullptr)
-    joined_ =
-        std::make_unique<CombinedPool>(*pool_, moving_list_.get(), probes_.get(), images_.get());
+  if (parts_ != nullptr)
+    part_images_ = std::make_unique<PartImages>(
+        part_scene_, std::span(input.emitters).first(level_emitters(input, file, options)),
+        radiation, max_weights_, moving_list_.get());
+  if (images_ != nullptr || moving_list_ != nullptr || part_images_ != nullptr)
+    joined_ = std::make_unique<CombinedPool>(*pool_, moving_list_.get(), probes_.get(),
+                                             images_.get(), part_images_.get());
   sampler_ = strategy_options_of(options).make_sampler(
       {radiation, weights_, joined_ != nullptr ? *joined_ : *pool_, list, occlusion_.get(),
        moving_list_.get(), static_cast<std::size_t>(std::max(options.voices, 0)),

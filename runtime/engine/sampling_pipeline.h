@@ -67,9 +67,9 @@ class SamplingPipeline {
   // Returns whether there is a commit that update_parts() has not taken over.
   bool has_new_parts() const { return parts_ != nullptr && parts_->has_news(); }
 
-  // Scales the power of the sources of each emitter of the level, and of what has passed each of its
-  // portals: 0 to 1, or kOpenedByParts. Those beyond the end of a list have their full power, and
-  // are opened by their parts.
+  // Scales the power of the sources of each emitter of the level, and of what has passed each of
+  // its portals: 0 to 1, or kOpenedByParts. Those beyond the end of a list have their full power,
+  // and are opened by their parts.
   void set_emitter_powers(std::vector<float> powers);
   void set_portals(std::vector<float> openness);
 
@@ -122,7 +122,8 @@ class SamplingPipeline {
   std::unique_ptr<PageLoader> probe_loader_;
   std::unique_ptr<ProbePool> probes_;
   std::unique_ptr<SourceList> images_;
-  std::unique_ptr<SourcePool> joined_;  // pool_, images_, moving_list_ and probes_
+  std::unique_ptr<PartImages> part_images_;
+  std::unique_ptr<SourcePool> joined_;  // pool_, images_, moving_list_, probes_ and part_images_
   std::unique_ptr<Sampler> sampler_;
 };
 

@@ -11,6 +11,10 @@
 // straight line, sees a share of it, which is that of the amplitude. At the end of the mirror this
 // is one half, as behind a half-plane.
 //
+// Movable parts reflect as the level does. An image in one of their faces (part_images.h) is
+// reflected by parts alone, and one in the level by the level alone: where a door closes an opening
+// of a wall, the two add up to the whole wall.
+//
 // Threads: any.   Cost: 7 paths of up to four rays, 19 at the edge of a mirror; where edges are
 // near, up to 1600 rays and 1 ms more (mirror_edges.h).
 #pragma once
@@ -24,6 +28,9 @@
 namespace clamor {
 
 inline constexpr double kDiscRadius_m = 0.15;
+
+// The patch radius of an image in a movable part is that of the part's face; others have none.
+inline bool is_in_part(const Source& image) { return image.patch_radius_m > 0; }
 
 // Returns the sound of an image that reaches the end of `line`, which begins at the image.
 // Adds the rays cast to `rays`.

@@ -51,12 +51,12 @@ std::optional<DiffractingEdge> as_border(const DiffractingEdge& edge, const Plan
 }
 
 // Share of the power that the mirror reflects close to its border.
-Bands reflected_at(const OcclusionGeometry& geometry, const Plane& plane,
+Bands reflected_at(const OcclusionGeometry& geometry, const Plane& plane, bool is_part,
                    const DiffractingEdge& border, const Vec3& on_edge_m, std::uint64_t& rays) {
   const Vec3 inside_m = on_edge_m + kInto_m * Vec3(border.face), aside_m = kInto_m * plane.normal;
   ++rays;
-  const auto hit = geometry.first_level_hit(Vec3f(inside_m + aside_m), Vec3f(inside_m - aside_m));
-  return hit ? geometry.mirror_reflection(hit->material) : Bands{};
+  const auto hit = geometry.first_hit(Vec3f(inside_m + aside_m), Vec3f(inside_m - aside_m));
+  return hit && hit->part.has_value() == is_part ? *hit->mirrored : Bands{};
 }
 
 double distance_to_line_m(const Vec3& point_m, const Vec3& a_m, const Vec3& b_m) {
@@ -77,13 +77,14 @@ class EdgesOfMirror {
         source_m_(image.real_m),
         image_m_(image.seen_m),
         place_m_(place_m),
+        is_in_part_(image.is_in_part),
         speed_of_sound_mps_(speed_of_sound_mps),
         rays_(rays) {}
 
   MirrorEdges found() {
     const PathEnd listener(place_m_), source(source_m_);
-    const PathEnd image(image_m_, source_m_);
-    const PathEnd mirrored_listener(plane_.mirrored(place_m_), place_m_);
+    const PathEnd image(image_m_, source_m_, is_in_part_);
+    const PathEnd mirrored_listener(plane_.mirrored(place_m_), place_m_, is_in_part_);
     // Behind the mirror, only sound from corners just before the listener is left.
     const double height_m = plane_.height_m(place_m_);
     if (height_m < -kGrazing * length(place_m_ - image_m_)) return std::move(made_);
@@ -138,8 +139,8 @@ class EdgesOfMirror {
     const PointsAroundEdge points(edge, source_m_, place_m_);
     const double length_m = length(Vec3(edge.to_m) - Vec3(edge.from_m));
     const double z = std::clamp(points.apex_m(), 0.01 * length_m, 0.99 * length_m);
-    const Bands reflected =
-        reflected_at(geometry_, plane_, edge, Vec3(edge.from_m) + z * Vec3(edge.along), rays_);
+    const Bands reflected = reflected_at(geometry_, plane_, is_in_part_, edge,
+                                         Vec3(edge.from_m) + z * Vec3(edge.along), rays_);
     if (reflected == Bands{}) return;
     Heard one{EdgeInAir(geometry_, edge, rays_), 0, reflected};
     const EdgeSound sound =
@@ -225,6 +226,7 @@ class EdgesOfMirror {
   const OcclusionGeometry& geometry_;
   Plane plane_;
   Vec3 source_m_, image_m_, place_m_;
+  bool is_in_part_;
   double speed_of_sound_mps_;
   std::uint64_t& rays_;
   double reach_m_ = 0;                  // the longest detour that is heard

@@ -18,14 +18,13 @@ std::optional<MirrorPath> mirror_path(const OcclusionGeometry& geometry, const V
       return geometry.is_free(Vec3f(end.real_m), Vec3f(start_m)) ? std::optional(path)
                                                                  : std::nullopt;
     }
-    if (path.order == kMaxImageOrder) return std::nullopt;
+    if (path.order == (end.is_in_part ? 1 : kMaxImageOrder)) return std::nullopt;
     ++rays;
-    const auto hit = geometry.first_level_hit(Vec3f(start_m), Vec3f(target_m));
-    if (!hit) return std::nullopt;
-    const Bands& mirrored = geometry.mirror_reflection(hit->material);
+    const auto hit = geometry.first_hit(Vec3f(start_m), Vec3f(target_m));
+    if (!hit || hit->part.has_value() != end.is_in_part) return std::nullopt;
     float most = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
-      most = std::max(most, path.reflected[b] *= mirrored[b]);
+      most = std::max(most, path.reflected[b] *= (*hit->mirrored)[b]);
     if (!(most > 0)) return std::nullopt;
     const Vec3 point_m = start_m + (target_m - start_m) * static_cast<double>(hit->fraction);
     Vec3 normal(hit->normal);

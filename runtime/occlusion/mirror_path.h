@@ -21,11 +21,13 @@ namespace clamor {
 // straight. Without mirrors, both are the same.
 struct PathEnd {
   PathEnd(const Vec3& place_m) : seen_m(place_m), real_m(place_m) {}
-  PathEnd(const Vec3& image_m, const Vec3& place_m) : seen_m(image_m), real_m(place_m) {}
+  PathEnd(const Vec3& image_m, const Vec3& place_m, bool part_reflects = false)
+      : seen_m(image_m), real_m(place_m), is_in_part(part_reflects) {}
 
   bool is_image() const { return seen_m != real_m; }
 
   Vec3 seen_m, real_m;
+  bool is_in_part = false;  // the mirror is a movable part, not a surface of the level
 };
 
 struct MirrorPath {

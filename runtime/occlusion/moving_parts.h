@@ -7,7 +7,7 @@
 //   parts.commit();
 //
 // Changes take effect together, in the first keyframe after their commit(). A part occludes what is
-// behind it, per band, and transmits what its materials do. It reflects nothing.
+// behind it, per band, transmits what its materials do, and reflects as a mirror (part_images.h).
 //
 // Threads: add, move, enable, remove and commit on one thread, the caller's; the sampler's thread
 // reads the newest commit (a triple buffer, swapped by one atomic exchange). Neither waits.

@@ -6,7 +6,6 @@
 
 #include "formats/level/embree_instances.h"
 #include "runtime/occlusion/packet_rays.h"
-#include "runtime/occlusion/part_shape.h"
 
 namespace clamor {
 
@@ -78,6 +77,19 @@ std::span<const PartBounds> PartScene::update(const MovingParts::Snapshot& snaps
     ++version_;
   }
   return changed_;
+}
+
+void PartScene::add_faces(std::size_t slot, std::vector<PartShape::Face>& faces) const {
+  const Part& part = parts_[slot];
+  if (part.shape == nullptr) return;
+  for (const PartShape::Face& local : part.shape->faces()) {
+    PartShape::Face& face = faces.emplace_back(local);
+    face.normal = part.axes * local.normal / part.scale;
+    face.offset_m = part.scale * local.offset_m + dot(face.normal, part.position_m);
+    face.centre_m = part.position_m + part.axes * local.centre_m;
+    face.radius_m *= part.scale;
+    face.area_m2 *= part.scale * part.scale;
+  }
 }
 
 std::optional<PartScene::Hit> PartScene::first_hit(const Vec3f& from_m, const Vec3f& to_m,

@@ -16,6 +16,7 @@
 #include "runtime/occlusion/diffracting_edges.h"
 #include "runtime/occlusion/moving_parts.h"
 #include "runtime/occlusion/occluder_plane.h"
+#include "runtime/occlusion/part_shape.h"
 #include "runtime/occlusion/path_segment.h"
 
 namespace clamor {
@@ -38,6 +39,10 @@ class PartScene {
   std::uint64_t version() const { return version_; }
   bool empty() const { return present_ == 0; }
   bool transmits() const { return transmitting_ > 0; }  // whether any part does
+
+  // Appends the faces of the part in a slot (part_shape.h) where it is now; none if it is empty.
+  std::size_t slots() const { return parts_.size(); }
+  void add_faces(std::size_t slot, std::vector<PartShape::Face>& faces) const;
 
   // A triangle of a part that a ray meets.
   struct Hit {

@@ -22,6 +22,15 @@ namespace clamor {
 
 class EmbreeMesh;
 
+// A mirror that absorbs a tenth, for parts of which only the transmission is told.
+inline Material mirror_material() {
+  Material material;
+  material.absorption = same_in_all_bands(0.1f);
+  material.scattering = Bands{};
+  material.phong = same_in_all_bands(kMirrorExponent);
+  return material;
+}
+
 class PartShape {
  public:
   // Builds the BVH: a second for a million triangles. Errors: see check_part_mesh(). Throws
@@ -38,6 +47,18 @@ class PartShape {
   // Share of the power that a triangle reflects as a mirror.
   const Bands& mirrored(std::uint32_t triangle) const { return mirrored_[materials_[triangle]]; }
   bool transmits() const { return transmits_; }  // whether any material does
+
+  // Coplanar triangles that are mirrors, of 0.1 m2 or more: the largest 12.
+  struct Face {
+    Vec3 normal{};  // unit; outwards, if it has an outer side
+    double offset_m = 0;
+    Vec3 centre_m{};
+    double radius_m = 0;  // of a sphere around it
+    double area_m2 = 0;
+    float mirrored = 0;      // share of the power, in the loudest band
+    bool is_outside = true;  // all of the part is behind it; otherwise both sides count
+  };
+  const std::vector<Face>& faces() const { return faces_; }
   const DiffractingEdges& edges() const { return edges_; }
   std::size_t triangles() const { return planes_.size(); }
 
@@ -50,9 +71,10 @@ class PartShape {
   std::unique_ptr<EmbreeMesh> bvh_;
   std::vector<OccluderPlane> planes_;  // per triangle
   DiffractingEdges edges_;
-  std::vector<std::uint16_t> materials_;  // per triangle
+  std::vector<std::uint16_t> materials_;        // per triangle
   std::vector<Bands> transmission_, mirrored_;  // per material
   bool transmits_ = false;
+  std::vector<Face> faces_;
   Boundsf bounds_;
 };
 

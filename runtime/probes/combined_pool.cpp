@@ -24,6 +24,7 @@ void CombinedPool::begin(const Listener& listener, double time_s) {
   static_.begin(listener, time_s);
   if (moving_ != nullptr) moving_->begin(time_s);
   if (probes_ != nullptr) probes_->begin(listener, time_s);
+  if (part_images_ != nullptr) part_images_->begin(listener.position_m, time_s);
 }
 
 void CombinedPool::set_occlusion_bounds(const OcclusionUpperBounds* bounds) {
@@ -41,6 +42,11 @@ bool CombinedPool::find_above(const Vec3& place, double threshold, std::size_t m
                               std::vector<FoundSource>& found) {
   if (!static_.find_above(place, threshold, max_count, found)) return false;
   if (images_ != nullptr) find_images(place, threshold, found);
+  if (part_images_ != nullptr) {
+    const std::size_t before = found.size();
+    part_images_->find_above(threshold, found);
+    spend(WorkBudget::kFound * (found.size() - before));
+  }
   if (moving_ != nullptr) {
     const std::size_t before = found.size();
     moving_->find_above(place, threshold, found);
@@ -61,8 +67,9 @@ void CombinedPool::find_images(const Vec3& place, double threshold,
 }
 
 double CombinedPool::upper_bound(const Vec3& place) {
-  const double of_others =
+  double of_others =
       std::max(static_.upper_bound(place), moving_ == nullptr ? 0 : moving_->upper_bound(place));
+  if (part_images_ != nullptr) of_others = std::max(of_others, part_images_->upper_bound());
   return probes_ == nullptr ? of_others : std::max(of_others, probes_->upper_bound(place));
 }
 
@@ -89,7 +96,8 @@ bool CombinedPool::complete() {
 // Copies of probes count as many: only whether there are fewer sources than voices matters.
 std::uint64_t CombinedPool::size() const {
   const std::uint64_t others = static_.size() + (images_ == nullptr ? 0 : images_->size()) +
-                               (moving_ == nullptr ? 0 : moving_->max_sources());
+                               (moving_ == nullptr ? 0 : moving_->max_sources()) +
+                               (part_images_ == nullptr ? 0 : PartImages::kMaxImages);
   return probes_ == nullptr ? others : others + (std::uint64_t{1} << 32);
 }
 

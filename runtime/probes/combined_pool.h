@@ -1,10 +1,11 @@
-// combined_pool.h: the sources of a level, its image sources, moving sources, and the reflections
-// of these.
+// combined_pool.h: the sources of a level, its image sources, moving sources, the reflections of
+// these, and images in movable parts.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
+#include "runtime/probes/part_images.h"
 #include "runtime/probes/probe_pool.h"
 #include "runtime/query/source_pool.h"
 #include "runtime/sampling/moving_source_list.h"
@@ -15,8 +16,12 @@ class CombinedPool final : public SourcePool {
  public:
   // Each of the latter may be null. Without `probes`, moving sources are heard directly only.
   CombinedPool(SourcePool& static_pool, MovingSourceList* moving, ProbePool* probes = nullptr,
-               SourceList* images = nullptr)
-      : static_(static_pool), images_(images), moving_(moving), probes_(probes) {}
+               SourceList* images = nullptr, PartImages* part_images = nullptr)
+      : static_(static_pool),
+        images_(images),
+        moving_(moving),
+        probes_(probes),
+        part_images_(part_images) {}
 
   void charge(WorkBudget* budget) override;
   bool refresh() override;
@@ -39,6 +44,7 @@ class CombinedPool final : public SourcePool {
   SourceList* images_;
   MovingSourceList* moving_;
   ProbePool* probes_;
+  PartImages* part_images_;
 };
 
 }  // namespace clamor

@@ -272,6 +272,12 @@ double MovingSourceList::upper_bound(const Vec3& place) const {
   return highest;
 }
 
+double MovingSourceList::upper_bound_at_1m(std::size_t slot) const {
+  const auto u = static_cast<double>(std::max(columns_.sources[slot].u, kMinU));
+  const float priority = columns_.max_priority[slot] * history_.max_distance_ratio2()[slot];
+  return std::max(0.0, kBoundSlack * u * static_cast<double>(priority));
+}
+
 double MovingSourceList::upper_bound_times_u(std::size_t slot, const Vec3& place) const {
   const auto u = static_cast<double>(std::max(columns_.sources[slot].u, kMinU));
   return std::max(0.0, u * upper_bound(slot, place));

@@ -91,6 +91,8 @@ class MovingSourceList {
     std::uint64_t cell = 0;  // of its place, for numbers under which visibilities are cached
   };
   Heard heard_at(std::size_t slot, const Vec3& place) const;
+  // Upper bound of its priority at 1 m from where it is now, times u; 0 without a source.
+  double upper_bound_at_1m(std::size_t slot) const;
   // Upper bound of its priority there, times u; 0 without a source.
   double upper_bound_times_u(std::size_t slot, const Vec3& place) const;
 

@@ -73,8 +73,10 @@ Result<PartScript::Part> PartScript::parse_part(const Json& json, const std::str
   if (!box_m) return part;
   if (!part.points.front().position_m)
     return Error(where + ": point 1: 'position_m' is missing; a box has no place at rest.");
-  Material material;
+  Material material = mirror_material();
   material.transmission = transmission.value_or(Bands{});
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    material.absorption[b] = std::max(material.absorption[b], material.transmission[b]);
   const auto shape = PartShape::make(box_mesh(0.5 * *box_m, 0), std::span(&material, 1));
   if (!shape.ok()) return shape.error().in(where);
   part.box = *shape;

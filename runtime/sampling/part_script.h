@@ -10,7 +10,8 @@
 // is at rest, about its pivot; `position_m` is where the pivot is, by default where it is at rest
 // or where the point before has it. Positions are linear between points, and rotations take the
 // shorter arc (slerp); two points at one time are a jump. Before the first point and after the last
-// a part is where these have it.
+// a part is where these have it. Boxes absorb a tenth, or what they transmit if
+// that is more, and reflect the rest.
 #pragma once
 
 #include <memory>

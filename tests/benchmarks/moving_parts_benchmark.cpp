@@ -1,18 +1,27 @@
 // moving_parts_benchmark.cpp: what doors cost that move: the commit of their scene, marking what is
-// stale in a visibility cache, and rays beside them.
+// stale in a visibility cache, rays beside them, and their reflections; and how near these come to
+// a bake that has the part built in.
+#include <array>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 
+#include "bake/bake.h"
 #include "common/random.h"
+#include "formats/bake_file/expanded_sources.h"
+#include "formats/bake_file/geometry_section.h"
 #include "runtime/occlusion/moving_parts.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/part_scene.h"
 #include "runtime/occlusion/part_shape.h"
 #include "runtime/occlusion/visibility_cache.h"
+#include "runtime/probes/part_images.h"
+#include "runtime/response/energy_response.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/benchmarks/keyframe_times.h"
+#include "tests/rooms.h"
 #include "tests/runtime/door_leaf.h"
 #include "tests/runtime/two_rooms.h"
 
@@ -150,6 +159,124 @@ void moving_parts_rays(benchmark::State& state) {
   state.counters["blocked"] = static_cast<double>(blocked) / static_cast<double>(i);
 }
 BENCHMARK(moving_parts_rays)->Arg(0)->Arg(1)->Arg(100);
+
+// Finds the images of 64 emitters in so many doors, as each keyframe does while anything moves.
+void part_images_found(benchmark::State& state) {
+  const std::vector<Material> materials = {mirror_material()};
+  std::vector<Emitter> emitters(64);
+  for (std::size_t e = 0; e < emitters.size(); ++e)
+    emitters[e].position_m = {0.31 * static_cast<double>(e), 1.5, 0.17 * static_cast<double>(e)};
+  const RadiationModel radiation(emitters, materials, {});
+  const SignalWeights weights{{same_in_all_bands(1)}};
+  MovingParts parts;
+  PartScene scene;
+  const auto shape = *PartShape::make(box_mesh({0.5, 1, 0.02}, 0), materials);
+  for (int d = 0; d < state.range(0); ++d)
+    (void)parts.add(shape, {{2.0 * (d % 10), 1, 2.0 * (d / 10)}});
+  parts.commit();
+  scene.update(parts.latest());
+  PartImages images(scene, emitters, radiation, weights, nullptr);
+  std::vector<FoundSource> found;
+  double time_s = 0;
+  for (auto _ : state) {
+    images.begin({7, 1.7, 5}, time_s += 0.02);
+    found.clear();
+    images.find_above(0, found);
+  }
+  state.counters["images"] = static_cast<double>(found.size());
+}
+BENCHMARK(part_images_found)
+    ->ArgNames({"doors"})
+    ->Arg(0)
+    ->Arg(1)
+    ->Arg(10)
+    ->Arg(100)
+    ->Unit(benchmark::kMicrosecond);
+
+// A street of 40 x 40 m that absorbs and scatters a tenth, and a lorry of 8 x 3 x 2.5 m that
+// reflects nine tenths, 2.75 m from the source.
+struct Street {
+  explicit Street(bool has_lorry) {
+    Level level;
+    level.name = "street";
+    testing::add_quad(level.mesh,
+                      {Vec3f(-20, 0, -20), Vec3f(-20, 0, 20), Vec3f(20, 0, 20), Vec3f(20, 0, -20)});
+    level.materials = {testing::uniform_material(0.1f, 0.1f, kMirrorExponent), mirror_material()};
+    level.signals = {testing::sine()};
+    level.emitters.emplace_back().position_m = {4, 1.2, 1};
+    if (has_lorry) append(placed(lorry(), kPose), level.mesh);
+    BakeOptions options;
+    options.settings.photons = 20'000;
+    contents = *bake(level, options);
+    sources = contents.octree.sources;
+    const auto images = image_sources(contents.images, contents.emitters);
+    sources.insert(sources.end(), images.begin(), images.end());
+  }
+  static Mesh lorry() { return box_mesh({1.25, 1.5, 4}, 1); }
+  static constexpr PartPose kPose{{0, 1.8, 0}};
+
+  BakeContents contents;
+  std::vector<Source> sources;
+};
+
+// Energy that arrives, by band.
+std::array<double, kBandCount> energy(const Street& street, std::span<const Source> sources,
+                                      const OcclusionGeometry& surfaces, const Vec3& place_m) {
+  std::array<double, kBandCount> sum{};
+  for (const Arrival& arrival :
+       energy_response(sources, street.contents.emitters, street.contents.materials,
+                       street.contents.settings.air, place_m, std::nullopt, &surfaces))
+    for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += static_cast<double>(arrival.energy[b]);
+  return sum;
+}
+
+// Prints the differences, over 6 places on the source's side and the bands from 125 Hz to 4 kHz,
+// between the lorry as a part and as built in: of the level, in decibels. Energies are added, as
+// room acoustics does, so the interference of direct sound and reflection does not count.
+void part_reflection_error(benchmark::State& state) {
+  const bool reflects = state.range(0) != 0;
+  double sum_db = 0, sum_db2 = 0;
+  int count = 0;
+  for (auto _ : state) {
+    const Street built_in(true), open(false);
+    const OcclusionGeometry with_lorry(built_in.contents.mesh, built_in.contents.materials);
+    OcclusionGeometry surfaces(open.contents.mesh, open.contents.materials);
+    MovingParts parts;
+    (void)parts.add(*PartShape::make(Street::lorry(), open.contents.materials), Street::kPose);
+    parts.commit();
+    PartScene scene;
+    scene.update(parts.latest());
+    surfaces.set_parts(&scene);
+    const RadiationModel radiation(open.contents.emitters, open.contents.materials, {});
+    const SignalWeights weights{{same_in_all_bands(1)}};
+    PartImages images(scene, open.contents.emitters, radiation, weights, nullptr);
+    for (const Vec3& place_m : {Vec3(6, 1.5, -2), Vec3(3, 1.6, -3), Vec3(9, 1.7, 0),
+                                Vec3(2, 1.2, 3), Vec3(5, 1.5, 6), Vec3(12, 1.6, -6)}) {
+      std::vector<Source> sources = open.sources;
+      std::vector<FoundSource> found;
+      images.begin(place_m, 0);
+      images.find_above(0, found);
+      for (const FoundSource& one : found)
+        if (reflects) sources.push_back(*one.source);
+      const auto is = energy(open, sources, surfaces, place_m),
+                 expected = energy(built_in, built_in.sources, with_lorry, place_m);
+      for (std::size_t b = 1; b < 7; ++b) {
+        const double error_db = 10 * std::log10(is[b] / expected[b]);
+        sum_db += error_db;
+        sum_db2 += error_db * error_db;
+        ++count;
+      }
+    }
+  }
+  state.counters["mean_dB"] = sum_db / count;
+  state.counters["rms_dB"] = std::sqrt(sum_db2 / count);
+}
+BENCHMARK(part_reflection_error)
+    ->ArgNames({"reflects"})
+    ->Arg(0)
+    ->Arg(1)
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace clamor

@@ -84,6 +84,28 @@ TEST(ClamorParts, TransmitAShareOfThePower) {
     EXPECT_LT(largest_difference(room.heard(), samples, 0.5), 1e-4 * peak(samples));
 }
 
+// A screen beside the emitter and the listener, which hides only what the wall behind it reflects.
+TEST(ClamorParts, ReflectWhatTheyNeitherAbsorbNorScatter) {
+  const auto heard_with = [](double absorption, double scattering) {
+    const PartRoom room;
+    clamor_part_options screen = PartRoom::box();
+    screen.pose = {{0.3, 3.5, 1.4}, {0, 0, 0, 1}};
+    screen.half_extents_m[0] = 0.02;
+    screen.half_extents_m[1] = 1.5;
+    screen.half_extents_m[2] = 1;
+    std::fill_n(screen.absorption, 8, absorption);
+    std::fill_n(screen.scattering, 8, scattering);
+    room.add(screen);
+    room.commit();
+    (void)room.heard();
+    return room.heard();
+  };
+  const auto absorbing = heard_with(1, 0), reflecting = heard_with(0, 0);
+  EXPECT_EQ(heard_with(0, 1), absorbing);
+  EXPECT_EQ(heard_with(0.1, 0), reflecting);
+  EXPECT_GT(largest_difference(reflecting, absorbing), 0.02 * peak(absorbing));
+}
+
 TEST(ClamorParts, MayBeMeshesThatMoveAndAreDisabled) {
   const PartRoom room;
   const float v[] = {-1, -1, -1, 1, -1, -1, 0, 1, -1, 0, 0, 1};
@@ -205,6 +227,11 @@ TEST(ClamorParts, RefuseHostilePosesAndShapes) {
     clamor_part_options options = PartRoom::box();
     options.transmission[7] = share;
     refuses(options);
+    for (double(*shares)[8] : {&options.absorption, &options.scattering}) {
+      options = PartRoom::box();
+      (*shares)[7] = share;
+      refuses(options);
+    }
   }
   clamor_part_options nothing = PartRoom::box();
   std::fill_n(nothing.half_extents_m, 3, 0.0);

@@ -1,5 +1,6 @@
 // auralizer_parts_test.cpp: the sound of a level beside a door that the caller moves.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <memory>
@@ -9,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "common/random.h"
+#include "formats/bake_file/page.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
@@ -284,6 +286,51 @@ TEST(AuralizerParts, MayBeAddedWhereTheOptionsTakeThem) {
   const auto closed = player_of(rooms({}, {door(0)}, testing::sine()), false);
   EXPECT_NEAR(last_level_db(left_ear_of(*is, 1, nothing)),
               last_level_db(left_ear_of(*closed, 1, nothing)), 0.5);
+}
+
+// An emitter before a plate of 2 x 2 m in the free field, which is built in or a part.
+AuralizerInput plate(bool is_part) {
+  AuralizerInput input;
+  input.emitters.emplace_back().position_m = {2, 0.2, 0.1};
+  input.signals = {testing::sine()};
+  input.materials = {mirror_material()};
+  Mesh sheet;
+  testing::add_quad(sheet, {Vec3f(0, -1, -1), Vec3f(0, 1, -1), Vec3f(0, 1, 1), Vec3f(0, -1, 1)});
+  input.sources.resize(is_part ? 1 : 2);
+  for (Source& source : input.sources) set_from_emitter(source, input.emitters[0]);
+  if (is_part) {
+    input.movable_parts = {{"Door", sheet, {}}};
+    return input;
+  }
+  input.mesh = sheet;
+  Source& image = input.sources[1];
+  image.is_image = true;
+  image.u = 1;
+  image.mirror = image.position_m;
+  image.position_m.x = -image.position_m.x;
+  image.normal.x = -image.normal.x;
+  return input;
+}
+
+// The direct sound and the reflection, with edges and all.
+TEST(AuralizerParts, ReflectAsIfTheyWereBuiltIn) {
+  for (const bool exact : {true, false})
+    for (const Vec3& place_m : {Vec3(3, 0.3, 0.4), Vec3(1, 1.8, 0), Vec3(-1, 0.1, 0.3)}) {
+      AuralizerOptions options;
+      options.voices = 8;
+      options.wait_for_pages = exact;
+      options.keeps_keyframe = true;
+      options.mixes_voices = false;
+      std::array<double, 2> power{};
+      std::array<std::size_t, 2> voices{};
+      for (const bool is_part : {false, true}) {
+        const auto player = std::move(*Auralizer::create(plate(is_part), options));
+        power[is_part] = power_by_keyframe(*player, {place_m, 0, 0}, 0.5, nothing).back();
+        voices[is_part] = player->newest_keyframe()->voices.size();
+      }
+      EXPECT_EQ(voices[0], voices[1]) << place_m.x;
+      EXPECT_NEAR(10 * std::log10(power[1] / power[0]), 0, 0.05) << place_m.x << exact;
+    }
 }
 
 TEST(AuralizerParts, ThatAreNoPartsAreRefused) {
