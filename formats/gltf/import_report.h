@@ -20,6 +20,12 @@ struct MaterialAssignment {
   double area_m2 = 0;
 };
 
+// Triangles of a level's mesh, which come from one node.
+struct NamedTriangles {
+  std::size_t first = 0, end = 0;
+  std::vector<std::string> nodes;  // its name, then those of the nodes above it
+};
+
 struct ImportReport {
   // Meshes and materials that are no surfaces, by their NoSurface.
   std::array<std::size_t, kNoSurfaceReasons> left_out{};

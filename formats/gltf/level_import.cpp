@@ -407,6 +407,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   if (const auto ok = import_emitters(origins, folder, seed, props, imported); !ok.ok())
     return ok.error().in(path);
   props.leave_out(*mesh, report);
+  imported.nodes = named_triangles(*scene, *mesh);
   level.mesh = std::move(mesh->mesh);
   level.movable_parts = movable_parts(*scene, *movable, std::move(mesh->parts), report);
   if (const auto ok = assign_materials(*scene, *sidecar, options.material, folder, level, report);
@@ -415,6 +416,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   warn_of_collapsed_materials(scene->json, report);
 
   if (const auto ok = add_portals(portals, imported); !ok.ok()) return ok.error().in(path);
+  imported.portals = std::move(portals);
 
   if (const auto ok = import_probes(origins, sidecar->probes_m, imported); !ok.ok())
     return ok.error().in(path);

@@ -31,6 +31,8 @@ struct ImportedLevel {
   SceneGroups groups;     // of its emitters, by nodes of the glTF scene
   ImportReport report;
   std::vector<ListenerSpec> listeners;  // of the sidecar
+  std::vector<PortalSpec> portals;      // those of level.portals, in their order
+  std::vector<NamedTriangles> nodes;    // of level.mesh
   ImportedSettings settings;            // of the sidecar; level.air already contains its air
   std::vector<InputFile> inputs;        // all files read
   InputFiles files;                     // the same files, which outputs must not replace

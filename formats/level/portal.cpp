@@ -20,6 +20,19 @@ bool is_rectangle(const Portal& portal) {
   return is_finite(portal.centre_m) && std::abs(cosine) <= kMaxSkew;
 }
 
+Portal facing_portal(const Vec3& centre_m, const Vec3& facing, double width_m, double height_m) {
+  Portal portal;
+  const Vec3 normal = normalize(facing), across = cross(Vec3(0, 1, 0), normal);
+  const Vec3 u =
+      length(across) > 1e-3 ? normalize(across) : normalize(Vec3(1, 0, 0) - normal * normal.x);
+  portal.centre_m = centre_m;
+  portal.half_u_m = u * (width_m / 2);
+  portal.half_v_m = cross(normal, u) * (height_m / 2);
+  return portal;
+}
+
+Vec3 normal_of(const Portal& portal) { return normalize(cross(portal.half_u_m, portal.half_v_m)); }
+
 bool passes(const Portal& portal, const Vec3& from_m, const Vec3& to_m) {
   const Vec3 normal = cross(portal.half_u_m, portal.half_v_m);
   const double from = dot(from_m - portal.centre_m, normal);

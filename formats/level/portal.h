@@ -92,6 +92,13 @@ static_assert(sizeof(PortalSet) == 8);
 // much skewed.
 bool is_rectangle(const Portal& portal);
 
+// The rectangle of this size that faces a direction, which must have a length. A side of it is
+// horizontal, unless it faces up or down: then that is along x.
+Portal facing_portal(const Vec3& centre_m, const Vec3& facing, double width_m, double height_m);
+
+// The direction that a rectangle faces, of unit length.
+Vec3 normal_of(const Portal& portal);
+
 // Whether the straight line between two places passes the rectangle.
 bool passes(const Portal& portal, const Vec3& from_m, const Vec3& to_m);
 

@@ -150,18 +150,6 @@ Result<std::vector<Vec3>> read_probes(const Json& json) {
   return probes_m;
 }
 
-// A side of the rectangle is horizontal, unless the portal faces up or down: then it is along x.
-Portal facing_portal(const Vec3& at_m, const Vec3& facing, double width_m, double height_m) {
-  Portal portal;
-  const Vec3 normal = normalize(facing), across = cross(Vec3(0, 1, 0), normal);
-  const Vec3 u =
-      length(across) > 1e-3 ? normalize(across) : normalize(Vec3(1, 0, 0) - normal * normal.x);
-  portal.centre_m = at_m;
-  portal.half_u_m = u * (width_m / 2);
-  portal.half_v_m = cross(normal, u) * (height_m / 2);
-  return portal;
-}
-
 Result<PortalSpec> read_portal(const Json& json, std::size_t index) {
   JsonFields fields(json, fmt::format("portal {}", index + 1));
   const auto name = fields.string("name");

@@ -17,6 +17,7 @@
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/heard_source.h"
 #include "runtime/engine/sound_focus.h"
+#include "runtime/occlusion/moving_parts.h"
 #include "runtime/output/loudness_meter.h"
 #include "runtime/output/supervised_output.h"
 #include "runtime/player/audio_callback.h"
@@ -363,6 +364,16 @@ void Player::copy_heard(std::vector<HeardSource>& heard) const {
 }
 
 MovingSources* Player::moving() { return state_->auralizers.current.auralizer->moving(); }
+
+MovingParts* Player::parts() { return state_->auralizers.current.auralizer->parts(); }
+std::span<const PartHandle> Player::level_parts() const {
+  return state_->auralizers.current.auralizer->level_parts();
+}
+
+void Player::set_portals(std::vector<float> openness) {
+  const std::lock_guard lock(state_->auralizers.exchange);
+  state_->auralizers.current.auralizer->set_portals(std::move(openness));
+}
 
 bool Player::finished() const { return state_->callback.counters().finished; }
 

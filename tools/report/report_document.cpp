@@ -9,6 +9,7 @@
 #include "tools/analysis/report_page.h"
 #include "tools/program/text_format.h"
 #include "tools/report/report_answer.h"
+#include "tools/report/report_doors.h"
 #include "tools/report/report_file.h"
 #include "tools/report/report_listeners.h"
 #include "tools/report/report_materials.h"
@@ -80,6 +81,7 @@ std::string report_html(const ReportContents& contents) {
   write_parameters(contents, page);
   write_listeners(contents, page);
   write_floor(contents, page);
+  write_doors(contents.measured.file(), page);
   write_materials(areas, page);
   write_file(contents, page);
   page.markup("<script type=\"application/json\" id=\"level\">" +

@@ -17,9 +17,11 @@
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/source_octree.h"
+#include "formats/level/movable_part.h"
 #include "runtime/propagation/late_boost.h"
 #include "runtime/propagation/signal_weights.h"
 #include "tools/report/bake_overview.h"
+#include "tools/report/report_doors.h"
 
 namespace clamor {
 
@@ -283,6 +285,20 @@ ViewJson portals_of(const BakeFile& file) {
   return list;
 }
 
+// The boxes of movable parts at rest, along their own axes.
+ViewJson parts_of(const BakeFile& file) {
+  ViewJson list = ViewJson::array();
+  for (const MovablePart& part : file.movable_parts()) {
+    const PartBox box = box_of(part);
+    list.push_back({{"name", part.name},
+                    {"centre", as_json(box.centre_m)},
+                    {"u", as_json(box.half_m[0])},
+                    {"v", as_json(box.half_m[1])},
+                    {"w", as_json(box.half_m[2])}});
+  }
+  return list;
+}
+
 ViewJson findings_json(std::span<const LevelFinding> findings, const Vec3& origin_m) {
   ViewJson list = ViewJson::array();
   constexpr const char* kKinds[] = {"warning", "fact", "opening", "gap", "duplicate"};
@@ -377,6 +393,7 @@ Result<RoomView> view_of(const Room& room, std::span<const LevelFinding> finding
   json["nodes"] = std::move(*nodes);
   json["probes"] = probes_of(file);
   json["portals"] = portals_of(file);
+  json["parts"] = parts_of(file);
   json["findings"] = findings_json(findings, file.origin_m());
   json["map"] = map_of(map);
   json["listeners"] = ViewJson::array();

@@ -1,8 +1,6 @@
 #include "tools/view/edited_level.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -16,81 +14,11 @@
 #include "formats/level/material_presets.h"
 #include "formats/level/signal_table.h"
 #include "tools/view/level_sounds.h"
+#include "tools/view/sidecar_json.h"
 
 namespace clamor {
 
 namespace {
-
-// Four decimals are finer than any of these values is known.
-Json number(double value) { return Json(std::round(value * 1e4) / 1e4); }
-
-// The shortest number that is read as the same float: transmissions of walls span many decades.
-Json exact_number(double value) {
-  const std::string text = fmt::format("{}", static_cast<float>(value));
-  double shortest = 0;
-  std::from_chars(text.data(), text.data() + text.size(), shortest);
-  return Json(shortest);
-}
-
-Json vector(const Vec3& value) {
-  return Json(Json::Array{number(value.x), number(value.y), number(value.z)});
-}
-
-// One number if all bands are alike.
-Json bands(const Bands& values, Json (*number_of)(double) = number) {
-  if (std::ranges::all_of(values, [&](float value) { return value == values[0]; }))
-    return number_of(static_cast<double>(values[0]));
-  Json::Array list;
-  for (const float value : values) list.push_back(number_of(static_cast<double>(value)));
-  return Json(std::move(list));
-}
-
-Json* find(Json& object, std::string_view key) { return const_cast<Json*>(object.find(key)); }
-
-void set(Json& object, const std::string& key, Json value) {
-  if (Json* const known = find(object, key))
-    *known = std::move(value);
-  else
-    object.object()->emplace_back(key, std::move(value));
-}
-
-void unset(Json& object, std::string_view key) {
-  std::erase_if(*object.object(), [&](const auto& member) { return member.first == key; });
-}
-
-Json::Array& list_of(Json& sidecar, const std::string& key) {
-  if (find(sidecar, key) == nullptr) set(sidecar, key, Json(Json::Array{}));
-  return *find(sidecar, key)->array();
-}
-
-// The rule for one material comes first, so that no pattern is before it.
-void set_rule(Json& sidecar, const std::string& material, Json values) {
-  if (find(sidecar, "materials") == nullptr) set(sidecar, "materials", Json(Json::Object{}));
-  Json::Object& rules = *find(sidecar, "materials")->object();
-  std::erase_if(rules, [&](const auto& rule) { return rule.first == material; });
-  rules.emplace(rules.begin(), material, std::move(values));
-}
-
-Json json_of(const Material& material) {
-  Json::Object values;
-  values.emplace_back("absorption", bands(material.absorption));
-  values.emplace_back("scattering", bands(material.scattering));
-  // A mirror has no exponent.
-  if (material.phong != same_in_all_bands(kMirrorExponent))
-    values.emplace_back("phong", bands(material.phong));
-  if (material.transmission != Bands{})
-    values.emplace_back("transmission", bands(material.transmission, exact_number));
-  return Json(std::move(values));
-}
-
-Json json_of(const ListenerSpec& listener, const Vec3& origin_m) {
-  Json::Object values;
-  values.emplace_back("name", Json(listener.name));
-  values.emplace_back("at", vector(listener.at_m + origin_m));
-  values.emplace_back("yaw", number(listener.yaw_deg));
-  values.emplace_back("pitch", number(listener.pitch_deg));
-  return Json(std::move(values));
-}
 
 std::string read_whole(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -104,20 +32,8 @@ Result<void> write_whole(const std::string& path, const std::string& text) {
   return file->commit();
 }
 
-// The place of an emitter's entry in the sidecar, which is its own if it has a signal.
-Json* entry_of(Json& sidecar, const std::string& name) {
-  for (Json& entry : list_of(sidecar, "emitters")) {
-    const Json* const known = entry.find("name");
-    if (known != nullptr && known->string() != nullptr && *known->string() == name) return &entry;
-    const Json* const signal = entry.find("signal");
-    if (known == nullptr && signal != nullptr && signal->string() != nullptr &&
-        std::filesystem::path(*signal->string()).stem() == name)
-      return &entry;
-  }
-  return nullptr;
-}
-
-LevelState state_of(const ImportedLevel& imported, Json sidecar) {
+// Takes the level, without the samples of its sounds.
+LevelState state_of(ImportedLevel&& imported, Json sidecar) {
   LevelState state;
   state.sidecar = std::move(sidecar);
   state.materials = imported.level.materials;
@@ -128,39 +44,14 @@ LevelState state_of(const ImportedLevel& imported, Json sidecar) {
   }
   state.emitters = imported.level.emitters;
   state.listeners = imported.listeners;
+  state.portals = imported.portals;
+  state.nodes = std::move(imported.nodes);
+  imported.level.signals.clear();
+  state.level = std::make_shared<const Level>(std::move(imported.level));
   return state;
 }
 
-void write_entries(const Json& value, std::string& out) {
-  const auto* const list = value.array();
-  const auto* const object = value.object();
-  const std::size_t count = list != nullptr ? list->size() : object->size();
-  out += list != nullptr ? "[" : "{";
-  for (std::size_t i = 0; i < count; ++i) {
-    out += i == 0 ? "\n    " : ",\n    ";
-    if (list == nullptr) out += dump_json(Json((*object)[i].first)) + ": ";
-    out += dump_json(list != nullptr ? (*list)[i] : (*object)[i].second);
-  }
-  if (count > 0) out += "\n  ";
-  out += list != nullptr ? "]" : "}";
-}
-
 }  // namespace
-
-std::string sidecar_text(const Json& sidecar) {
-  std::string out = "{";
-  bool is_first = true;
-  for (const auto& [key, value] : *sidecar.object()) {
-    out += is_first ? "\n  " : ",\n  ";
-    is_first = false;
-    out += dump_json(Json(key)) + ": ";
-    if (value.array() != nullptr || (value.object() != nullptr && key == "materials"))
-      write_entries(value, out);
-    else
-      out += dump_json(value);
-  }
-  return out + "\n}\n";
-}
 
 EditedLevel::EditedLevel(std::string path, ImportOptions options, LevelState first)
     : path_(std::move(path)),
@@ -185,17 +76,19 @@ Result<EditedLevel> EditedLevel::open(const std::string& path, const ImportOptio
     if (!read.ok()) return read.error();
     sidecar = std::move(*read);
   }
-  EditedLevel edited(path, options, state_of(*imported, std::move(sidecar)));
-  edited.input_hash_ = imported->input_hash;
-  edited.level_ = std::make_shared<const Level>(std::move(imported->level));
+  const std::uint64_t input_hash = imported->input_hash;
+  EditedLevel edited(path, options, state_of(std::move(*imported), std::move(sidecar)));
+  edited.input_hash_ = input_hash;
   edited.saved_text_ = edited.sidecar_text();
   if (edited.unsaved_ == edited.saved_text_) edited.unsaved_.reset();
   return edited;
 }
 
-const Mesh& EditedLevel::mesh() const { return level_->mesh; }
+const Mesh& EditedLevel::mesh() const { return now().level->mesh; }
 
-const Vec3& EditedLevel::origin_m() const { return level_->origin_m; }
+const std::vector<MovablePart>& EditedLevel::parts() const { return now().level->movable_parts; }
+
+const Vec3& EditedLevel::origin_m() const { return now().level->origin_m; }
 
 void EditedLevel::edit(LevelState next, const std::string& what, std::size_t gesture) {
   history_.edit(std::move(next), what, gesture);
@@ -208,7 +101,7 @@ void EditedLevel::set_material(std::size_t material, const Material& values, std
   next.materials[material] = values;
   next.materials[material].name = name;
   next.presets[material].clear();
-  set_rule(next.sidecar, name, json_of(values));
+  sidecar_json::set_rule(next.sidecar, name, sidecar_json::json_of(values));
   edit(std::move(next), "change " + name, gesture);
 }
 
@@ -219,7 +112,7 @@ Result<void> EditedLevel::set_preset(std::size_t material, const std::string& pr
   values->name = next.materials[material].name;
   next.materials[material] = *values;
   next.presets[material] = preset;
-  set_rule(next.sidecar, values->name, Json(preset));
+  sidecar_json::set_rule(next.sidecar, values->name, Json(preset));
   edit(std::move(next), values->name + " as " + preset);
   return {};
 }
@@ -246,18 +139,21 @@ void EditedLevel::set_emitter(std::size_t emitter, const Emitter& values, std::s
   if (!why_fixed(emitter).empty()) return;
   LevelState next = now();
   Emitter& known = next.emitters[emitter];
-  Json* entry = entry_of(next.sidecar, known.name);
+  Json* entry = sidecar_json::entry_of(next.sidecar, known.name);
   if (entry == nullptr) {
-    list_of(next.sidecar, "emitters").push_back(Json(Json::Object{{"name", Json(known.name)}}));
-    entry = &list_of(next.sidecar, "emitters").back();
+    sidecar_json::list_of(next.sidecar, "emitters")
+        .push_back(Json(Json::Object{{"name", Json(known.name)}}));
+    entry = &sidecar_json::list_of(next.sidecar, "emitters").back();
   }
   if (values.position_m != known.position_m)
-    set(*entry, "at", vector(values.position_m + origin_m()));
-  if (values.axis != known.axis) set(*entry, "facing", vector(values.axis));
-  if (values.gain != known.gain) set(*entry, "gain", number(values.gain));
+    sidecar_json::set(*entry, "at", sidecar_json::vector(values.position_m + origin_m()));
+  if (values.axis != known.axis)
+    sidecar_json::set(*entry, "facing", sidecar_json::vector(values.axis));
+  if (values.gain != known.gain)
+    sidecar_json::set(*entry, "gain", sidecar_json::number(values.gain));
   if (values.directivity != known.directivity) {
-    unset(*entry, "bandsHz");
-    set(*entry, "directivity", bands(values.directivity));
+    sidecar_json::unset(*entry, "bandsHz");
+    sidecar_json::set(*entry, "directivity", sidecar_json::bands(values.directivity));
   }
   known.position_m = values.position_m;
   known.axis = values.axis;
@@ -270,10 +166,10 @@ void EditedLevel::remove_emitter(std::size_t emitter) {
   if (!why_fixed(emitter).empty()) return;
   LevelState next = now();
   const std::string name = next.emitters[emitter].name;
-  Json::Array& entries = list_of(next.sidecar, "emitters");
-  if (Json* const entry = entry_of(next.sidecar, name))
+  Json::Array& entries = sidecar_json::list_of(next.sidecar, "emitters");
+  if (Json* const entry = sidecar_json::entry_of(next.sidecar, name))
     entries.erase(entries.begin() + (entry - entries.data()));
-  if (std::ranges::find(level_->emitters, name, &Emitter::name) != level_->emitters.end())
+  if (std::ranges::find(now().level->emitters, name, &Emitter::name) != now().level->emitters.end())
     entries.push_back(Json(Json::Object{{"name", Json(name)}, {"removed", Json(true)}}));
   next.emitters.erase(next.emitters.begin() + static_cast<std::ptrdiff_t>(emitter));
   edit(std::move(next), "remove " + name);
@@ -294,15 +190,15 @@ Result<std::size_t> EditedLevel::add_emitter(const std::string& signal, const Ve
   const auto is_known = [&](const std::vector<Emitter>& emitters) {
     return std::ranges::find(emitters, added.name, &Emitter::name) != emitters.end();
   };
-  for (int n = 2; is_known(next.emitters) || is_known(level_->emitters); ++n)
+  for (int n = 2; is_known(next.emitters) || is_known(now().level->emitters); ++n)
     added.name = fmt::format("{} {}", stem, n);
   added.position_m = at_m;
   added.axis = normalize(facing);
-  list_of(next.sidecar, "emitters")
+  sidecar_json::list_of(next.sidecar, "emitters")
       .push_back(Json(Json::Object{{"name", Json(added.name)},
                                    {"signal", Json(played)},
-                                   {"at", vector(at_m + origin_m())},
-                                   {"facing", vector(added.axis)}}));
+                                   {"at", sidecar_json::vector(at_m + origin_m())},
+                                   {"facing", sidecar_json::vector(added.axis)}}));
   next.emitters.push_back(added);
   edit(std::move(next), "add " + added.name);
   return now().emitters.size() - 1;
@@ -312,14 +208,16 @@ void EditedLevel::set_listener(std::size_t listener, const ListenerSpec& values,
                                std::size_t gesture) {
   LevelState next = now();
   next.listeners[listener] = values;
-  list_of(next.sidecar, "listeners")[listener] = json_of(values, origin_m());
+  sidecar_json::list_of(next.sidecar, "listeners")[listener] =
+      sidecar_json::json_of(values, origin_m());
   edit(std::move(next), "move " + values.name, gesture);
 }
 
 void EditedLevel::add_listener(const ListenerSpec& values) {
   LevelState next = now();
   next.listeners.push_back(values);
-  list_of(next.sidecar, "listeners").push_back(json_of(values, origin_m()));
+  sidecar_json::list_of(next.sidecar, "listeners")
+      .push_back(sidecar_json::json_of(values, origin_m()));
   edit(std::move(next), "add " + values.name);
 }
 
@@ -328,7 +226,7 @@ void EditedLevel::remove_listener(std::size_t listener) {
   const auto at = static_cast<std::ptrdiff_t>(listener);
   const std::string name = next.listeners[listener].name;
   next.listeners.erase(next.listeners.begin() + at);
-  Json::Array& entries = list_of(next.sidecar, "listeners");
+  Json::Array& entries = sidecar_json::list_of(next.sidecar, "listeners");
   entries.erase(entries.begin() + at);
   edit(std::move(next), "remove " + name);
 }
@@ -345,7 +243,7 @@ void EditedLevel::redo() {
   ++revision_;
 }
 
-std::string EditedLevel::sidecar_text() const { return clamor::sidecar_text(now().sidecar); }
+std::string EditedLevel::sidecar_text() const { return sidecar_json::text_of(now().sidecar); }
 
 bool EditedLevel::is_saved() const { return sidecar_text() == saved_text_; }
 
@@ -370,14 +268,24 @@ void EditedLevel::discard_autosave() {
 }
 
 Result<void> EditedLevel::recover() {
+  auto read = read_json(autosave_path_);
+  if (!read.ok()) return read.error();
+  if (auto taken = import_again(std::move(*read), "recover unsaved work"); !taken.ok())
+    return taken;
+  unsaved_.reset();
+  return {};
+}
+
+Result<void> EditedLevel::import_again(Json sidecar, const std::string& what) {
   ImportOptions options = options_;
   options.sidecar = autosave_path_;
-  const auto imported = import_level(path_, options);
-  if (!imported.ok()) return imported.error();
-  auto sidecar = read_json(autosave_path_);
-  if (!sidecar.ok()) return sidecar.error();
-  unsaved_.reset();
-  edit(state_of(*imported, std::move(*sidecar)), "recover unsaved work");
+  if (auto ok = write_whole(autosave_path_, sidecar_json::text_of(sidecar)); !ok.ok()) return ok;
+  auto imported = import_level(path_, options);
+  if (!imported.ok()) {
+    (void)autosave();
+    return imported.error();
+  }
+  edit(state_of(std::move(*imported), std::move(sidecar)), what);
   return {};
 }
 

@@ -1,5 +1,5 @@
-// edited_level.h: a level whose acoustics are edited: materials, emitters and places to listen
-// from.
+// edited_level.h: a level whose acoustics are edited: materials, emitters, places to listen from,
+// portals, and which of its nodes are movable parts.
 //
 // Edits change the sidecar, LEVEL.acoustics.json, and never the level. Beside its text a state
 // keeps the values that follow from it, so that nothing is imported again for a display. Unsaved
@@ -18,6 +18,7 @@
 #include "common/result.h"
 #include "formats/files/json.h"
 #include "formats/gltf/import_options.h"
+#include "formats/gltf/import_report.h"
 #include "formats/level/emitter.h"
 #include "formats/level/sidecar.h"
 #include "tools/view/edit_history.h"
@@ -26,24 +27,30 @@ namespace clamor {
 
 struct Level;
 struct Mesh;
+struct MovablePart;
 
 struct LevelState {
   Json sidecar{Json::Object{}};
-  std::vector<Material> materials;   // as Level::materials
-  std::vector<std::string> presets;  // by material; "" for values of its own
+  std::shared_ptr<const Level> level;  // as it was imported last: its mesh and movable parts
+  std::vector<NamedTriangles> nodes;   // of its mesh
+  std::vector<Material> materials;     // as Level::materials
+  std::vector<std::string> presets;    // by material; "" for values of its own
   std::vector<Emitter> emitters;
   std::vector<ListenerSpec> listeners;
+  std::vector<PortalSpec> portals;  // those of the glTF scene, then those of the sidecar
 };
 
 class EditedLevel {
  public:
-  // Imports the level as a bake would. Its mesh stays as it is.
+  // Imports the level as a bake would.
   static Result<EditedLevel> open(const std::string& path, const ImportOptions& options);
 
   const std::string& path() const { return path_; }
   const std::string& sidecar_path() const { return sidecar_path_; }
   const std::string& autosave_path() const { return autosave_path_; }
+  // These change only when a node becomes a movable part or is one no longer.
   const Mesh& mesh() const;
+  const std::vector<MovablePart>& parts() const;
   // In the world; all places here are relative to it, but for those in the sidecar.
   const Vec3& origin_m() const;
   // Hash of the level and its files as they were opened, as Provenance::input_hash.
@@ -69,6 +76,18 @@ class EditedLevel {
   void add_listener(const ListenerSpec& values);
   void remove_listener(std::size_t listener);
 
+  // Why a portal cannot be edited in a sidecar, or "".
+  std::string why_portal_fixed(std::size_t portal) const;
+  void set_portal(std::size_t portal, const PortalSpec& values, std::size_t gesture = 0);
+  std::size_t add_portal(const PortalSpec& values);
+  void remove_portal(std::size_t portal);
+
+  // Makes movable parts of the nodes of this name, with all below them, or surfaces of the level
+  // again. Imports the level, which takes as long as opening it. The Error leaves all as it is.
+  Result<void> set_movable(const std::string& node, bool movable);
+  // Why the nodes of a part cannot become surfaces again, or "".
+  std::string why_movable_fixed(const std::string& node) const;
+
   void undo();
   void redo();
 
@@ -93,17 +112,16 @@ class EditedLevel {
   EditedLevel(std::string path, ImportOptions options, LevelState first);
 
   void edit(LevelState next, const std::string& what, std::size_t gesture = 0);
+  // Imports the level with another sidecar, as one edit, through the autosave file.
+  Result<void> import_again(Json sidecar, const std::string& what);
+  std::size_t portals_of_scene() const;
 
   std::string path_, sidecar_path_, autosave_path_;
   ImportOptions options_;
-  std::shared_ptr<const Level> level_;  // as it was opened
   EditHistory<LevelState> history_;
   std::string saved_text_;
   std::optional<std::string> unsaved_;  // text of an autosave file that was found
   std::uint64_t revision_ = 1, input_hash_ = 0;
 };
-
-// A sidecar as people would write it: one material, emitter or listener a line.
-std::string sidecar_text(const Json& sidecar);
 
 }  // namespace clamor

@@ -27,6 +27,7 @@
 #include "runtime/player/player_options.h"
 #include "runtime/player/player_statistics.h"
 #include "runtime/realtime/thread_cpu_usage.h"
+#include "tools/view/level_doors.h"
 #include "tools/view/sound_history.h"
 
 namespace clamor {
@@ -46,6 +47,8 @@ class LiveSound {
   void move(const Listener& listener);
   void set_focus(const SoundFocus& focus);
   const SoundFocus& focus() const { return focus_; }
+  // Opens and closes doors of what plays, and of what will.
+  void set_doors(const LevelDoors& doors);
 
   // Call in every frame. Returns whether another bake plays from now on.
   bool update();
@@ -90,6 +93,8 @@ class LiveSound {
   std::string path_, name_, error_;
   Listener listener_;
   SoundFocus focus_;
+  LevelDoors doors_;
+  std::vector<float> openness_;  // of the portals of file_, as set
   bool is_opening_ = false;
 
   std::mutex mutex_;  // guards what follows

@@ -1,10 +1,12 @@
 #include "tools/view/view_script.h"
 
+#include <cmath>
 #include <locale>
-#include <optional>
 #include <sstream>
 
 #include <fmt/format.h>
+
+#include "formats/level/level_origin.h"
 
 namespace clamor {
 
@@ -12,33 +14,55 @@ namespace {
 
 using Kind = ViewEvent::Kind;
 
-struct Form {
-  const char* words;  // the first of a line
-  int numbers;
-  bool has_text;
-  Kind kind;
+struct Number {
+  const char* name = nullptr;
+  double least = 0, most = 0;
+  bool is_whole = false;
 };
 
+struct Form {
+  const char* words;  // the first of a line
+  Kind kind;
+  bool has_text = false;
+  std::vector<Number> numbers{};
+};
+
+constexpr double kMostPixels = 8192, kMostFrames = 100'000, kMostSeconds = 3600;
+constexpr double kMostSteps = 1000;  // of a wheel
+constexpr double kFar_m = kMaxWorldCoordinate_m;
+
 // Longer forms precede those that they begin with.
-constexpr Form kForms[] = {{"size", 2, false, Kind::kSize},
-                           {"move world", 3, false, Kind::kMoveWorld},
-                           {"move", 2, false, Kind::kMove},
-                           {"press", 0, false, Kind::kPress},
-                           {"release", 0, false, Kind::kRelease},
-                           {"click right", 0, false, Kind::kRightClick},
-                           {"click", 0, false, Kind::kClick},
-                           {"scroll", 1, false, Kind::kScroll},
-                           {"type", 0, true, Kind::kType},
-                           {"drop", 0, true, Kind::kDrop},
-                           {"wait frames", 1, false, Kind::kWaitFrames},
-                           {"wait seconds", 1, false, Kind::kWaitSeconds},
-                           {"wait sound", 0, false, Kind::kWaitSound},
-                           {"wait quick", 0, false, Kind::kWaitQuick},
-                           {"wait final", 0, false, Kind::kWaitFinal},
-                           {"wait rebaked", 0, false, Kind::kWaitRebaked},
-                           {"screenshot", 0, true, Kind::kScreenshot},
-                           {"print edit", 0, false, Kind::kPrint},
-                           {"quit", 0, false, Kind::kQuit}};
+const std::vector<Form>& forms() {
+  static const std::vector<Form> all = {
+      {"size",
+       Kind::kSize,
+       false,
+       {{"width", kLeastWindowWidth, kMostPixels, true},
+        {"height", kLeastWindowHeight, kMostPixels, true}}},
+      {"move world",
+       Kind::kMoveWorld,
+       false,
+       {{"X", -kFar_m, kFar_m}, {"Y", -kFar_m, kFar_m}, {"Z", -kFar_m, kFar_m}}},
+      {"move", Kind::kMove, false, {{"X", 0, kMostPixels}, {"Y", 0, kMostPixels}}},
+      {"press", Kind::kPress},
+      {"release", Kind::kRelease},
+      {"click right", Kind::kRightClick},
+      {"click", Kind::kClick},
+      {"scroll", Kind::kScroll, false, {{"number of steps", -kMostSteps, kMostSteps}}},
+      {"type", Kind::kType, true},
+      {"drop", Kind::kDrop, true},
+      {"wait frames", Kind::kWaitFrames, false, {{"number of frames", 0, kMostFrames, true}}},
+      {"wait seconds", Kind::kWaitSeconds, false, {{"number of seconds", 0, kMostSeconds}}},
+      {"wait sound", Kind::kWaitSound},
+      {"wait quick", Kind::kWaitQuick},
+      {"wait final", Kind::kWaitFinal},
+      {"wait rebaked", Kind::kWaitRebaked},
+      {"screenshot", Kind::kScreenshot, true},
+      {"print edit", Kind::kPrint},
+      {"print doors", Kind::kPrintDoors},
+      {"quit", Kind::kQuit}};
+  return all;
+}
 
 std::string trimmed(const std::string& text) {
   const std::size_t first = text.find_first_not_of(" \t\r");
@@ -50,7 +74,13 @@ bool begins_with_words(const std::string& line, const std::string& words) {
   return line == words || line.starts_with(words + " ");
 }
 
-std::optional<ViewEvent> parse_key(const std::string& rest) {
+Error no_event() {
+  return Error(
+      "is no event; events are size, move, press, release, click, scroll, key, type, drop, wait, "
+      "screenshot, print and quit, as view_script.h describes them");
+}
+
+Result<ViewEvent> parse_key(const std::string& rest) {
   ViewEvent event;
   event.kind = Kind::kKey;
   event.text = rest;
@@ -61,10 +91,27 @@ std::optional<ViewEvent> parse_key(const std::string& rest) {
     event.kind = Kind::kKeyUp;
     event.text = trimmed(rest.substr(0, rest.size() - 3));
   }
-  return event.text.empty() ? std::nullopt : std::optional(event);
+  if (event.text.empty()) return Error("needs the name of a key, as in 'key W down'");
+  return event;
 }
 
-std::optional<ViewEvent> parse_line(const std::string& line) {
+Result<double> read_number(const std::string& word, const Number& number) {
+  const auto expected = fmt::format("the {} must be a {}number from {} to {}", number.name,
+                                    number.is_whole ? "whole " : "", number.least, number.most);
+  std::istringstream in(word);
+  in.imbue(std::locale::classic());
+  double value = 0;
+  if (!(in >> value) || !(in >> std::ws).eof())
+    return Error(word.empty() ? "lacks a number: " + expected
+                              : fmt::format("has '{}': {}", word, expected));
+  if (!(value >= number.least && value <= number.most) ||
+      (number.is_whole && value != std::floor(value)))
+    return Error(fmt::format("has {}: {}", word, expected));
+  return value;
+}
+
+// The Error goes on from the line.
+Result<ViewEvent> parse_line(const std::string& line) {
   if (begins_with_words(line, "key")) return parse_key(trimmed(line.substr(3)));
   if (line.starts_with("move \"") && line.ends_with("\"") && line.size() > 7) {
     ViewEvent event;
@@ -72,25 +119,30 @@ std::optional<ViewEvent> parse_line(const std::string& line) {
     event.text = line.substr(6, line.size() - 7);
     return event;
   }
-  for (const Form& form : kForms) {
+  for (const Form& form : forms()) {
     if (!begins_with_words(line, form.words)) continue;
     ViewEvent event;
     event.kind = form.kind;
     const std::string rest = trimmed(line.substr(std::string(form.words).size()));
     if (form.has_text) {
       event.text = rest;
-      return rest.empty() ? std::nullopt : std::optional(event);
+      if (rest.empty()) return Error("lacks what follows the word");
+      return event;
     }
-    std::istringstream numbers(rest);
-    numbers.imbue(std::locale::classic());
+    std::istringstream words(rest);
     double* const places[] = {&event.x, &event.y, &event.z};
-    for (int i = 0; i < form.numbers; ++i)
-      if (!(numbers >> *places[i])) return std::nullopt;
+    for (std::size_t i = 0; i < form.numbers.size(); ++i) {
+      std::string word;
+      words >> word;
+      const auto value = read_number(word, form.numbers[i]);
+      if (!value.ok()) return value.error();
+      *places[i] = *value;
+    }
     std::string more;
-    if (numbers >> more) return std::nullopt;
+    if (words >> more) return Error(fmt::format("has '{}' too many", more));
     return event;
   }
-  return std::nullopt;
+  return no_event();
 }
 
 }  // namespace
@@ -103,11 +155,8 @@ Result<std::vector<ViewEvent>> parse_view_script(const std::string& text) {
     line = trimmed(line.substr(0, line.find('#')));
     if (line.empty()) continue;
     auto event = parse_line(line);
-    if (!event)
-      return Error(fmt::format(
-          "line {}: '{}' is no event; events are size, move, press, release, click, scroll, key, "
-          "type, drop, wait, screenshot, print and quit, as view_script.h describes them",
-          number, line));
+    if (!event.ok())
+      return Error(fmt::format("line {}: '{}' {}", number, line, event.error().message));
     event->line = number;
     events.push_back(std::move(*event));
   }

@@ -1,7 +1,7 @@
 // view_script.h: input events from a file, for demonstrations and tests: they move the mouse and
 // press keys of the window, which cannot tell them from those of a person.
 //
-//   size 1280 720            of the window, first
+//   size 1280 720            of the window, first; 480 x 360 or more
 //   move X Y                 the mouse, in pixels of the window
 //   move world X Y Z         to where a point of the level is drawn
 //   move "Face me"           to the middle of a control, by its label
@@ -12,11 +12,13 @@
 //   drop FILE                as if it were dropped on the window
 //   wait frames N            or: wait seconds S, wait sound, wait quick, wait final, wait rebaked
 //   screenshot FILE.ppm
+//   print doors              each door and portal, and how open it is
 //   print edit               time from the edit to the sound, what plays, time and error of the
 //                            first bake, and whether it was re-weighed
 //   quit
 //
-// One event a line, one a frame; # begins a comment.
+// One event a line, one a frame; # begins a comment. Waits last an hour or 100 000 frames at most;
+// one for what cannot come, such as a bake that nothing has asked for, is an error.
 #pragma once
 
 #include <string>
@@ -25,6 +27,9 @@
 #include "common/result.h"
 
 namespace clamor {
+
+// The panels leave room for the level in a window of this size.
+inline constexpr int kLeastWindowWidth = 480, kLeastWindowHeight = 360;
 
 struct ViewEvent {
   enum class Kind {
@@ -50,6 +55,7 @@ struct ViewEvent {
     kWaitRebaked,
     kScreenshot,
     kPrint,
+    kPrintDoors,
     kQuit
   };
   Kind kind = Kind::kQuit;
@@ -58,7 +64,7 @@ struct ViewEvent {
   int line = 0;
 };
 
-// Errors name the line.
+// Errors name the line, the value and its range.
 Result<std::vector<ViewEvent>> parse_view_script(const std::string& text);
 
 }  // namespace clamor

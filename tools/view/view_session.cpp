@@ -6,18 +6,10 @@
 
 #include <fmt/format.h>
 
-#include "common/bounds.h"
-#include "tools/report/level_findings.h"
-#include "tools/report/room_summary.h"
+#include "formats/bake_file/baked_portals.h"
 #include "tools/view/viewpoint.h"
 
 namespace clamor {
-
-namespace {
-
-constexpr auto kPause = std::chrono::milliseconds(120);  // after the last edit of a gesture
-
-}  // namespace
 
 Result<std::unique_ptr<ViewSession>> ViewSession::open(ViewOptions options) {
   std::unique_ptr<ViewSession> session(new ViewSession(std::move(options)));
@@ -90,12 +82,8 @@ Result<void> ViewSession::take_level_of(const BakeFile& file) {
     if (auto level = EditedLevel::open(request_.level_path, request_.import); level.ok()) {
       level_ = std::move(*level);
       why_not_editable_.clear();
-      mesh_ = level_->mesh();
-      set_origin(level_->origin_m());
-      vertices_ =
-          shade(mesh_, colours_of(level_->now().materials, base_colours(request_.level_path)));
+      take_shape();
       seen_revision_ = baked_revision_ = level_->revision();
-      ++shape_revision_;
       if (level_->input_hash() != file.provenance().input_hash)
         say(request_.level_path + " or its sidecar has changed since " + options_.path +
             " was baked: the bake is heard, the level as it is now is shown and edited.");
@@ -114,8 +102,13 @@ Result<void> ViewSession::take_level_of(const BakeFile& file) {
   set_origin(file.origin_m());
   baked_materials_ = file.materials();
   baked_emitters_ = file.emitters();
-  vertices_ = shade(mesh_, colours_of(baked_materials_, {}));
+  baked_parts_ = file.movable_parts();
+  portals_ = file.portals().portals;
+  colours_ = colours_of(baked_materials_, {});
+  vertices_ = shade(mesh_, colours_);
+  shown_level_.reset();
   ++shape_revision_;
+  take_doors();
   return {};
 }
 
@@ -125,9 +118,7 @@ Result<void> ViewSession::open_level() {
   auto level = EditedLevel::open(options_.path, request_.import);
   if (!level.ok()) return level.error();
   level_ = std::move(*level);
-  mesh_ = level_->mesh();
-  set_origin(level_->origin_m());
-  vertices_ = shade(mesh_, colours_of(level_->now().materials, base_colours(options_.path)));
+  take_shape();
   seen_revision_ = level_->revision();
   saves_output_ = !options_.output.empty();
   return {};
@@ -143,12 +134,24 @@ const std::vector<ListenerSpec>& ViewSession::listeners() const {
   return level_ ? level_->now().listeners : no_listeners_;
 }
 
+// Takes over the surfaces of the level that is edited.
+void ViewSession::take_shape() {
+  shown_level_ = level_->now().level;
+  mesh_ = level_->mesh();
+  set_origin(level_->origin_m());
+  colours_ = colours_of(level_->now().materials, base_colours(request_.level_path));
+  vertices_ = shade(mesh_, colours_);
+  ++shape_revision_;
+  take_doors();
+}
+
 void ViewSession::frame(const WalkKeys& keys, double seconds) {
   camera_.advance(keys, seconds);
   Listener in_world = camera_.listener();
   in_world.position_m += origin_m_;
   sound_->move(in_world);
   follow_edits();
+  move_doors(seconds);
   take_events();
   follow_file();
   if (sound_->update() && waits_for_sound_ && plays_last_edit()) {
@@ -161,169 +164,6 @@ void ViewSession::frame(const WalkKeys& keys, double seconds) {
   if (sound_->file() != nullptr && sound_->file()->origin_m() != origin_m_)  // of another bake
     for (HeardSource& source : heard_)
       source.position_m = Vec3f(Vec3(source.position_m) + sound_->file()->origin_m() - origin_m_);
-}
-
-// A bake of the edit before may begin to play after this one.
-bool ViewSession::plays_last_edit() const {
-  const std::string& path = sound_->file()->path();
-  return (first_ && path == first_->path) || (newest_ && path == newest_->path);
-}
-
-void ViewSession::bake_now(bool only_last) {
-  const bool is_saved = level_->is_saved();
-  BakeRequest wanted = request_;
-  wanted.import = level_->import_options();
-  baked_revision_ = level_->revision();
-  baked_request_ =
-      bake_->request(wanted, is_saved && saves_output_ ? options_.output : "", only_last);
-  if (newest_ && only_last) newest_->is_final = false;
-  if (only_last) return;
-  newest_.reset();
-  first_.reset();
-}
-
-void ViewSession::follow_edits() {
-  if (!level_) return;
-  if (level_->revision() != seen_revision_) {
-    seen_revision_ = level_->revision();
-    edited_ = Clock::now();
-    check_selection();
-    bake_->cancel();  // it reads the file that is written now
-    if (auto kept = level_->autosave(); !kept.ok())
-      say("Unsaved work cannot be kept safe: " + kept.error().message);
-  }
-  if (level_->revision() == baked_revision_ || Clock::now() - edited_ < kPause) return;
-  if (emitters().empty()) {
-    bake_->cancel();
-    baked_revision_ = level_->revision();
-    say("There is nothing to hear without an emitter.");
-    return;
-  }
-  waits_for_sound_ = true;
-  bake_now();
-}
-
-void ViewSession::take_events() {
-  if (!bake_) return;
-  while (auto event = bake_->poll()) {
-    if (event->request != baked_request_) continue;
-    if (event->error.empty()) {
-      own_path_ = event->path;
-      if (!plays_other_) sound_->play(own_path_, "A");
-      if (event->is_final && event->path == options_.output) say("Wrote " + event->path);
-    } else {
-      say(event->error);
-    }
-    newest_ = std::move(event);
-    if (!first_) first_ = newest_;
-  }
-}
-
-// Shows and plays the bake that was opened again when another one has taken its place, as by clamor
-// bake --watch, unless edits have led away from it.
-void ViewSession::follow_file() {
-  constexpr auto kCheck = std::chrono::milliseconds(250);
-  const auto now = Clock::now();
-  if (!watcher_ || own_path_ != options_.path || now - checked_ < kCheck) return;
-  checked_ = now;
-  if (watcher_->check() == BakeFileWatcher::Change::kNone) return;
-  const auto file = BakeFile::open(options_.path, options_.access);
-  if (!file.ok()) return say(file.error().message);
-  watcher_->plays(*file);
-  if (level_ && !level_->is_saved()) {
-    say(options_.path + " was baked again, but is not heard: there are unsaved changes here.");
-    return;
-  }
-  auto taken = take_level_of(*file);
-  if (taken.ok()) taken = start_baking();
-  if (!taken.ok()) return say(taken.error().message);
-  const bool is_gone = selection_.kind == Selection::Kind::kSurface &&
-                       (selection_.triangle >= mesh_.triangles.size() ||
-                        mesh_.materials[selection_.triangle] != selection_.index);
-  select(is_gone ? Selection() : selection_);
-  check_selection();
-  if (!level_ || level_->input_hash() == file->provenance().input_hash)
-    say(options_.path + " was baked again.");
-  ++followed_;
-  if (!plays_other_) sound_->play(own_path_, "A");
-}
-
-Listener ViewSession::viewpoint(const Vec3& place_m, double size_m) const {
-  std::vector<Vec3> inside_m;
-  for (const Emitter& emitter : emitters()) {
-    inside_m.push_back(emitter.position_m);
-    if (inside_m.size() == 2) break;
-  }
-  if (inside_m.empty() && !mesh_.vertices_m.empty()) {
-    const auto [low_m, high_m] = bounds_of(mesh_.vertices_m);
-    inside_m.push_back(Vec3(0.5f * (low_m + high_m)));
-  }
-  if (sound_ != nullptr) inside_m.push_back(camera_.listener().position_m);
-  return viewpoint_of(mesh_, place_m, size_m, inside_m);
-}
-
-void ViewSession::take_findings() {
-  const auto file = sound_->file();
-  if (file == findings_of_) return;
-  findings_of_ = file;
-  findings_ = findings_of(file->statistics());
-  for (LevelFinding& finding : findings_)
-    if (finding.place_m) *finding.place_m -= origin_m_;
-  t30_s_ = file->statistics().decay.t30_s;
-  cause_of_decay_.clear();
-  if (file->materials().size() >= materials().size())  // it is of this level
-    cause_of_decay_ =
-        clamor::cause_of_decay(file->statistics().decay, absorbing_areas(mesh_, file->materials()));
-  // Printed places are rounded to decimetres.
-  constexpr double kNear_m = 0.1;
-  if (!mark_ || mark_->kind != LevelFinding::Kind::kFact) return;
-  for (const LevelFinding& finding : findings_)
-    if (finding.place_m && length(*finding.place_m - mark_->place_m) < kNear_m) {
-      mark_ = PlaceMark{*finding.place_m, title_of(finding.kind), finding.kind};
-      return say(finding.text);
-    }
-}
-
-void ViewSession::show(const LevelFinding& finding) {
-  if (!finding.place_m) return;
-  camera_.place(viewpoint(*finding.place_m, finding.size_m));
-  mark_ = PlaceMark{*finding.place_m, title_of(finding.kind), finding.kind};
-  say(finding.text);
-}
-
-void ViewSession::check_selection() {
-  const bool is_gone =
-      (selection_.kind == Selection::Kind::kEmitter && selection_.index >= emitters().size()) ||
-      (selection_.kind == Selection::Kind::kListener && selection_.index >= listeners().size());
-  if (is_gone) select({});
-}
-
-void ViewSession::select_at(double x, double y, double aspect) {
-  const Vec3 from = camera_.listener().position_m, direction = camera_.ray(x, y, aspect);
-  const PickedTriangle surface = pick(mesh_, from, direction);
-  const double limit_m = surface.triangle == SIZE_MAX ? 1e9 : surface.distance_m;
-  std::vector<Vec3> places;
-  for (const Emitter& emitter : emitters()) places.push_back(emitter.position_m);
-  for (const ListenerSpec& listener : listeners()) places.push_back(listener.at_m);
-  const std::size_t place = pick_point(places, from, direction, limit_m);
-  if (place < emitters().size())
-    select({Selection::Kind::kEmitter, place, 0});
-  else if (place != SIZE_MAX)
-    select({Selection::Kind::kListener, place - emitters().size(), 0});
-  else if (surface.triangle != SIZE_MAX)
-    select({Selection::Kind::kSurface, mesh_.materials[surface.triangle],
-            static_cast<std::uint32_t>(surface.triangle)});
-  else
-    select({});
-}
-
-void ViewSession::select(const Selection& selection) {
-  selection_ = selection;
-  surface_.clear();
-  outline_.clear();
-  if (selection.kind != Selection::Kind::kSurface) return;
-  surface_ = surface_of(mesh_, selection.triangle);
-  outline_ = outline_of(mesh_, surface_);
 }
 
 Result<void> ViewSession::set_strategy(const StrategyOptions& strategy) {
@@ -343,20 +183,6 @@ void ViewSession::set_plays_other(bool other) {
     sound_->play(options_.compare, "B");
   else if (!own_path_.empty())
     sound_->play(own_path_, "A");
-}
-
-Result<void> ViewSession::add_emitter(const std::string& signal) {
-  if (!level_) return Error(why_not_editable_);
-  constexpr double kAhead_m = 1.5;
-  const Listener at = camera_.listener();
-  const PickedTriangle wall = pick(mesh_, at.position_m, at.forward());
-  const double ahead_m =
-      wall.triangle == SIZE_MAX ? kAhead_m : std::min(kAhead_m, 0.6 * wall.distance_m);
-  const auto added =
-      level_->add_emitter(signal, at.position_m + ahead_m * at.forward(), -1.0 * at.forward());
-  if (!added.ok()) return added.error();
-  select({Selection::Kind::kEmitter, *added, 0});
-  return {};
 }
 
 void ViewSession::undo() {

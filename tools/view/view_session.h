@@ -1,5 +1,5 @@
 // view_session.h: what the window shows and edits, without the window: a level or a bake, the
-// listener, the selection, the bakes in the background, and the sound.
+// listener, the selection, doors, the bakes in the background, and the sound.
 //
 //   ViewSession::open() -> every frame: input() and frame() -> the window draws it
 //
@@ -23,6 +23,7 @@
 #include "tools/program/bake_file_watcher.h"
 #include "tools/strategies/strategies.h"
 #include "tools/view/edited_level.h"
+#include "tools/view/level_doors.h"
 #include "tools/view/level_shapes.h"
 #include "tools/view/live_sound.h"
 #include "tools/view/progressive_bake.h"
@@ -45,11 +46,13 @@ struct ViewOptions {
   int threads = 0;
 };
 
+inline constexpr std::uint32_t kNoTriangle = 0xffffffff;  // of a material that is selected alone
+
 struct Selection {
-  enum class Kind { kNone, kSurface, kEmitter, kListener };
+  enum class Kind { kNone, kSurface, kEmitter, kListener, kPart, kPortal };
   Kind kind = Kind::kNone;
-  std::size_t index = 0;       // material, emitter or listener
-  std::uint32_t triangle = 0;  // of a surface
+  std::size_t index = 0;       // material, emitter, listener, part or portal
+  std::uint32_t triangle = 0;  // of a surface, or kNoTriangle
   bool operator==(const Selection&) const = default;
 };
 
@@ -83,6 +86,9 @@ class ViewSession {
   const std::vector<Material>& materials() const;
   const std::vector<Emitter>& emitters() const;
   const std::vector<ListenerSpec>& listeners() const;
+  const std::vector<MovablePart>& parts() const;
+  const std::vector<Portal>& portals() const { return portals_; }
+  std::vector<std::size_t> parts_of(std::size_t portal) const;  // that open and close it
   WalkCamera& camera() { return camera_; }
   const WalkCamera& camera() const { return camera_; }
 
@@ -92,6 +98,26 @@ class ViewSession {
   const Selection& selection() const { return selection_; }
   const std::vector<Vec3f>& outline() const { return outline_; }  // of the selected surface
   const std::vector<std::uint32_t>& surface() const { return surface_; }
+
+  // Doors: movable parts where they are now, and how open portals are.
+  LevelDoors& doors() { return doors_; }
+  const LevelDoors& doors() const { return doors_; }
+  const std::vector<ShadedVertex>& part_vertices() const { return part_vertices_; }
+  Mesh part_mesh(std::size_t part) const;
+  const Vec3& part_middle_m(std::size_t part) const { return part_middles_m_[part]; }
+  std::uint64_t door_revision() const { return door_revision_; }  // grows when they move or change
+  // Whether a selected part has left its place, or a portal is more open than closed.
+  bool is_open(const Selection& door) const;
+  void set_open(const Selection& door, bool open);
+  // Opens or closes the selected door, or the nearest one ahead within 5 m.
+  void toggle_door();
+  // Adds a portal in the doorway that the listener looks through, or one of a door's usual size
+  // ahead of him, or the one that a part fills; and selects it.
+  Result<void> add_portal(std::optional<std::size_t> of_part = std::nullopt);
+  // As EditedLevel::set_movable(). Selects the new part.
+  Result<void> set_movable(const std::string& node, bool movable);
+  // The nodes that a triangle belongs to, from that of its mesh upwards; none without a level.
+  std::vector<std::string> nodes_of(std::uint32_t triangle) const;
 
   // What the bake that plays found in its level.
   const std::vector<LevelFinding>& findings() const { return findings_; }
@@ -157,6 +183,9 @@ class ViewSession {
   void take_events();
   void take_findings();
   void check_selection();
+  void take_shape();
+  void take_doors();
+  void move_doors(double seconds);
   bool plays_last_edit() const;
   Listener viewpoint(const Vec3& place_m, double size_m) const;
   void set_origin(const Vec3& origin_m);
@@ -168,9 +197,17 @@ class ViewSession {
   std::optional<EditedLevel> level_;
   Mesh mesh_;
   Vec3 origin_m_{};
+  std::vector<Vec3f> colours_;  // of materials
   std::vector<ShadedVertex> vertices_;
+  std::shared_ptr<const Level> shown_level_;  // that mesh_ is of; null: of a bake
+  LevelDoors doors_;
+  std::vector<Portal> portals_;
+  std::vector<ShadedVertex> part_vertices_;
+  std::vector<Vec3> part_middles_m_;
+  std::uint64_t door_revision_ = 0;
   std::vector<Material> baked_materials_;  // without a level
   std::vector<Emitter> baked_emitters_;
+  std::vector<MovablePart> baked_parts_;
   std::vector<ListenerSpec> no_listeners_;
   WalkCamera camera_;
   Selection selection_;

@@ -6,12 +6,16 @@
 #include <set>
 #include <span>
 
+#include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
 #include "formats/bake_file/bake_metadata.h"
 #include "runtime/sampling/sampling_strategy.h"
 #include "tests/build_paths.h"
+#include "tests/portal_rooms.h"
+#include "tests/runtime/door_leaf.h"
 #include "tests/tools/report/reported_room.h"
+#include "tools/report/report_doors.h"
 #include "tools/strategies/strategies.h"
 
 namespace clamor::testing {
@@ -87,6 +91,44 @@ TEST(ReportView, HoldsTheTopOfALargeBakeAndSaysHowMuchThatIs) {
   EXPECT_GE(json["nodes"]["shown"], 1);
   EXPECT_LT(json["nodes"]["shown"], json["nodes"]["depths"]);
   EXPECT_LT(view->json.size(), 250'000u);
+}
+
+using ::testing::HasSubstr;
+
+Level with_door() {
+  Level level = portal_rooms();
+  level.materials.push_back(uniform_material(0.3f));
+  level.materials.back().name = "oak";
+  level.materials.back().transmission = same_in_all_bands(0.001f);
+  level.movable_parts = {door(0, 1)};
+  return level;
+}
+
+TEST(ReportDoors, AreListedWithTheirPlaceSizeAndWhatTheyTransmit) {
+  const ReportedRoom reported(with_door());
+  ReportPage page("report", "Doors", "");
+  write_doors(reported.file(), page);
+  const std::string html = page.html();
+  EXPECT_THAT(html, HasSubstr("1 movable part and 1 portal"));
+  EXPECT_THAT(html, HasSubstr("0.04 x 1.00 x 2.00"));
+  EXPECT_THAT(html, HasSubstr("oak (lets -30 dB through at 1 kHz)"));
+  EXPECT_THAT(html, HasSubstr("6.0, 1.0, 2.5"));
+  EXPECT_THAT(html, HasSubstr("0.90 x 2.00"));
+}
+
+TEST(ReportDoors, AreInTheViewAndThePlan) {
+  const ReportedRoom reported(with_door());
+  const auto view = view_of(reported.room(), {}, {}, {}, {});
+  ASSERT_TRUE(view.ok());
+  EXPECT_THAT(view->json, HasSubstr(R"("parts":[{"name":"Door","centre":[5.05,2.0,1.0])"));
+  EXPECT_THAT(view->json, HasSubstr(R"("portals":[{"name":"Door")"));
+}
+
+TEST(ReportDoors, LeaveNoSectionWithoutAny) {
+  const ReportedRoom reported(portal_rooms(false));
+  ReportPage page("report", "Doors", "");
+  write_doors(reported.file(), page);
+  EXPECT_EQ(page.html().find("Doors and portals"), std::string::npos);
 }
 
 }  // namespace

@@ -6,7 +6,9 @@
 #include <gmock/gmock.h>
 
 #include "formats/gltf/level_import.h"
+#include "formats/level/movable_part.h"
 #include "tests/box_level.h"
+#include "tests/door_level.h"
 #include "tests/tools/run_clamor.h"
 #include "tools/view/level_sounds.h"
 
@@ -193,6 +195,86 @@ TEST_F(EditedLevelTest, SaysInPlainWordsWhyASoundCannotBeAdded) {
   EXPECT_THAT(why("missing.wav"), HasSubstr("'missing.wav' is not there"));
   EXPECT_THAT(why("page.wav"), HasSubstr("page.wav"));
   EXPECT_FALSE(level.history().can_undo());
+}
+
+PortalSpec doorway(const std::string& name, const Vec3& centre_m) {
+  PortalSpec spec;
+  spec.portal = facing_portal(centre_m, {1, 0, 0}, 0.9, 2);
+  spec.portal.name = name;
+  spec.material = "wood";
+  return spec;
+}
+
+TEST_F(EditedLevelTest, ShowsThePortalsThatABakeReads) {
+  folder_.write("box.acoustics.json", R"({"portals": [
+    {"name": "hatch", "at": [1, 2, 1], "size": [1, 1], "facing": [0, 1, 0], "comment": "kept"}]})");
+  EditedLevel level = opened();
+  ASSERT_EQ(level.now().portals.size(), 1u);
+  const std::size_t added = level.add_portal(doorway("gate", {2, 1, 2.5}));
+  PortalSpec wide = level.now().portals[added];
+  wide.portal = facing_portal({2, 1, 2}, {0, 0, -1}, 1.2, 2.1);
+  wide.portal.name = "wide gate";
+  wide.portal.is_baked_closed = true;
+  wide.material = "brick";
+  level.set_portal(added, wide);
+  PortalSpec hatch = level.now().portals[0];
+  hatch.portal.centre_m.x = 1.5;
+  level.set_portal(0, hatch);
+  ASSERT_TRUE(level.autosave().ok());
+
+  const Level read_back = baked(level);
+  ASSERT_EQ(read_back.portals.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Portal& shown = level.now().portals[i].portal;
+    EXPECT_EQ(read_back.portals[i].name, shown.name);
+    EXPECT_EQ(read_back.portals[i].is_baked_closed, shown.is_baked_closed);
+    for (const auto member : {&Portal::centre_m, &Portal::half_u_m, &Portal::half_v_m})
+      EXPECT_LT(length(read_back.portals[i].*member - shown.*member), 1e-4);
+  }
+  EXPECT_EQ(read_back.materials[read_back.portal_materials[1]].name, "brick");
+  ASSERT_TRUE(level.save().ok());
+  EXPECT_THAT(sidecar(), HasSubstr("\"kept\""));
+}
+
+TEST_F(EditedLevelTest, UndoesEditsOfPortals) {
+  EditedLevel level = opened();
+  const std::string first = level.sidecar_text();
+  level.add_portal(doorway("gate", {2, 1, 2.5}));
+  EXPECT_EQ(level.history().to_undo(), "add portal gate");
+  for (const double x : {2.1, 2.2, 2.3}) level.set_portal(0, doorway("gate", {x, 1, 2.5}), 7);
+  level.remove_portal(0);
+  EXPECT_TRUE(level.now().portals.empty());
+  EXPECT_EQ(level.sidecar_text(), first) << "nothing of it is left";
+  level.undo();
+  EXPECT_EQ(level.now().portals[0].portal.centre_m.x, 2.3);
+  level.undo();
+  EXPECT_EQ(level.now().portals[0].portal.centre_m.x, 2) << "a gesture is one step";
+  level.undo();
+  EXPECT_TRUE(level.is_saved());
+  level.redo();
+  EXPECT_EQ(level.now().portals.size(), 1u);
+}
+
+TEST_F(EditedLevelTest, MakesADoorOfANodeAndASurfaceOfItAgain) {
+  path_ = door_level(folder_);
+  EditedLevel level = opened();
+  const std::size_t triangles = level.mesh().triangles.size();
+  ASSERT_EQ(level.now().nodes.size(), 2u);
+  EXPECT_EQ(level.now().nodes[1].nodes, std::vector<std::string>{"Door"});
+  EXPECT_TRUE(level.parts().empty());
+  ASSERT_TRUE(level.set_movable("Door", true).ok());
+  ASSERT_EQ(level.parts().size(), 1u);
+  EXPECT_EQ(level.mesh().triangles.size(), triangles - 12);
+  EXPECT_EQ(level.why_movable_fixed("Door"), "");
+  EXPECT_EQ(baked(level).movable_parts, level.parts());
+  level.undo();
+  EXPECT_TRUE(level.parts().empty());
+  EXPECT_EQ(level.mesh().triangles.size(), triangles);
+  level.redo();
+  ASSERT_TRUE(level.set_movable("Door", false).ok());
+  EXPECT_TRUE(level.parts().empty());
+  EXPECT_TRUE(level.is_saved());
+  EXPECT_FALSE(level.set_movable("", true).ok());
 }
 
 }  // namespace

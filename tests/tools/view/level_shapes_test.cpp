@@ -140,5 +140,32 @@ TEST(ViewScript, NamesTheLineThatItDoesNotUnderstand) {
   EXPECT_NE(wrong.error().message.find("line 2"), std::string::npos);
 }
 
+TEST(ViewScript, NamesTheValueAndItsRangeInAnAbsurdLine) {
+  const auto why = [](const std::string& line) {
+    const auto events = parse_view_script("wait sound\n" + line + "\n");
+    return events.ok() ? "" : events.error().message;
+  };
+  EXPECT_EQ(why("size 0 720"),
+            "line 2: 'size 0 720' has 0: the width must be a whole number from 480 to 8192");
+  EXPECT_EQ(
+      why("size 1280 1e300"),
+      "line 2: 'size 1280 1e300' has 1e300: the height must be a whole number from 360 to 8192");
+  EXPECT_EQ(
+      why("wait seconds 1e12"),
+      "line 2: 'wait seconds 1e12' has 1e12: the number of seconds must be a number from 0 to "
+      "3600");
+  EXPECT_EQ(
+      why("wait frames -1"),
+      "line 2: 'wait frames -1' has -1: the number of frames must be a whole number from 0 to "
+      "100000");
+  EXPECT_NE(why("wait frames 2.5").find("a whole number"), std::string::npos);
+  EXPECT_NE(why("move 5").find("lacks a number: the Y must be"), std::string::npos);
+  EXPECT_NE(why("move nan 5").find("has 'nan'"), std::string::npos);
+  EXPECT_NE(why("scroll 1e9").find("from -1000 to 1000"), std::string::npos);
+  EXPECT_NE(why("click twice").find("has 'twice' too many"), std::string::npos);
+  EXPECT_EQ(why("size 480 360"), "");
+  EXPECT_EQ(why("wait seconds 0.5"), "");
+}
+
 }  // namespace
 }  // namespace clamor::testing

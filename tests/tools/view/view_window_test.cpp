@@ -13,6 +13,7 @@
 #include "formats/audio/audio_file.h"
 #include "formats/level/sidecar.h"
 #include "tests/box_level.h"
+#include "tests/door_level.h"
 #include "tests/tools/run_clamor.h"
 
 namespace clamor::testing {
@@ -233,6 +234,51 @@ TEST_F(ViewWindow, IsHeardLikeARender) {
             0);
   // The noise is random, so 1 s of it is known to about 0.2 dB.
   EXPECT_NEAR(level_db(heard), level_db(rendered), 1.0);
+}
+
+// One click in the list opens the door; it is drawn and, by the portal that is put into its doorway
+// and saved, it is one with the next bake.
+TEST_F(ViewWindow, OpensADoorWithTheMouseAndSavesThePortalInItsDoorway) {
+  const std::string rooms = door_level(folder_), before = folder_ / "before.ppm",
+                    after = folder_ / "after.ppm";
+  folder_.write("rooms.acoustics.json", R"({"movable": ["Door"], "emitters": [
+    {"name": "hiss", "signal": "noise", "at": [2, 1.5, 1.2]}]})");
+  const std::string said =
+      run(rooms, "--photons 500 --sources 500 --listener 3,1.6,2.5,-90",
+          "print doors\nscreenshot " + before + "\nmove \"Open Door\"\nclick\nwait seconds 1\n" +
+              "print doors\nscreenshot " + after + "\nmove \"door Door\"\nclick\nwait frames 2\n" +
+              "move \"Add portal in its doorway\"\nclick\nwait frames 2\nkey Ctrl+S\n" +
+              "wait frames 2\nprint doors\n");
+  EXPECT_THAT(said, HasSubstr("part 'Door' moved 0 %"));
+  EXPECT_THAT(said, HasSubstr("part 'Door' moved 100 %"));
+  EXPECT_THAT(said, HasSubstr("portal 'Door'"));
+  const Picture closed = read_picture(before), open = read_picture(after);
+  std::size_t changed = 0;
+  const View view;
+  for (int y = view.top; y < view.bottom - 50; ++y)
+    for (int x = view.left; x < view.right; ++x)
+      changed += closed.at(x, y) != open.at(x, y) ? 1 : 0;
+  EXPECT_GT(changed, 5'000u) << "the leaf has left the doorway";
+  const auto sidecar =
+      parse_sidecar(read(folder_ / "rooms.acoustics.json"), MaterialPresets::built_in());
+  ASSERT_TRUE(sidecar.ok()) << sidecar.error().message;
+  ASSERT_EQ(sidecar->portals.size(), 1u);
+  EXPECT_EQ(sidecar->portals[0].portal.name, "Door");
+  EXPECT_LT(length(sidecar->portals[0].portal.centre_m - Vec3(6, 1, 2.5)), 0.01);
+}
+
+TEST_F(ViewWindow, SaysThatAScriptWaitsForWhatCannotCome) {
+  const std::string bake = folder_ / "box.clamor";
+  ASSERT_EQ(
+      clamor({"bake", level_, "-o", bake, "--quiet", "--photons", "100", "--sources", "100"}).code,
+      0);
+  folder_.write("script.txt", "wait sound\nwait final\nquit\n");
+  const std::string out = folder_ / "out.txt";
+  const std::string command = "xvfb-run -a -s '-screen 0 1280x1024x24' " + std::string(kProgram) +
+                              " view " + bake + " --device none --script " +
+                              (folder_ / "script.txt") + " > " + out + " 2>&1";
+  EXPECT_NE(std::system(command.c_str()), 0);
+  EXPECT_THAT(read(out), HasSubstr("script, line 2: no bake comes"));
 }
 
 TEST(ViewCommand, SaysHowToGetTheWindowOrWhatIsWrong) {

@@ -62,6 +62,14 @@ class FloorMap {
       const [x, y] = at(emitters[6 * e], emitters[6 * e + 2]);
       svg += `<circle cx="${x.toFixed(1)}" cy="${y.toFixed(1)}" r="6" fill="#c24f00" stroke="#fff" stroke-width="1.5"><title>emitter ${escapeText(this.level.emitters.names[e] ?? "")}</title></circle>`;
     }
+    // Doors are filled and portals are dashed, each as seen from above: the two longest of their sides.
+    const across = (middle, sides, style, title) => {
+      const [u, v] = [...sides].sort((a, b) => Math.hypot(b[0], b[2]) - Math.hypot(a[0], a[2]));
+      const corners = [[1, 1], [1, -1], [-1, -1], [-1, 1]].map(([a, b]) => at(middle[0] + a * u[0] + b * v[0], middle[2] + a * u[2] + b * v[2]));
+      svg += `<polygon points="${corners.map((c) => c.map((x) => x.toFixed(1)).join()).join(" ")}" ${style}><title>${escapeText(title)}</title></polygon>`;
+    };
+    for (const part of this.level.parts) across(part.centre, [part.u, part.v, part.w], 'fill="#00805d" stroke="#00805d" stroke-width="2.5" data-part=""', "movable part " + part.name);
+    for (const portal of this.level.portals) across(portal.centre, [portal.u, portal.v], 'fill="none" stroke="#3c6edc" stroke-width="2.5" stroke-dasharray="5 3" data-portal=""', "portal " + portal.name);
     this.level.listeners.forEach((place, i) => {
       const [x, y] = at(place[0], place[2]);
       svg += `<circle cx="${x.toFixed(1)}" cy="${y.toFixed(1)}" r="9" fill="#fff" stroke="#d6006e" stroke-width="2"/><text x="${x.toFixed(1)}" y="${(y + 4).toFixed(1)}" text-anchor="middle" style="fill:#111;font-weight:600">${i + 1}</text>`;
@@ -75,7 +83,7 @@ class FloorMap {
     const shownName = `${kind.name}, ${this.octave.selectedOptions[0].text}`;
     document.getElementById("floor-legend").innerHTML = known.length === 0 ? `<p class="note">${summary}.</p>` :
       `<p class="note">${shownName}</p><span class="bar" style="display:block;height:.7rem;border-radius:2px;background: linear-gradient(90deg, ${kScale.map((c) => `rgb(${c})`).join()})"></span>` +
-      `<span class="ends note"><span>${text(low)}</span><span>${text(high)}</span></span><p class="note">${differences} Seen from above, X to the right and Z down; numbered rings are listeners${few ? ", dots emitters" : ""}. Click a place to listen there.</p>`;
+      `<span class="ends note"><span>${text(low)}</span><span>${text(high)}</span></span><p class="note">${differences} Seen from above, X to the right and Z down; numbered rings are listeners${few ? ", dots emitters" : ""}${this.level.parts.length > 0 ? ", green bars movable parts" : ""}${this.level.portals.length > 0 ? ", dashed lines portals" : ""}. Click a place to listen there.</p>`;
     document.getElementById("floor-table").innerHTML = `<div class="table"><table><caption>${summary}</caption><thead><tr><th scope="col">place (m)</th><th scope="col">${kind.name}</th></tr></thead><tbody>` +
       shown.map((cell) => `<tr><th scope="row">${this.placeOf(cell)}</th><td>${text(this.value(cell))}</td></tr>`).join("") + "</tbody></table></div>";
     this.view.paintMap(shown.map((cell) => [cell, this.value(cell)]).filter(([, value]) => value !== null).map(([cell, value]) =>

@@ -11,9 +11,14 @@ const kPalette = [[194, 79, 0], [0, 105, 171], [0, 128, 93], [176, 86, 139], [47
 const kLayers = [
   ["surfaces", "surfaces", true, null], ["sources", "sources", false, null], ["chosen", "chosen", true, null],
   ["emitters", "emitters", true, [194, 79, 0]], ["openings", "openings", true, [200, 30, 45]], ["gaps", "thin gaps", false, [224, 150, 0]],
-  ["duplicates", "twice there", true, [132, 60, 190]], ["probes", "probes", false, [0, 150, 136]], ["portals", "portals", false, [60, 110, 220]],
+  ["duplicates", "twice there", true, [132, 60, 190]], ["probes", "probes", false, [0, 150, 136]], ["portals", "portals", true, [60, 110, 220]], ["doors", "movable parts", true, [0, 128, 93]],
   ["octree", "octree", false, null], ["map", "map", false, null]];
 const kListener = [214, 0, 110];
+
+// A corner, 0 to 7, of a movable part's box.
+function cornerOf(part, k) {
+  return ["u", "v", "w"].reduce((at, side, bit) => add(at, times(part[side], (k >> bit) & 1 ? 1 : -1)), part.centre);
+}
 
 class View {
   constructor(level) {
@@ -274,9 +279,15 @@ class View {
     return list;
   }
 
+  // The edges of a box with eight corners.
+  box(corner, colour, alpha) {
+    return [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]]
+      .map(([from, to]) => ({from: corner(from), to: corner(to), colour, alpha}));
+  }
+
   paintMarkers() {
     if (this.drawing === null) return;
-    const {emitters, probes, portals, findings} = this.level, colours = Object.fromEntries(kLayers.map(([key, , , colour]) => [key, colour]));
+    const {emitters, probes, portals, parts, findings} = this.level, colours = Object.fromEntries(kLayers.map(([key, , , colour]) => [key, colour]));
     const many = emitters.places.length / 6 > 200, list = [];
     for (let e = 0; e < emitters.places.length / 6; ++e)
       list.push({place: emitters.places.subarray(6 * e, 6 * e + 3), colour: colours.emitters, size: many ? 3 : 13, alpha: many ? 200 : 255});
@@ -290,6 +301,7 @@ class View {
       corners.forEach((from, k) => outlines.push({from, to: corners[(k + 1) % 4], colour: colours.portals}));
     }
     this.lines("portals", outlines, {onTop: true});
+    this.lines("doors", parts.flatMap((part) => this.box((k) => cornerOf(part, k), colours.doors)), {onTop: true});
     const openings = [], marks = {openings: [], gaps: [], duplicates: []};
     for (const finding of findings) {
       if (finding.place === undefined) continue;
@@ -309,9 +321,8 @@ class View {
     const {boxes, of} = this.level.nodes, depth = Number(this.get("depth").value), list = [], colour = this.isDark() ? [150, 190, 230] : [40, 80, 130];
     for (let n = 0; n < of.length; ++n) {
       if (of[n] !== depth) continue;
-      const b = boxes.subarray(6 * n, 6 * n + 6), corner = (k) => [b[k & 1 ? 3 : 0], b[k & 2 ? 4 : 1], b[k & 4 ? 5 : 2]];
-      for (const [from, to] of [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]])
-        list.push({from: corner(from), to: corner(to), colour, alpha: 130});
+      const b = boxes.subarray(6 * n, 6 * n + 6);
+      list.push(...this.box((k) => [b[k & 1 ? 3 : 0], b[k & 2 ? 4 : 1], b[k & 4 ? 5 : 2]], colour, 130));
     }
     this.lines("octree", list);
   }
@@ -344,7 +355,7 @@ class View {
     const paper = getComputedStyle(this.stage).backgroundColor.match(/[\d.]+/g).slice(0, 3).map((c) => c / 255);
     const on = (layer) => this.layers[layer] ? [layer] : [];
     this.drawing.draw(this.camera, {paper, cut, heights: [this.level.low[1], this.level.high[1] + 1e-3], names: [
-      ...on("surfaces"), ...on("map"), ...on("octree"), ...on("sources"), ...(this.layers.chosen ? ["rays", "chosen"] : []), ...on("portals"),
+      ...on("surfaces"), ...on("map"), ...on("octree"), ...on("sources"), ...(this.layers.chosen ? ["rays", "chosen"] : []), ...on("portals"), ...on("doors"),
       ...on("probes"), ...on("gaps"), ...on("duplicates"), ...(this.layers.openings ? ["opening-lines", "openings"] : []), ...on("emitters"), "focus", "listener", "ring"]});
     this.placeLabels();
   }
@@ -360,8 +371,11 @@ class View {
     const wide = this.stage.clientWidth, high = this.stage.clientHeight, taken = [], wanted = [[this.place, "listener"]];
     if (this.focus !== null) wanted.push([this.focus.place, this.nameOf(this.focus)]);
     if (this.layers.emitters) this.level.emitters.names.slice(0, 8).forEach((name, e) => wanted.push([this.level.emitters.places.subarray(6 * e, 6 * e + 3), name]));
+    if (this.layers.doors) this.level.parts.slice(0, 8).forEach((part) => wanted.push([part.centre, part.name]));
+    if (this.layers.portals) this.level.portals.slice(0, 8).forEach((portal) => wanted.push([portal.centre, portal.name]));
     if (this.layers.openings) for (const f of this.level.findings) if (f.kind === "opening" && f.place !== undefined && f !== this.focus) wanted.push([f.place, this.nameOf(f)]);
     for (const [place, text] of wanted) {
+      if (text === "") continue;
       const seen = this.camera.project(place, wide / high);
       if (seen === null || Math.abs(seen[0]) > 1 || Math.abs(seen[1]) > 1) continue;
       const x = (seen[0] + 1) / 2 * wide, y = (1 - seen[1]) / 2 * high, label = document.createElement("span");

@@ -49,9 +49,10 @@ std::string bake_line(const ViewSession& session) {
 }  // namespace
 
 WindowLayout WindowLayout::of(float width, float height, float scale) {
+  // A small window keeps half of its width and more of its height for the level.
   return {std::round(46 * scale),
-          std::round(348 * scale),
-          std::round(164 * scale),
+          std::round(std::min(348 * scale, 0.5f * width)),
+          std::round(std::min(164 * scale, 0.35f * height)),
           width,
           height,
           scale};
@@ -164,68 +165,6 @@ void Panels::draw_bottom(const WindowLayout& layout, const VoiceDisplay& voices)
   ImGui::SameLine(0, 20 * scale_);
   draw_spectrogram(std::max(80 * scale_, ImGui::GetContentRegionAvail().x), height);
   ImGui::End();
-}
-
-// Emitters and listeners, with their names, over the level.
-void Panels::draw_marks(const WindowLayout& layout) const {
-  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
-  draw.PushClipRect({0, layout.toolbar},
-                    {layout.view_width(), layout.toolbar + layout.view_height()});
-  const double aspect = static_cast<double>(layout.view_width() / layout.view_height());
-  const auto place = [&](const Vec3& point_m, ImVec2& at) {
-    double x = 0, y = 0;
-    if (!session_.camera().project(point_m, aspect, x, y)) return false;
-    at = {static_cast<float>(x) * layout.view_width(),
-          layout.toolbar + static_cast<float>(y) * layout.view_height()};
-    return true;
-  };
-  const auto mark = [&](const std::string& name, const Vec3& at_m, const Vec3& facing,
-                        bool is_selected, bool is_emitter) {
-    ImVec2 at, ahead;
-    if (!place(at_m, at)) return;
-    const ImU32 colour = is_selected ? theme::kAccent : theme::kText;
-    const float radius = 7 * scale_;
-    if (place(at_m + 0.6 * facing, ahead)) {
-      draw.AddLine(at, ahead, colour, 2 * scale_);
-      draw.AddCircleFilled(ahead, 3 * scale_, colour);
-    }
-    draw.AddCircleFilled(at, radius, theme::kPanel);
-    draw.AddCircle(at, radius, colour, 0, 2 * scale_);
-    if (is_emitter) draw.AddCircleFilled(at, radius * 0.4f, colour);
-    const ImVec2 size = ImGui::CalcTextSize(name.c_str());
-    const ImVec2 text{at.x + radius + 8 * scale_, at.y - size.y / 2};
-    draw.AddRectFilled({text.x - 5 * scale_, text.y - 2 * scale_},
-                       {text.x + size.x + 5 * scale_, text.y + size.y + 2 * scale_},
-                       IM_COL32(20, 22, 25, 170), 4 * scale_);
-    draw.AddText(text, colour, name.c_str());
-  };
-  const Selection& chosen = session_.selection();
-  const auto& emitters = session_.emitters();
-  constexpr std::size_t kMostMarks = 200;  // a crowd would be a cloud of names
-  for (std::size_t i = 0; i < std::min(emitters.size(), kMostMarks); ++i)
-    mark(emitters[i].name, emitters[i].position_m, emitters[i].axis,
-         chosen.kind == Selection::Kind::kEmitter && chosen.index == i, true);
-  const auto& listeners = session_.listeners();
-  for (std::size_t i = 0; i < listeners.size(); ++i) {
-    constexpr double kDegree = 3.14159265358979323846 / 180;
-    const Listener at(listeners[i].at_m, listeners[i].yaw_deg * kDegree,
-                      listeners[i].pitch_deg * kDegree);
-    mark(listeners[i].name, at.position_m, at.forward(),
-         chosen.kind == Selection::Kind::kListener && chosen.index == i, false);
-  }
-  draw_place_mark(layout);
-  draw.PopClipRect();
-
-  const std::string& message = session_.message();
-  const char* const help = "WASD walk, R and F up and down, right mouse button looks round";
-  const std::string text = message.empty() ? help : message;
-  const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, layout.view_width() * 0.8f);
-  const ImVec2 at{14 * scale_, layout.toolbar + layout.view_height() - size.y - 14 * scale_};
-  draw.AddRectFilled({at.x - 8 * scale_, at.y - 5 * scale_},
-                     {at.x + size.x + 8 * scale_, at.y + size.y + 5 * scale_},
-                     IM_COL32(20, 22, 25, 200), 4 * scale_);
-  draw.AddText(fonts_.text, fonts_.text->FontSize, at, theme::kText, text.c_str(), nullptr,
-               layout.view_width() * 0.8f);
 }
 
 void Panels::draw_questions() {

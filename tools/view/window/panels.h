@@ -3,6 +3,7 @@
 
 #include <array>
 #include <chrono>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -49,14 +50,27 @@ class Panels {
   void draw_findings();
   void draw_place_mark(const WindowLayout& layout) const;
 
-  // panels_edit.cpp
+  // panels_lists.cpp
   void draw_edit();
   void draw_lists();
   void draw_sound_files();
+
+  // panels_edit.cpp
   void draw_surface();
   void draw_emitter();
   void draw_listener();
+  bool draw_heading(const std::string& name) const;  // whether all shall be listed instead
   bool drag_place(Vec3& place_m) const;
+  bool drag_direction(Vec3& direction) const;
+
+  // panels_doors.cpp
+  bool draw_doors();
+  void draw_part();
+  void draw_portals_of_part(std::size_t part);
+  void draw_portal();
+  void edit_portal(std::size_t index);
+  void draw_nodes();
+  static bool drag_share(const char* label, double& share);
 
   // panels_listen.cpp
   void draw_listen();
@@ -75,7 +89,9 @@ class Panels {
   std::string problem_;
   std::array<char, 512> sound_path_{};
   std::vector<std::string> sounds_;  // beside the level
-  std::vector<double> areas_m2_;     // by material
+  std::array<char, 128> portal_name_{};
+  std::size_t portal_named_ = SIZE_MAX;
+  std::vector<double> areas_m2_;  // by material
   std::uint64_t area_revision_ = 0;
   std::size_t polar_band_ = 4;  // 1 kHz
   int voices_wanted_ = 0;

@@ -1,4 +1,4 @@
-// panels_edit.cpp: the panel that edits what is selected.
+// panels_edit.cpp: the panel that edits the surface, emitter or listener that is selected.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,8 +10,6 @@
 #include "common/reflection.h"
 #include "formats/level/level_origin.h"
 #include "formats/level/material_presets.h"
-#include "tools/report/room_summary.h"
-#include "tools/view/level_sounds.h"
 #include "tools/view/window/controls.h"
 #include "tools/view/window/panels.h"
 
@@ -75,129 +73,20 @@ void band_buttons(std::size_t& band, float width) {
 
 }  // namespace
 
-void Panels::draw_edit() {
-  if (!session_.is_editable()) {
-    ImGui::PushTextWrapPos();
-    caption(session_.why_not_editable().c_str());
-    ImGui::PopTextWrapPos();
-  }
-  switch (session_.selection().kind) {
-    case Selection::Kind::kSurface:
-      return draw_surface();
-    case Selection::Kind::kEmitter:
-      return draw_emitter();
-    case Selection::Kind::kListener:
-      return draw_listener();
-    case Selection::Kind::kNone:
-      return draw_lists();
-  }
-}
-
-void Panels::draw_lists() {
-  ImGui::PushTextWrapPos();
-  caption("Click a surface, an emitter or a listener in the level, or choose one here.");
-  ImGui::PopTextWrapPos();
-  using Kind = Selection::Kind;
-  ImGui::Spacing();
-  ImGui::TextUnformatted("Emitters");
-  const auto& emitters = session_.emitters();
-  constexpr std::size_t kMostLines = 100;
-  for (std::size_t i = 0; i < std::min(emitters.size(), kMostLines); ++i)
-    if (ImGui::Selectable(fmt::format("{}##e{}", emitters[i].name, i).c_str()))
-      return session_.select({Kind::kEmitter, i, 0});
-  if (emitters.size() > kMostLines)
-    caption(fmt::format("and {} more", emitters.size() - kMostLines).c_str());
-  if (session_.is_editable()) {
-    if (button("Add noise")) add_emitter("noise");
-    ImGui::SameLine();
-    if (button("Add impulse")) add_emitter("impulse");
-    draw_sound_files();
-  }
-  ImGui::Spacing();
-  ImGui::TextUnformatted("Listeners");
-  const auto& listeners = session_.listeners();
-  for (std::size_t i = 0; i < listeners.size(); ++i)
-    if (ImGui::Selectable(fmt::format("{}##l{}", listeners[i].name, i).c_str()))
-      return session_.select({Kind::kListener, i, 0});
-  if (session_.is_editable() && button("Add listener here")) {
-    ListenerSpec spec;
-    spec.name = fmt::format("listener {}", listeners.size() + 1);
-    spec.at_m = session_.camera().listener().position_m;
-    spec.yaw_deg = session_.camera().yaw_rad() * 180 / pi;
-    spec.pitch_deg = session_.camera().pitch_rad() * 180 / pi;
-    session_.level().add_listener(spec);
-  }
-  ImGui::Spacing();
-  ImGui::TextUnformatted("Materials");
-  const auto& materials = session_.materials();
-  if (area_revision_ != session_.shape_revision() || areas_m2_.size() != materials.size()) {
-    area_revision_ = session_.shape_revision();
-    areas_m2_ = areas_m2(session_.mesh(), materials.size());
-  }
-  for (std::size_t m = 0; m < materials.size(); ++m) {
-    if (!(areas_m2_[m] > 0)) continue;  // nothing of it can be seen
-    const bool chosen = ImGui::Selectable(fmt::format("{}##m{}", materials[m].name, m).c_str());
-    control_places().add("material " + materials[m].name);
-    const std::string area = fmt::format("{:.0f} m2", areas_m2_[m]);
-    ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(area.c_str()).x);
-    caption(area.c_str());
-    if (!chosen) continue;
-    const auto& of = session_.mesh().materials;
-    const auto first = std::ranges::find(of, m);
-    if (first != of.end())
-      session_.select({Kind::kSurface, m, static_cast<std::uint32_t>(first - of.begin())});
-    return;
-  }
-}
-
-void Panels::add_emitter(const std::string& signal) {
-  if (auto added = session_.add_emitter(signal); !added.ok()) problem_ = added.error().message;
-}
-
-// Adds an emitter that plays a file: chosen from those beside the level, or typed.
-void Panels::draw_sound_files() {
-  ImGui::PushTextWrapPos();
-  caption("Or a sound file in the level's folder; one can also be dropped on the window.");
-  ImGui::PopTextWrapPos();
-  const float width = ImGui::CalcTextSize("Add sound").x + 2 * ImGui::GetStyle().FramePadding.x;
-  ImGui::SetNextItemWidth(ImGui::GetContentRegionAvail().x - width - ImGui::GetFrameHeight() -
-                          2 * ImGui::GetStyle().ItemSpacing.x);
-  bool adds = ImGui::InputTextWithHint("##sound", "sounds/violin.flac", sound_path_.data(),
-                                       sound_path_.size(), ImGuiInputTextFlags_EnterReturnsTrue);
-  control_places().add("Sound file");
-  ImGui::SameLine();
-  const bool is_open =
-      ImGui::BeginCombo("##sounds", "", ImGuiComboFlags_NoPreview | ImGuiComboFlags_HeightLarge);
-  control_places().add("Sounds");
-  if (is_open) {
-    if (ImGui::IsWindowAppearing()) sounds_ = sounds_beside(session_.level().path());
-    if (sounds_.empty()) caption("There is none in the level's folder.");
-    for (const std::string& sound : sounds_) {
-      const bool chosen = ImGui::Selectable(sound.c_str());
-      control_places().add("sound " + sound);
-      if (chosen) {
-        sound_path_.fill(0);
-        sound.copy(sound_path_.data(), sound_path_.size() - 1);
-        adds = true;
-      }
-    }
-    ImGui::EndCombo();
-  }
-  ImGui::SameLine();
-  adds |= button("Add sound", 0, false, sound_path_[0] != 0);
-  if (adds) add_emitter(sound_path_.data());
+bool Panels::draw_heading(const std::string& name) const {
+  ImGui::PushFont(fonts_.heading);
+  ImGui::TextUnformatted(name.c_str());
+  ImGui::PopFont();
+  ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize("All").x -
+                  2 * ImGui::GetStyle().FramePadding.x);
+  return button("All");
 }
 
 void Panels::draw_surface() {
   const std::size_t index = session_.selection().index;
   const bool edits = session_.is_editable();
   Material material = session_.materials()[index];
-  ImGui::PushFont(fonts_.heading);
-  ImGui::TextUnformatted(material.name.c_str());
-  ImGui::PopFont();
-  ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize("All").x -
-                  2 * ImGui::GetStyle().FramePadding.x);
-  if (button("All")) return session_.select({});
+  if (draw_heading(material.name)) return session_.select({});
 
   if (edits) {
     const std::string& preset = session_.level().now().presets[index];
@@ -225,6 +114,8 @@ void Panels::draw_surface() {
     }
     if (session_.materials()[index] != material) return;  // another preset
   }
+  if (edits) draw_nodes();
+  if (session_.selection().kind != Selection::Kind::kSurface) return;  // a movable part instead
   // Three curves and half of a circle fill the panel.
   const float line = ImGui::GetTextLineHeightWithSpacing();
   const float rest = ImGui::GetContentRegionAvail().y - 9.5f * line - (edits ? 0 : line) -
@@ -252,12 +143,7 @@ void Panels::draw_surface() {
 void Panels::draw_emitter() {
   const std::size_t index = session_.selection().index;
   Emitter emitter = session_.emitters()[index];
-  ImGui::PushFont(fonts_.heading);
-  ImGui::TextUnformatted(emitter.name.c_str());
-  ImGui::PopFont();
-  ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize("All").x -
-                  2 * ImGui::GetStyle().FramePadding.x);
-  if (button("All")) return session_.select({});
+  if (draw_heading(emitter.name)) return session_.select({});
   const std::string why =
       session_.is_editable() ? session_.level().why_fixed(index) : std::string();
   const bool edits = session_.is_editable() && why.empty();
@@ -275,21 +161,7 @@ void Panels::draw_emitter() {
     emitter.position_m = here.position_m + 1.0 * here.forward();
     changed = at_once = true;
   }
-  caption("Direction, degrees: turn and tilt");
-  auto yaw = static_cast<float>(std::atan2(-emitter.axis.x, -emitter.axis.z) * 180 / pi);
-  auto pitch = static_cast<float>(std::asin(std::clamp(emitter.axis.y, -1.0, 1.0)) * 180 / pi);
-  const float half = (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x) / 2;
-  ImGui::SetNextItemWidth(half);
-  bool turned = ImGui::DragFloat("##yaw", &yaw, 1, -180, 180, "%.0f");
-  ImGui::SameLine();
-  ImGui::SetNextItemWidth(half);
-  turned |= ImGui::DragFloat("##pitch", &pitch, 1, -89, 89, "%.0f");
-  if (turned) {
-    emitter.axis = Listener(Vec3(0), static_cast<double>(yaw) * pi / 180,
-                            static_cast<double>(pitch) * pi / 180)
-                       .forward();
-    changed = true;
-  }
+  changed |= drag_direction(emitter.axis);
   const Vec3 to_me = here.position_m - emitter.position_m;
   if (button("Face me") && length(to_me) > 1e-6) {
     emitter.axis = normalize(to_me);
@@ -329,6 +201,24 @@ void Panels::draw_emitter() {
   }
 }
 
+bool Panels::drag_direction(Vec3& direction) const {
+  caption("Direction, degrees: turn and tilt");
+  auto yaw = static_cast<float>(std::atan2(-direction.x, -direction.z) * 180 / pi);
+  auto pitch = static_cast<float>(std::asin(std::clamp(direction.y, -1.0, 1.0)) * 180 / pi);
+  const float half = (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x) / 2;
+  ImGui::SetNextItemWidth(half);
+  bool turned = ImGui::DragFloat("##yaw", &yaw, 1, -180, 180, "%.0f");
+  control_places().add("Turn");
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(half);
+  turned |= ImGui::DragFloat("##pitch", &pitch, 1, -89, 89, "%.0f");
+  if (!turned) return false;
+  direction =
+      Listener(Vec3(0), static_cast<double>(yaw) * pi / 180, static_cast<double>(pitch) * pi / 180)
+          .forward();
+  return true;
+}
+
 // Shows a place of the level in the world's coordinates, to be changed; true if it was.
 bool Panels::drag_place(Vec3& place_m) const {
   const double least = -kMaxWorldCoordinate_m, most = kMaxWorldCoordinate_m;
@@ -344,12 +234,7 @@ bool Panels::drag_place(Vec3& place_m) const {
 void Panels::draw_listener() {
   const std::size_t index = session_.selection().index;
   ListenerSpec listener = session_.listeners()[index];
-  ImGui::PushFont(fonts_.heading);
-  ImGui::TextUnformatted(listener.name.c_str());
-  ImGui::PopFont();
-  ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize("All").x -
-                  2 * ImGui::GetStyle().FramePadding.x);
-  if (button("All")) return session_.select({});
+  if (draw_heading(listener.name)) return session_.select({});
   if (button("Go there"))
     session_.camera().place(
         {listener.at_m, listener.yaw_deg * pi / 180, listener.pitch_deg * pi / 180});

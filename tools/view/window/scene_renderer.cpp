@@ -7,127 +7,11 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include "tools/view/window/gl.h"
+#include "tools/view/window/scene_shaders.h"
 
 namespace clamor {
 
 namespace {
-
-constexpr const char* kLevelVertex = R"(#version 330 core
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec3 normal;
-layout(location = 2) in vec3 colour;
-layout(location = 3) in float material;
-uniform mat4 projection;
-uniform vec3 eye;
-uniform float selected;
-out vec3 from_eye;
-flat out vec3 face_normal;
-flat out vec3 face_colour;
-flat out float is_selected;
-void main() {
-  from_eye = position - eye;
-  face_normal = normal;
-  face_colour = colour;
-  is_selected = abs(material - selected) < 0.5 ? 1.0 : 0.0;
-  gl_Position = projection * vec4(position, 1.0);
-}
-)";
-
-// A sky light from above and a lamp at the eye, so that every wall has a shade of its own.
-constexpr const char* kLevelFragment = R"(#version 330 core
-in vec3 from_eye;
-flat in vec3 face_normal;
-flat in vec3 face_colour;
-flat in float is_selected;
-out vec4 result;
-void main() {
-  vec3 n = normalize(face_normal);
-  float distance_m = length(from_eye);
-  if (dot(n, from_eye) > 0.0) n = -n;
-  float lamp = max(dot(n, -from_eye / max(distance_m, 1e-3)), 0.0);
-  float sky = 0.5 + 0.5 * n.y;
-  float side = 0.08 * n.x - 0.05 * n.z;
-  float light = 0.26 + 0.22 * sky + 0.40 * lamp + side;
-  light *= mix(1.0, 0.62, smoothstep(4.0, 60.0, distance_m));
-  vec3 colour = face_colour * light;
-  colour = mix(colour, vec3(0.86, 0.48, 0.16) * (0.35 + 0.65 * light), 0.22 * is_selected);
-  result = vec4(pow(colour, vec3(1.0 / 2.2)), 1.0);
-}
-)";
-
-constexpr const char* kLineVertex = R"(#version 330 core
-layout(location = 0) in vec3 position;
-uniform mat4 projection;
-void main() {
-  gl_Position = projection * vec4(position, 1.0);
-  gl_Position.z -= 0.0005 * gl_Position.w;  // in front of the wall that it belongs to
-}
-)";
-
-// Lines of any width are rectangles.
-constexpr const char* kLineGeometry = R"(#version 330 core
-layout(lines) in;
-layout(triangle_strip, max_vertices = 4) out;
-uniform vec2 half_width;
-void main() {
-  vec4 a = gl_in[0].gl_Position, b = gl_in[1].gl_Position;
-  const float near = 0.02;
-  if (a.w < near && b.w < near) return;
-  if (a.w < near) a = mix(b, a, (b.w - near) / (b.w - a.w));
-  if (b.w < near) b = mix(a, b, (a.w - near) / (a.w - b.w));
-  vec2 along = (b.xy / b.w - a.xy / a.w) / half_width;
-  along = length(along) > 1e-6 ? normalize(along) : vec2(1.0, 0.0);
-  vec2 across = vec2(-along.y, along.x) * half_width, ahead = along * half_width;
-  gl_Position = a + vec4((across - ahead) * a.w, 0.0, 0.0); EmitVertex();
-  gl_Position = a + vec4((-across - ahead) * a.w, 0.0, 0.0); EmitVertex();
-  gl_Position = b + vec4((across + ahead) * b.w, 0.0, 0.0); EmitVertex();
-  gl_Position = b + vec4((-across + ahead) * b.w, 0.0, 0.0); EmitVertex();
-  EndPrimitive();
-}
-)";
-
-constexpr const char* kLineFragment = R"(#version 330 core
-uniform vec4 colour;
-out vec4 result;
-void main() { result = colour; }
-)";
-
-constexpr const char* kPointVertex = R"(#version 330 core
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec4 colour;
-layout(location = 2) in float size;
-layout(location = 3) in float hollow;
-uniform mat4 projection;
-out vec4 point_colour;
-out float point_size;
-out float is_hollow;
-void main() {
-  gl_Position = projection * vec4(position, 1.0);
-  gl_Position.z -= 0.0003 * gl_Position.w;
-  gl_PointSize = size;
-  point_colour = colour;
-  point_size = size;
-  is_hollow = hollow;
-}
-)";
-
-constexpr const char* kPointFragment = R"(#version 330 core
-in vec4 point_colour;
-in float point_size;
-in float is_hollow;
-uniform float strength;
-out vec4 result;
-void main() {
-  float r = length(gl_PointCoord - vec2(0.5)) * point_size;
-  float outside = point_size * 0.5 - r;
-  float alpha = clamp(outside, 0.0, 1.0);
-  // A dark rim sets points off from bright walls.
-  float inside = clamp(outside - 1.2, 0.0, 1.0);
-  vec3 colour = mix(vec3(0.06), point_colour.rgb, inside);
-  if (is_hollow > 0.5) alpha *= clamp(3.2 - outside, 0.0, 1.0);
-  result = vec4(colour, point_colour.a * alpha * strength);
-}
-)";
 
 Result<unsigned> shader_of(unsigned kind, const char* text) {
   const unsigned shader = glCreateShader(kind);
@@ -228,13 +112,15 @@ Result<void> SceneRenderer::build() {
   if (!point.ok()) return point.error();
   point_program_ = *point;
 
-  make(level_array_, level_buffer_);
   constexpr std::size_t kLevelFloats = sizeof(ShadedVertex) / sizeof(float);
   static_assert(kLevelFloats == 10);
-  attribute(0, 3, kLevelFloats, 0);
-  attribute(1, 3, kLevelFloats, 3);
-  attribute(2, 3, kLevelFloats, 6);
-  attribute(3, 1, kLevelFloats, 9);
+  for (Triangles* const triangles : {&level_, &parts_}) {
+    make(triangles->array, triangles->buffer);
+    attribute(0, 3, kLevelFloats, 0);
+    attribute(1, 3, kLevelFloats, 3);
+    attribute(2, 3, kLevelFloats, 6);
+    attribute(3, 1, kLevelFloats, 9);
+  }
   make(line_array_, line_buffer_);
   attribute(0, 3, 3, 0);
   make(point_array_, point_buffer_);
@@ -249,26 +135,39 @@ Result<void> SceneRenderer::build() {
 }
 
 SceneRenderer::~SceneRenderer() {
-  for (const unsigned array : {level_array_, line_array_, point_array_})
+  for (const unsigned array : {level_.array, parts_.array, line_array_, point_array_})
     glDeleteVertexArrays(1, &array);
-  for (const unsigned buffer : {level_buffer_, line_buffer_, point_buffer_})
+  for (const unsigned buffer : {level_.buffer, parts_.buffer, line_buffer_, point_buffer_})
     glDeleteBuffers(1, &buffer);
   for (const unsigned program : {level_program_, line_program_, point_program_})
     glDeleteProgram(program);
 }
 
-void SceneRenderer::set_level(std::span<const ShadedVertex> vertices) {
-  glBindBuffer(GL_ARRAY_BUFFER, level_buffer_);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size_bytes()), vertices.data(),
-               GL_STATIC_DRAW);
-  level_vertices_ = static_cast<int>(vertices.size());
+void SceneRenderer::Triangles::set(std::span<const ShadedVertex> from, unsigned usage) {
+  glBindBuffer(GL_ARRAY_BUFFER, buffer);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(from.size_bytes()), from.data(), usage);
+  vertices = static_cast<int>(from.size());
 }
 
-void SceneRenderer::set_outline(std::span<const Vec3f> ends) {
+void SceneRenderer::set_level(std::span<const ShadedVertex> vertices) {
+  level_.set(vertices, GL_STATIC_DRAW);
+}
+
+void SceneRenderer::set_parts(std::span<const ShadedVertex> vertices) {
+  parts_.set(vertices, GL_DYNAMIC_DRAW);
+}
+
+void SceneRenderer::set_lines(std::span<const SceneLines> lines) {
+  std::vector<Vec3f> ends;
+  lines_.clear();
+  for (const SceneLines& one : lines) {
+    lines_.push_back(
+        {one.colour, static_cast<int>(ends.size()), static_cast<int>(one.ends.size())});
+    ends.insert(ends.end(), one.ends.begin(), one.ends.end());
+  }
   glBindBuffer(GL_ARRAY_BUFFER, line_buffer_);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(ends.size_bytes()), ends.data(),
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(ends.size() * sizeof(Vec3f)), ends.data(),
                GL_DYNAMIC_DRAW);
-  line_vertices_ = static_cast<int>(ends.size());
 }
 
 void SceneRenderer::draw(const ViewPort& port, const Scene& scene) {
@@ -290,8 +189,10 @@ void SceneRenderer::draw(const ViewPort& port, const Scene& scene) {
   glUniform3fv(glGetUniformLocation(level_program_, "eye"), 1, glm::value_ptr(eye));
   glUniform1f(glGetUniformLocation(level_program_, "selected"),
               static_cast<float>(scene.selected_material));
-  glBindVertexArray(level_array_);
-  glDrawArrays(GL_TRIANGLES, 0, level_vertices_);
+  for (const Triangles* const triangles : {&level_, &parts_}) {
+    glBindVertexArray(triangles->array);
+    glDrawArrays(GL_TRIANGLES, 0, triangles->vertices);
+  }
 
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
@@ -306,9 +207,11 @@ void SceneRenderer::draw(const ViewPort& port, const Scene& scene) {
   glBindVertexArray(line_array_);
   for (const bool is_behind : {true, false}) {
     glDepthFunc(is_behind ? GL_GREATER : GL_LEQUAL);
-    glUniform4f(glGetUniformLocation(line_program_, "colour"), 1.0f, 0.62f, 0.18f,
-                is_behind ? 0.18f : 1.0f);
-    glDrawArrays(GL_LINES, 0, line_vertices_);
+    for (const Lines& lines : lines_) {
+      glUniform4f(glGetUniformLocation(line_program_, "colour"), lines.colour.r, lines.colour.g,
+                  lines.colour.b, is_behind ? 0.18f : 1.0f);
+      glDrawArrays(GL_LINES, lines.first, lines.count);
+    }
   }
 
   std::vector<PointVertex> points;

@@ -1,4 +1,4 @@
-// scene_renderer.h: draws the level, the outline of the selection and the chosen sources with
+// scene_renderer.h: draws the level, its movable parts, outlines and the chosen sources with
 // OpenGL.
 //
 // Threads: that of the OpenGL context, which must be current, also for the destructor.
@@ -23,6 +23,11 @@ struct ViewPort {
   double aspect() const { return height > 0 ? static_cast<double>(width) / height : 1; }
 };
 
+struct SceneLines {
+  std::vector<Vec3f> ends;  // in pairs
+  Vec3f colour;             // as it is shown, 0 to 1
+};
+
 class SceneRenderer {
  public:
   static Result<std::unique_ptr<SceneRenderer>> create();
@@ -31,8 +36,9 @@ class SceneRenderer {
   SceneRenderer& operator=(const SceneRenderer&) = delete;
 
   void set_level(std::span<const ShadedVertex> vertices);
-  // Pairs of points; none: nothing is selected.
-  void set_outline(std::span<const Vec3f> ends);
+  void set_parts(std::span<const ShadedVertex> vertices);
+  // Later ones are drawn above earlier ones.
+  void set_lines(std::span<const SceneLines> lines);
 
   struct Scene {
     const WalkCamera& camera;
@@ -46,11 +52,21 @@ class SceneRenderer {
   SceneRenderer() = default;
   Result<void> build();
 
+  struct Triangles {
+    unsigned array = 0, buffer = 0;
+    int vertices = 0;
+    void set(std::span<const ShadedVertex> from, unsigned usage);
+  };
+  struct Lines {
+    Vec3f colour;
+    int first = 0, count = 0;
+  };
+
+  Triangles level_, parts_;
+  std::vector<Lines> lines_;
   unsigned level_program_ = 0, line_program_ = 0, point_program_ = 0;
-  unsigned level_array_ = 0, level_buffer_ = 0;
   unsigned line_array_ = 0, line_buffer_ = 0;
   unsigned point_array_ = 0, point_buffer_ = 0;
-  int level_vertices_ = 0, line_vertices_ = 0;
 };
 
 }  // namespace clamor

@@ -73,6 +73,16 @@ Result<void> ScriptInput::play_events(ViewSession& session, std::ostream& out) {
   return {};
 }
 
+// An event of the bake may come in the frame after it has ended.
+Result<bool> ScriptInput::wait_for_bake(const ViewSession& session) {
+  constexpr int kIdleFrames = 10;
+  const bool may_come = session.baking().is_busy || session.waits_for_sound();
+  idle_frames_ = may_come || session.is_final() ? 0 : idle_frames_ + 1;
+  if (idle_frames_ > kIdleFrames)
+    return Error("no bake comes: nothing was edited or saved since the last one");
+  return false;
+}
+
 // Returns whether the event is over.
 Result<bool> ScriptInput::play(const ViewEvent& event, ViewSession& session, std::ostream& out) {
   using Kind = ViewEvent::Kind;
@@ -134,15 +144,19 @@ Result<bool> ScriptInput::play(const ViewEvent& event, ViewSession& session, std
       waits_until_ = Clock::now() + std::chrono::milliseconds(static_cast<int>(1000 * event.x));
       return true;
     case Kind::kWaitSound:
+      if (session.emitters().empty() && !session.sound().is_playing())
+        return Error("the sound does not come: the level has no emitter");
       if (failed) return Error("the sound does not come: " + session.sound().error());
       return session.sound().is_playing() && session.sound().statistics().time_s > 0.2 &&
              !session.waits_for_sound();
     case Kind::kWaitQuick:
       if (failed) return Error("the bake has failed: " + (newest ? newest->error : ""));
-      return newest.has_value() && !session.waits_for_sound();
+      if (newest.has_value() && !session.waits_for_sound()) return true;
+      return wait_for_bake(session);
     case Kind::kWaitFinal:
       if (failed) return Error("the bake has failed: " + (newest ? newest->error : ""));
-      return session.is_final() && !session.sound().is_opening();
+      if (session.is_final() && !session.sound().is_opening()) return true;
+      return wait_for_bake(session);
     case Kind::kWaitRebaked:
       if (failed) return Error("the sound does not come: " + session.sound().error());
       return session.followed() > 0 && !session.sound().is_opening();
@@ -157,6 +171,12 @@ Result<bool> ScriptInput::play(const ViewEvent& event, ViewSession& session, std
         fmt::print(out, "first bake {:.2f} s, {}, decay known to {:.2f} dB\n", first->seconds,
                    first->is_reweighed ? "paths kept" : "traced anew: " + first->why_traced,
                    first->decay_error_db);
+      return true;
+    case Kind::kPrintDoors:
+      for (const LevelDoors::Part& part : session.doors().parts())
+        fmt::print(out, "part '{}' moved {:.0f} %\n", part.name, 100 * part.share);
+      for (const LevelDoors::Opening& portal : session.doors().portals())
+        fmt::print(out, "portal '{}' open {:.0f} %\n", portal.name, 100 * portal.openness);
       return true;
     case Kind::kQuit:
       quits_ = true;

@@ -48,12 +48,13 @@ class ScriptInput {
 
   Result<void> play_events(ViewSession& session, std::ostream& out);
   Result<bool> play(const ViewEvent& event, ViewSession& session, std::ostream& out);
+  Result<bool> wait_for_bake(const ViewSession& session);
   Result<void> set_key(const std::string& name, bool is_down);
   void apply() const;
 
   const std::vector<ViewEvent>& events_;
   std::size_t next_ = 0;
-  int waits_frames_ = 0;
+  int waits_frames_ = 0, idle_frames_ = 0;
   Clock::time_point waits_until_{};
   ImVec2 mouse_{-1, -1};
   std::array<bool, 2> buttons_{};

@@ -19,6 +19,7 @@
 #include "tools/view/window/controls.h"
 #include "tools/view/window/gl.h"
 #include "tools/view/window/panels.h"
+#include "tools/view/window/scene_lines.h"
 #include "tools/view/window/scene_renderer.h"
 #include "tools/view/window/screenshot.h"
 #include "tools/view/window/script_input.h"
@@ -85,7 +86,10 @@ bool draws_in_software() {
 GLFWwindow* make_window(const ViewSession& session, const WindowOptions& options) {
   GLFWwindow* const window = glfwCreateWindow(
       options.width, options.height, ("clamor: " + session.title()).c_str(), nullptr, nullptr);
-  if (window != nullptr) glfwMakeContextCurrent(window);
+  if (window == nullptr) return nullptr;
+  glfwMakeContextCurrent(window);
+  glfwSetWindowSizeLimits(window, kLeastWindowWidth, kLeastWindowHeight, GLFW_DONT_CARE,
+                          GLFW_DONT_CARE);
   return window;
 }
 
@@ -133,6 +137,7 @@ class Window {
     return std::clamp(std::max(x, y), 1.0f, 4.0f);
   }
   Result<void> frame(std::ostream& out);
+  void show_changes();
   void steer(const WindowLayout& layout);
   void use_keys();
   Clock::duration frame_time() const;
@@ -151,7 +156,7 @@ class Window {
   ImVec2 pressed_at_{};
   bool press_is_click_ = false, looks_ = false;
   Selection outlined_;
-  std::uint64_t shown_revision_ = 0;
+  std::uint64_t shown_revision_ = 0, door_revision_ = 0;
 };
 
 // The mouse over the level: a click selects, a drag with the right button looks round.
@@ -193,6 +198,7 @@ void Window::use_keys() {
   if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_Y)) session_.redo();
   if (!io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_TAB, false))
     session_.set_plays_other(!session_.plays_other());
+  if (!io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_O, false)) session_.toggle_door();
   if (ImGui::IsKeyPressed(GLFW_KEY_ESCAPE, false) &&
       !ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup)) {
     session_.select({});
@@ -203,6 +209,19 @@ void Window::use_keys() {
 Clock::duration Window::frame_time() const {
   if (is_software_ && session_.baking().is_busy) return kSlowFrame;
   return Clock::now() - used_ > kIdleAfter ? kIdleFrame : kFrame;
+}
+
+// Hands what has changed in the session to the renderer.
+void Window::show_changes() {
+  if (shown_revision_ != session_.shape_revision()) {
+    shown_revision_ = session_.shape_revision();
+    renderer_->set_level(session_.vertices());
+  }
+  if (door_revision_ == session_.door_revision() && outlined_ == session_.selection()) return;
+  door_revision_ = session_.door_revision();
+  outlined_ = session_.selection();
+  renderer_->set_parts(session_.part_vertices());
+  renderer_->set_lines(scene_lines(session_));
 }
 
 Result<void> Window::frame(std::ostream& out) {
@@ -249,15 +268,7 @@ Result<void> Window::frame(std::ostream& out) {
   glViewport(0, 0, width, height);
   glClearColor(0.106f, 0.114f, 0.129f, 1);
   glClear(GL_COLOR_BUFFER_BIT);
-  if (shown_revision_ != session_.shape_revision()) {
-    shown_revision_ = session_.shape_revision();
-    renderer_->set_level(session_.vertices());
-    renderer_->set_outline(session_.outline());
-  }
-  if (!(outlined_ == session_.selection())) {
-    outlined_ = session_.selection();
-    renderer_->set_outline(session_.outline());
-  }
+  show_changes();
   const bool is_surface = outlined_.kind == Selection::Kind::kSurface;
   renderer_->draw({0, px(layout.bottom), px(layout.view_width()), px(layout.view_height())},
                   {session_.camera(), voices_.points(),
