@@ -260,6 +260,8 @@ void describe(const Level& level, const BakeOptions& options, const TraceSetup& 
                                        "Embree " + embree_version());
   contents.statistics =
       statistics_of(traced.tally, setup.tracer, level, setup.trace.longest_path_s);
+  for (const auto& arrived : traced.power_arrived)
+    contents.statistics.power_arrived.push_back(as_bands(arrived));
   contents.statistics.rooms = setup.plan.rooms;
   contents.statistics.deposits = traced.deposits;
   contents.statistics.decay = decay.summary();

@@ -114,6 +114,7 @@ Result<BatchTracing::Output> BatchTracing::run() {
     output.portals = std::move(portals_);
   }
   output.tally = tally_;
+  output.power_arrived = std::move(power_arrived_);
   return output;
 }
 
@@ -194,6 +195,11 @@ void BatchTracing::accumulate_run(const TracedRun& run, std::span<const Deposit>
   }
   if (sink_) sink_(run, deposits, order);
   tally_.add(run.tally, photon_share);
+  for (const ArrivedPower& arrived : run.arrived) {
+    if (arrived.material >= power_arrived_.size()) power_arrived_.resize(arrived.material + 1u);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      power_arrived_[arrived.material][b] += static_cast<double>(arrived.power[b]) * photon_share;
+  }
   progress_.photons_done += run.tally.photons;
   progress_.escaped += run.tally.escaped;
 }

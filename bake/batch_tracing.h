@@ -7,6 +7,7 @@
 // which runs were found.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -39,7 +40,8 @@ class BatchTracing {
     std::unique_ptr<ThinningOnDisk> on_disk;  // instead of `sources`
     PortalPairs portals{0};
     TraceTally tally;
-    std::uint64_t deposits = 0;  // before thinning; 0 for a shard
+    std::vector<std::array<double, kBandCount>> power_arrived;  // by material of the level
+    std::uint64_t deposits = 0;                                 // before thinning; 0 for a shard
   };
 
   // Receives runs in order, `order` ascending, in place of the thinning.
@@ -86,6 +88,7 @@ class BatchTracing {
   std::vector<Source> sources_;                  // of the current run
   PortalPairs portals_;
   TraceTally tally_;
+  std::vector<std::array<double, kBandCount>> power_arrived_;
   BakeProgress progress_;
   std::uint64_t next_error_ = 0;  // photon count for the next error estimate
   std::atomic<bool> failed_ = false;

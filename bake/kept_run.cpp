@@ -1,6 +1,7 @@
 #include "bake/kept_run.h"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 
 namespace clamor {
@@ -40,10 +41,48 @@ std::vector<std::uint32_t> runs_of_nodes(const TracedRuns& traced) {
   return runs;
 }
 
+// Sums of the powers that leave the hits of a material, as they were traced and with the factors
+// of what came before the hit.
+struct LeavingPower {
+  std::array<double, kBandCount> traced{}, reweighed{};
+
+  void add(const Bands& power, const Bands* factors_before) {
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      traced[b] += static_cast<double>(power[b]);
+      reweighed[b] += static_cast<double>(power[b]) *
+                      static_cast<double>(factors_before != nullptr ? (*factors_before)[b] : 1.0f);
+    }
+  }
+};
+
+// The powers of `run.arrived` with other absorption. Their ratios are those of the powers that have
+// left the same material, since both have met the same surfaces before.
+std::vector<ArrivedPower> reweighed_arrivals(const KeptRun& run, std::span<const Bands> factors,
+                                             std::size_t materials) {
+  std::vector<LeavingPower> leaving(materials);
+  const auto add = [&](std::uint32_t node, const Bands& power) {
+    const PathNode& hit = run.paths.nodes[node];
+    leaving[hit.material].add(power,
+                              hit.before == PathNode::kNone ? nullptr : &factors[hit.before]);
+  };
+  for (std::size_t i = 0; i < run.deposits.size(); ++i)
+    add(run.paths.deposits[i], run.deposits[i].power);
+  for (const PathTally& tally : run.paths.tallies)
+    if (tally.kind == PathTally::Kind::kOfImage) add(tally.node, tally.power);
+  std::vector<ArrivedPower> arrived = run.arrived;
+  for (ArrivedPower& at : arrived)
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      if (const LeavingPower& left = leaving[at.material]; left.traced[b] > 0)
+        at.power[b] = static_cast<float>(static_cast<double>(at.power[b]) * left.reweighed[b] /
+                                         left.traced[b]);
+  return arrived;
+}
+
 }  // namespace
 
 std::uint64_t KeptRun::bytes() const {
-  return sizeof(KeptRun) + deposits.size() * (sizeof(Deposit) + sizeof(std::uint32_t)) +
+  return sizeof(KeptRun) + arrived.size() * sizeof(ArrivedPower) +
+         deposits.size() * (sizeof(Deposit) + sizeof(std::uint32_t)) +
          paths.nodes.size() * sizeof(PathNode) + paths.tallies.size() * sizeof(PathTally);
 }
 
@@ -74,7 +113,7 @@ TracedRuns KeptRun::reweighed(std::span<const Bands> ratios) const {
     if (loudest > 0) weighed.push_back(deposit);
   }
   TracedRuns result;
-  result.append(run, sums, weighed);
+  result.append(run, sums, weighed, reweighed_arrivals(*this, factors, ratios.size()));
   return result;
 }
 
@@ -82,7 +121,7 @@ std::vector<KeptRun> kept_runs(const TracedRuns& traced) {
   std::vector<KeptRun> kept;
   for (const TracedRun& run : traced.runs()) {
     const auto deposits = traced.deposits_of(run);
-    kept.push_back({run.run, run.tally, {deposits.begin(), deposits.end()}, {}});
+    kept.push_back({run.run, run.tally, run.arrived, {deposits.begin(), deposits.end()}, {}});
   }
   // Runs that are traced together share one list of nodes, in which a parent precedes its children.
   const PathRecord& paths = traced.paths();

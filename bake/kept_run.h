@@ -23,13 +23,15 @@ namespace clamor {
 struct KeptRun {
   PhotonRun run;
   TraceTally tally;
+  std::vector<ArrivedPower> arrived;
   std::vector<Deposit> deposits;
   PathRecord paths;  // of this run; hits that lead to no power are left out
 
   std::uint64_t bytes() const;
 
   // The run in a level of other absorption. `ratios` has, by material, the factor of the power of a
-  // path that meets it once. Deposits without power are left out.
+  // path that meets it once. Deposits without power are left out. The power that arrives at a
+  // material changes as that of its deposits does, before they are reflected.
   TracedRuns reweighed(std::span<const Bands> ratios) const;
 };
 

@@ -255,7 +255,16 @@ Result<void> LevelBake::write() {
   if (!report_.journal_warning.empty()) warn(report_.journal_warning);
   if (!missed_goal_.empty()) warn("--until was not reached: " + missed_goal_);
   if (auto strict = check_strict(); !strict.ok()) return strict;
-  return write_contents();
+  if (auto written = write_contents(); !written.ok()) return written;
+  remove_journal();
+  return {};
+}
+
+// A journal that the caller names is kept, as one is that he asks for.
+void LevelBake::remove_journal() {
+  if (journal_.empty() || options_.journal || options_.keeps_journal) return;
+  std::error_code stays;
+  removed_journal_ = std::filesystem::remove(journal_, stays);
 }
 
 }  // namespace clamor

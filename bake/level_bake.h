@@ -34,6 +34,7 @@ struct LevelBakeOptions {
   int threads = 0;
   std::uint64_t memory_bytes = 0;           // 0: no limit
   std::optional<std::string> journal;       // "": none; unset: beside the output
+  bool keeps_journal = false;               // the one beside the output, when the bake is complete
   std::string request;                      // for the note of a shard
   bool tells_progress = false;              // in the journal
   std::optional<std::uint64_t> level_hash;  // refuse a level with another content hash
@@ -78,7 +79,8 @@ class LevelBake {
   // Bakes the level and writes the file. A level that has changed on disk meanwhile is an Error.
   Result<void> write();
 
-  const std::string& journal() const { return journal_; }  // path; "" for none
+  const std::string& journal() const { return journal_; }    // path; "" for none
+  bool removed_journal() const { return removed_journal_; }  // after write()
   std::size_t warnings() const { return warnings_; }
   bool failed_strict() const { return failed_strict_; }
 
@@ -95,6 +97,7 @@ class LevelBake {
   Result<void> check_unchanged() const;
   Result<void> check_strict();
   Result<void> write_contents();
+  void remove_journal();
   BakeOptions bake_options() const;
   Result<void> place_probes();
   std::vector<std::string> words() const;
@@ -112,6 +115,7 @@ class LevelBake {
   std::optional<std::uint64_t> file_hash_;
   std::optional<OutputTarget> target_;
   std::string journal_;
+  bool removed_journal_ = false;
   std::size_t warnings_ = 0;
   std::vector<std::string> kept_warnings_;  // those about the result, for the file
   LevelFindings findings_;

@@ -32,7 +32,7 @@ bool PathCache::find(std::uint64_t key, const PhotonRun& run, TracedRuns& found)
   KeptRun& kept = earlier.mapped();
   kept.run = run;  // indices change when emitters are added or removed
   for (Deposit& deposit : kept.deposits) deposit.emitter = run.emitter;
-  found.append(run, kept.tally, kept.deposits);
+  found.append(run, kept.tally, kept.deposits, kept.arrived);
   put(key, std::move(kept));
   return true;
 }

@@ -92,7 +92,7 @@ Result<bool> ReweighedPhotons::find(const PhotonRun& run, TracedRuns& found) {
   const TracedRuns& photons = runs_[next_++];
   const TracedRun& only = photons.runs().front();
   assert(only.run.emitter == run.emitter && only.run.first == run.first);
-  found.append(run, only.tally, photons.deposits());
+  found.append(run, only.tally, photons.deposits(), only.arrived);
   return true;
 }
 

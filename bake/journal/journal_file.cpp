@@ -20,7 +20,7 @@ namespace clamor {
 namespace {
 
 constexpr std::array<char, 8> kJournalMagic = {'C', 'L', 'A', 'M', 'O', 'R', 'T', 'J'};
-constexpr std::uint32_t kJournalVersion = 3;
+constexpr std::uint32_t kJournalVersion = 4;
 constexpr std::uint32_t kRecordMagic = 0x6e757254;  // "Trun"
 constexpr std::uint64_t kMaxRecordBytes = std::uint64_t{1} << 30;
 // A sync takes 0.4 to 20 ms, depending on the disk, and there are some 40 batches per second. One

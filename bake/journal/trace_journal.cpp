@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <type_traits>
 #include <unordered_map>
@@ -26,13 +27,16 @@ namespace {
 
 constexpr std::uint64_t kMaxNoteBytes = 1 << 20;
 
-// Header of a run in a record. The headers of all runs come first, then their deposits.
+// Header of a run in a record. The headers of all runs come first, then the powers that have
+// arrived at the materials that they met, then their deposits.
 struct StoredRun {
   std::uint64_t key = 0;
   std::uint32_t photons = 0, deposits = 0;
   TraceTally tally;
+  std::uint32_t materials = 0, unused = 0;
 };
 static_assert(std::is_trivially_copyable_v<StoredRun>);
+static_assert(std::is_trivially_copyable_v<ArrivedPower> && sizeof(ArrivedPower) == 36);
 
 static_assert(std::is_trivially_copyable_v<Deposit>);
 
@@ -44,6 +48,21 @@ bool is_valid(const Deposit& deposit, std::size_t materials, std::size_t portals
                deposit.photon < photons && deposit.portals.is_valid(portals);
   for (const float power : deposit.power) valid = valid && power >= 0 && power < 1e30f;
   return valid;
+}
+
+bool is_valid(const ArrivedPower& arrived, std::size_t materials) {
+  return arrived.material < materials && std::ranges::all_of(arrived.power, [](float power) {
+           return power >= 0 && power < std::numeric_limits<float>::max();
+         });
+}
+
+// Copies the elements [first, first + count) of a list that begins at `bytes`.
+template <class T>
+std::vector<T> elements_at(std::span<const std::byte> bytes, std::uint64_t first,
+                           std::size_t count) {
+  std::vector<T> elements(count);
+  if (count > 0) std::memcpy(elements.data(), bytes.data() + first * sizeof(T), count * sizeof(T));
+  return elements;
 }
 
 // The run headers of a record, or nothing if its count exceeds its size.
@@ -185,25 +204,28 @@ bool TraceJournal::find(std::uint64_t key, const PhotonRun& run, TracedRuns& res
   if (!runs || index >= runs->size()) return give_up();
 
   const StoredRun& stored = (*runs)[index];
-  std::uint64_t first = 0, all = 0;
+  std::uint64_t first = 0, all = 0, first_met = 0, all_met = 0;
   for (std::uint32_t i = 0; i < runs->size(); ++i) {
-    if (i == index) first = all;
+    if (i == index) first = all, first_met = all_met;
     all += (*runs)[i].deposits;
+    all_met += (*runs)[i].materials;
   }
   const std::size_t start = runs->size() * sizeof(StoredRun);
   if (stored.key != key || stored.photons != run.count ||
-      start + all * sizeof(Deposit) != record->bytes.size())
+      start + all_met * sizeof(ArrivedPower) + all * sizeof(Deposit) != record->bytes.size())
     return give_up();
 
-  std::vector<Deposit> deposits(stored.deposits);
-  if (!deposits.empty())
-    std::memcpy(deposits.data(), record->bytes.data() + start + first * sizeof(Deposit),
-                deposits.size() * sizeof(Deposit));
+  const auto behind_headers = record->bytes.subspan(start);
+  auto arrived = elements_at<ArrivedPower>(behind_headers, first_met, stored.materials);
+  for (const ArrivedPower& power : arrived)
+    if (!is_valid(power, state_->materials)) return give_up();
+  auto deposits = elements_at<Deposit>(behind_headers.subspan(all_met * sizeof(ArrivedPower)),
+                                       first, stored.deposits);
   for (Deposit& deposit : deposits) {
     if (!is_valid(deposit, state_->materials, state_->portals, run.count)) return give_up();
     deposit.emitter = run.emitter;  // indices change when emitters are added or removed
   }
-  result.append(run, stored.tally, deposits);
+  result.append(run, stored.tally, deposits, std::move(arrived));
   if (!state_->only_read) state_->used.insert(offset);
   state_->progress.photons += run.count;
   return true;
@@ -213,20 +235,24 @@ void TraceJournal::set_error_db(double error_db) { state_->progress.error_db = e
 void TraceJournal::release() { state_->file.release(); }
 
 Result<void> TraceJournal::append(std::span<const std::uint64_t> keys, const TracedRuns& traced) {
+  std::size_t met = 0;
+  for (const TracedRun& run : traced.runs()) met += run.arrived.size();
   std::vector<std::byte> payload(traced.runs().size() * sizeof(StoredRun) +
+                                 met * sizeof(ArrivedPower) +
                                  traced.deposits().size() * sizeof(Deposit));
   std::byte* at = payload.data();
+  const auto put = [&](std::span<const std::byte> bytes) {
+    if (!bytes.empty()) std::memcpy(at, bytes.data(), bytes.size());
+    at += bytes.size();
+  };
   for (std::size_t i = 0; i < traced.runs().size(); ++i) {
     const TracedRun& run = traced.runs()[i];
-    StoredRun stored{keys[i], run.run.count, static_cast<std::uint32_t>(run.deposits), run.tally};
-    std::memcpy(at, &stored, sizeof stored);
-    at += sizeof stored;
+    const StoredRun stored{keys[i], run.run.count, static_cast<std::uint32_t>(run.deposits),
+                           run.tally, static_cast<std::uint32_t>(run.arrived.size())};
+    put(std::as_bytes(std::span(&stored, 1)));
   }
-  for (const TracedRun& run : traced.runs()) {
-    const auto deposits = traced.deposits_of(run);
-    if (!deposits.empty()) std::memcpy(at, deposits.data(), deposits.size_bytes());
-    at += deposits.size_bytes();
-  }
+  for (const TracedRun& run : traced.runs()) put(std::as_bytes(std::span(run.arrived)));
+  for (const TracedRun& run : traced.runs()) put(std::as_bytes(traced.deposits_of(run)));
 
   const auto runs = static_cast<std::uint32_t>(traced.runs().size());
   const auto record = state_->file.append(runs, payload);

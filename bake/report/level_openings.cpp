@@ -86,7 +86,7 @@ struct Bundle {
   Vec3 point_m{};
   double power = 0, error = 0;  // power of the lines; weighted sum of their squared distances
   double escaped = 0;           // power of all lines, including those straight from an emitter
-  Vec3 flow{};                  // power-weighted sum of directions
+  Vec3 flow{}, squares{};       // power-weighted sums of directions and of their squares
 
   void fit() {
     glm::dmat3 sum(0.0);
@@ -104,16 +104,18 @@ struct Bundle {
     const bool parallel = !(glm::determinant(sum) > 1e-6 * power * power * power);
     point_m = parallel ? mean / power : glm::inverse(sum) * right;
     escaped = power;
-    flow = Vec3(0);
+    flow = squares = Vec3(0);
     for (const Escape& line : lines) {
       error += line.power * distance2_m2(line, point_m);
       flow += line.direction * line.power;
+      squares += line.direction * line.direction * line.power;
     }
   }
 
   void add_straight(const Escape& line) {
     escaped += line.power;
     flow += line.direction * line.power;
+    squares += line.direction * line.direction * line.power;
   }
 };
 
@@ -246,6 +248,7 @@ LevelOpenings find_openings(const Scene& scene, const Level& level, std::span<co
     opening.share = bundle.escaped / kOpeningWalks;
     opening.place_m = glm::clamp(bundle.point_m, Vec3(bounds.low_m), Vec3(bounds.high_m));
     opening.direction = bundle.flow / bundle.escaped;
+    opening.squared_direction = bundle.squares / bundle.escaped;
     // Lines through a disc of radius R, distributed by Lambert's law, have a mean squared distance
     // of 3/8 R^2 from its centre.
     if (tells_of_opening(bundle)) {

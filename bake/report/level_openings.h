@@ -24,6 +24,7 @@ struct LevelOpening {
   double share = 0;          // share of the emitted power that leaves here
   Vec3 place_m{};            // centre, clamped to the level's bounds
   Vec3 direction{};          // mean direction of the escaping sound; shorter than 1 if it spreads
+  Vec3 squared_direction{};  // means of the squares of its components
   double width_m = 0;        // diameter of an equivalent disc; 0: unknown, as is the centre
   double edge_length_m = 0;  // length of the open edge along the opening, 0 if there is none
 };

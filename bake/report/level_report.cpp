@@ -9,6 +9,8 @@
 #include "bake/mesh/mesh_simplification.h"
 #include "bake/mesh/triangle_tree.h"
 #include "bake/report/audibility_messages.h"
+#include "bake/report/coincident_emitters.h"
+#include "bake/report/enclosure.h"
 #include "bake/trace/scene.h"
 #include "common/bounds.h"
 #include "common/result.h"
@@ -23,9 +25,6 @@ constexpr std::size_t kKeptGaps = 200;
 
 // Extents below and mean free paths above these suggest a wrong unit of length.
 constexpr double kSmallLevel_m = 1, kLargeRoom_m = 60;
-
-// Losses below this share of the power are not reported, because the ray counts would be noise.
-constexpr double kLeak = 0.05;
 
 // An edge further off its surface than this share of the welding distance borders a seam.
 constexpr double kSeamOfWeld = 0.1;
@@ -107,11 +106,21 @@ std::string percent(double share) {
   return fmt::format("{:.{}f} %", 100 * share, share < 0.00095 ? 2 : share < 0.0995 ? 1 : 0);
 }
 
-// Dominant direction of the escaping sound. Through an opening in a wall its mean is 2/3 long.
-enum class Way { kAllRound, kUp, kDown, kSideways };
+// Dominant direction of the escaping sound. Through an opening in a wall its mean is 2/3 long, and
+// the mean square of its component out of the wall is a half, against a quarter along the wall.
+enum class Way { kAllRound, kBothEnds, kUp, kDown, kSideways };
+constexpr double kAlongOneAxis = 0.45;
+
 Way way_of(const LevelOpening& opening) {
   const Vec3& d = opening.direction;
-  if (length(d) < 0.35) return Way::kAllRound;
+  if (length(d) < 0.35) {
+    const Vec3& squares = opening.squared_direction;
+    const bool has_ends = squares.y < squares.x || squares.y < squares.z;
+    return has_ends && std::max(squares.x, squares.z) > kAlongOneAxis &&
+                   std::min(squares.x, squares.z) < kAlongOneAxis / 1.5
+               ? Way::kBothEnds
+               : Way::kAllRound;
+  }
   if (std::abs(d.y) < std::max(std::abs(d.x), std::abs(d.z))) return Way::kSideways;
   return d.y > 0 ? Way::kUp : Way::kDown;
 }
@@ -125,13 +134,16 @@ std::string direction_of(const LevelOpening& opening) {
     case Way::kSideways:
       if (std::abs(d.x) > std::abs(d.z)) return d.x > 0 ? "towards +X" : "towards -X";
       return d.z > 0 ? "towards +Z" : "towards -Z";
+    case Way::kBothEnds:
+      return opening.squared_direction.x > opening.squared_direction.z ? "towards +X and -X"
+                                                                       : "towards +Z and -Z";
     case Way::kAllRound:
       break;
   }
   return "in all directions";
 }
 
-std::string question(const LevelOpening& opening) {
+std::string question(const LevelOpening& opening, Enclosure enclosure) {
   switch (way_of(opening)) {
     case Way::kUp:
       return "no ceiling there, or open sky?";
@@ -139,23 +151,21 @@ std::string question(const LevelOpening& opening) {
       return "is a floor missing?";
     case Way::kSideways:
       return "is a wall or a door missing?";
+    case Way::kBothEnds:
+      return "is it open at both ends?";
     case Way::kAllRound:
       break;
   }
-  return "the level stands in the open";
-}
-
-// Returns whether an opening is probably unintended: one in a floor, or one that is small.
-bool is_suspicious(const LevelReport& report) {
-  const LevelOpenings& found = report.openings;
-  return !found.openings.empty() &&
-         (found.escaped_share < kLeak || way_of(found.openings.front()) == Way::kDown);
+  return enclosure == Enclosure::kMostlyOpen ? "the level stands in the open"
+                                             : "are parts of it missing?";
 }
 
 // Example: "upwards near (1.0, 3.0, 2.0), through an opening about 4 m wide along an open edge of
 // 16 m".
 std::string in_words(const LevelOpening& opening) {
-  if (way_of(opening) == Way::kAllRound || !(opening.width_m > 0)) return direction_of(opening);
+  const Way way = way_of(opening);
+  if (way == Way::kAllRound || way == Way::kBothEnds || !(opening.width_m > 0))
+    return direction_of(opening);
   std::string text =
       fmt::format("{} near {}, through an opening about {} wide", direction_of(opening),
                   at(opening.place_m), metres(opening.width_m));
@@ -186,11 +196,18 @@ std::string closedness(const LevelReport& report) {
   std::string text =
       fmt::format("{} of the sound leaves the level, ", percent(found.escaped_share));
   if (worth_naming > 1) text += fmt::format("first of all ({}) ", percent(found.openings[0].share));
-  text += fmt::format("{}: {}", in_words(found.openings[0]), question(found.openings[0]));
+  text += fmt::format("{}: {}", in_words(found.openings[0]),
+                      question(found.openings[0], enclosure_of(found.escaped_share)));
   for (std::size_t i = 1; i < std::min(worth_naming, kShownOpenings); ++i)
     text += fmt::format("{} {} {}", i == 1 ? " Then" : ";", percent(found.openings[i].share),
                         in_words(found.openings[i]));
   return text;
+}
+
+bool warns_of_openings(const LevelReport& report) {
+  const std::vector<LevelOpening>& openings = report.openings.openings;
+  return warns_of(enclosure_of(report.openings.escaped_share)) ||
+         (!openings.empty() && way_of(openings.front()) == Way::kDown);
 }
 
 }  // namespace
@@ -199,6 +216,7 @@ LevelFindings findings_in(const LevelReport& report) {
   using Kind = LevelFinding::Kind;
   LevelFindings found;
   found.closedness = closedness(report);
+  found.escaped_share = std::min(1.0, report.openings.escaped_share);
   found.thin_gaps = static_cast<std::uint32_t>(report.gaps.size());
   // Seams are everywhere.
   const std::span<const LevelOpening> openings =
@@ -332,6 +350,7 @@ LevelReport prepare_level(Level& level, const LevelOptions& options) {
   if (is_stopped(options)) return report;
   const auto unheard = Audibility(scene, level.mesh, level.materials).inaudible(level.emitters);
   report.unheard_emitters = in_words(unheard, level.emitters, level.origin_m);
+  report.coincident_emitters = coincident_emitters(level.emitters, level.origin_m);
   if (is_stopped(options)) return report;
   begin_stage("looking for openings", options);
   report.openings =
@@ -372,7 +391,8 @@ std::vector<std::string> report_lines(const LevelReport& report) {
   }
 
   const LevelFindings findings = findings_in(report);
-  if (!findings.closedness.empty() && !is_suspicious(report)) lines.push_back(findings.closedness);
+  if (!findings.closedness.empty() && !warns_of_openings(report))
+    lines.push_back(findings.closedness);
   if (!report.gaps.empty()) lines.push_back(gap_line(findings));
   if (report.unknown_edges > 0)
     lines.push_back(
@@ -399,7 +419,9 @@ std::vector<std::string> report_warnings(const LevelReport& report) {
         "level made in another unit?",
         metres(report.openings.mean_free_path_m)));
   warnings.insert(warnings.end(), report.unheard_emitters.begin(), report.unheard_emitters.end());
-  if (is_suspicious(report)) warnings.push_back(closedness(report));
+  if (warns_of_openings(report)) warnings.push_back(closedness(report));
+  warnings.insert(warnings.end(), report.coincident_emitters.begin(),
+                  report.coincident_emitters.end());
   for (std::size_t i = 0; i < std::min(report.clashes.size(), kShownClashes); ++i)
     warnings.push_back(
         fmt::format("{:.2f} m2 are there twice, in {} and in {}, near {}; the first in the file "

@@ -65,7 +65,8 @@ struct LevelReport {
   std::vector<MaterialClashNames> clashes;  // largest area first
   std::optional<SimplificationReport> simplification;
   std::vector<EmitterAtSurface> emitters_at_surfaces;
-  std::vector<std::string> unheard_emitters;  // one sentence per emitter, see audibility.h
+  std::vector<std::string> unheard_emitters;     // one sentence per emitter, see audibility.h
+  std::vector<std::string> coincident_emitters;  // sentences, see coincident_emitters.h
 
   std::vector<MeshEdge> boundary_edges, feature_edges;  // of the prepared mesh, for diffraction
   double free_edges_m = 0, resting_edges_m = 0;         // total length of boundary edges by kind

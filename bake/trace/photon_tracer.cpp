@@ -6,6 +6,7 @@
 #include <numbers>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 
 #include "bake/trace/sobol.h"
 #include "common/directivity.h"
@@ -51,11 +52,11 @@ void TracedRuns::clear() {
 }
 
 void TracedRuns::append(const PhotonRun& run, const TraceTally& tally,
-                        std::span<const Deposit> deposits) {
+                        std::span<const Deposit> deposits, std::vector<ArrivedPower> arrived) {
   make_room(count_ + deposits.size());
   std::copy(deposits.begin(), deposits.end(),
             deposits_.begin() + static_cast<std::ptrdiff_t>(count_));
-  runs_.push_back({run, count_, deposits.size(), tally});
+  runs_.push_back({run, count_, deposits.size(), tally, std::move(arrived)});
   count_ += deposits.size();
 }
 
@@ -187,8 +188,9 @@ struct Workspace {
   std::vector<std::uint16_t> alive;
   std::vector<Ray> rays;
   std::vector<SurfaceHit> hits;
-  std::vector<std::uint32_t> run_ends;  // in photons
-  std::vector<Bands> emitted;           // by a photon of each run
+  std::vector<std::uint32_t> run_ends;                  // in photons
+  std::vector<Bands> emitted;                           // by a photon of each run
+  std::vector<std::array<double, kBandCount>> arrived;  // by run and material
   std::unique_ptr<ShadeScratch, DeleteScratch> scratch = make_shade_scratch();
 };
 
@@ -203,6 +205,19 @@ void record_hits(std::span<KernelPhoton> photons, std::span<const std::uint16_t>
   }
 }
 
+// The materials that a run has met.
+std::vector<ArrivedPower> met_of(std::span<const std::array<double, kBandCount>> by_material) {
+  std::vector<ArrivedPower> met;
+  for (std::size_t m = 0; m < by_material.size(); ++m) {
+    if (by_material[m] == std::array<double, kBandCount>{}) continue;
+    ArrivedPower& arrived = met.emplace_back();
+    arrived.material = static_cast<std::uint32_t>(m);
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      arrived.power[b] = static_cast<float>(by_material[m][b]);
+  }
+  return met;
+}
+
 }  // namespace
 
 void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& result) const {
@@ -213,6 +228,7 @@ void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& resu
   work.rays.clear();
   work.run_ends.clear();
   work.emitted.clear();
+  work.arrived.assign(runs.size() * materials_.size(), {});
   for (const PhotonRun& run : runs) {
     assert(run.emitter < level_.emitters.size());
     const Emitter& emitter = level_.emitters[run.emitter];
@@ -226,6 +242,7 @@ void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& resu
     kernel_run.deposits_early = run.first < settings_.early_photons;
     kernel_run.emitter = run.emitter;
     kernel_run.tally.photons = run.count;
+    kernel_run.arrived = work.arrived.data() + (work.runs.size() - 1) * materials_.size();
     for (std::uint32_t i = 0; i < run.count; ++i) {
       Ray ray;
       KernelPhoton& photon = work.photons.emplace_back(emit(run.emitter, run.first + i, ray));
@@ -266,7 +283,9 @@ void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& resu
   for (std::size_t t = first_tally; t < result.paths_.tallies.size(); ++t)
     result.paths_.tallies[t].run += static_cast<std::uint16_t>(first_run);
   for (std::size_t r = 0; r < runs.size(); ++r)
-    result.runs_.push_back({runs[r], 0, 0, work.runs[r].tally});
+    result.runs_.push_back(
+        {runs[r], 0, 0, work.runs[r].tally,
+         met_of(std::span(work.arrived).subspan(r * materials_.size(), materials_.size()))});
   result.sort_by_run(first_deposit, first_run);
 }
 

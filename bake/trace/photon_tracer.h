@@ -80,6 +80,7 @@ struct TracedRun {
   PhotonRun run;
   std::size_t first_deposit = 0, deposits = 0;  // range of TracedRuns::deposits()
   TraceTally tally;
+  std::vector<ArrivedPower> arrived = {};  // at the materials that it has met, ascending
 };
 
 // The deposits of several runs, grouped by run, then ordered by bounce and photon. Reuse objects
@@ -101,7 +102,8 @@ class TracedRuns {
   const PathRecord& paths() const { return paths_; }
 
   // Appends a run traced earlier, whose paths are not recorded.
-  void append(const PhotonRun& run, const TraceTally& tally, std::span<const Deposit> deposits);
+  void append(const PhotonRun& run, const TraceTally& tally, std::span<const Deposit> deposits,
+              std::vector<ArrivedPower> arrived = {});
 
  private:
   friend class PhotonTracer;

@@ -68,6 +68,12 @@ struct TraceTally {
   void add(const TraceTally& other, double power_share = 1);
 };
 
+// Power of a run that has arrived at the surfaces of a material, before these absorb.
+struct ArrivedPower {
+  std::uint32_t material = 0;
+  Bands power{};  // per photon, in the units of Deposit::power
+};
+
 // Output of deposits, with space for two per photon of the step.
 struct DepositSink {
   Deposit* deposits = nullptr;
@@ -85,6 +91,7 @@ struct KernelRun {
   bool deposits_early = true;  // whether there are deposits before it
   std::uint32_t emitter = 0;
   TraceTally tally;
+  std::array<double, kBandCount>* arrived = nullptr;  // by material; null: not counted
 };
 
 struct ShadeScratch;

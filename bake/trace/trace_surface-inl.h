@@ -83,9 +83,14 @@ CLAMOR_INLINE float share_ending(const KernelSettings& settings, double from_m, 
     }
     const KernelMaterial& material = materials[hit.material];
     const BandVector power = load(photon.power), weight = load(photon.weight);
-    const BandVector left =
-        power * exp2_of_bands(air * -hit.distance_m) * load(material.kept) * (1 - ending);
+    const BandVector through_air = power * exp2_of_bands(air * -hit.distance_m);
+    const BandVector left = through_air * load(material.kept) * (1 - ending);
     const BandVector after = left * weight;
+    if (auto* const arrived = runs[photon.run].arrived; arrived != nullptr) {
+      const BandVector arriving = through_air * weight * (1 - ending);
+      for (int b = 0; b < static_cast<int>(kBandCount); ++b)
+        arrived[hit.material][static_cast<std::size_t>(b)] += static_cast<double>(arriving[b]);
+    }
     store(left, photon.power);
     store(after, scratch.left[count]);
     scratch.before[count] = max_of(power * weight);

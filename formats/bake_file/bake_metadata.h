@@ -55,6 +55,9 @@ struct BakeStatistics {
   Bands power_emitted{};        // emitted by all emitters
   Bands power_escaped{};        // left the level
   Bands power_unfinished{};     // remaining at longest_path_s
+  // By material: power that has arrived at its surfaces, each time that it met them. A material
+  // behind the end was not met. Empty: nothing was traced, or an older program did.
+  std::vector<Bands> power_arrived;
   std::vector<std::string> warnings;
   LevelFindings findings;
   DecaySummary decay{};

@@ -56,12 +56,14 @@ struct BakeRoot {
   images @42 :List(Image);              # since 3.2
 
   findings @43 :Findings;               # since 3.2
+  powerArrived @44 :List(List(Float32)); # since 3.2
 }
 
 struct Findings {
   closedness @0 :Text;                  # whether and where sound leaves the level
   thinGaps @1 :UInt32;                  # number, of which the largest are listed
   list @2 :List(Finding);
+  escapedShare @3 :Float64;             # of the emitted power, through openings
 }
 
 struct Finding {

@@ -24,6 +24,9 @@ Result<LevelFindings> read_findings(BakeRoot::Reader root) {
   LevelFindings findings;
   findings.closedness = bake_root::text(stored.getClosedness());
   findings.thin_gaps = stored.getThinGaps();
+  findings.escaped_share = stored.getEscapedShare();
+  if (!(findings.escaped_share >= 0 && findings.escaped_share <= 1))
+    return Error("more of the sound leaves the level than there is");
   for (const auto one : stored.getList()) {
     if (one.getKind() > kGapInFile) continue;
     LevelFinding finding;
@@ -55,6 +58,7 @@ void write_findings(BakeRoot::Builder root, const LevelFindings& findings) {
   auto stored = root.initFindings();
   stored.setClosedness(findings.closedness);
   stored.setThinGaps(findings.thin_gaps);
+  stored.setEscapedShare(findings.escaped_share);
   auto list = stored.initList(static_cast<unsigned>(findings.list.size()));
   for (unsigned i = 0; i < list.size(); ++i) {
     const LevelFinding& finding = findings.list[i];

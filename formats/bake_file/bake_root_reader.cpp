@@ -124,6 +124,13 @@ Result<void> RootReader::read_statistics() {
   statistics.power_emitted = *emitted;
   statistics.power_escaped = *escaped;
   statistics.power_unfinished = *unfinished;
+  for (const auto stored : root_.getPowerArrived()) {
+    const auto arrived = read_bands(stored, 0, kMaxPowerInFile, "the power that arrived");
+    if (!arrived.ok()) return arrived.error();
+    statistics.power_arrived.push_back(*arrived);
+  }
+  if (statistics.power_arrived.size() > root_.getMaterials().size())
+    return Error("power arrived at more materials than there are");
   for (const auto warning : root_.getWarnings()) statistics.warnings.push_back(text(warning));
   auto findings = read_findings(root_);
   if (!findings.ok()) return findings.error();

@@ -58,6 +58,9 @@ void write_settings(BakeRoot::Builder root, const BakeContents& contents) {
   write_bands(root.initDecayT30S(kBandCount), statistics.decay.t30_s);
   write_bands(root.initDecayT30ErrorS(kBandCount), statistics.decay.t30_error_s);
   root.setDecayErrorDb(statistics.decay.error_db);
+  auto arrived = root.initPowerArrived(static_cast<unsigned>(statistics.power_arrived.size()));
+  for (unsigned m = 0; m < arrived.size(); ++m)
+    write_bands(arrived.init(m, kBandCount), statistics.power_arrived[m]);
   auto warnings = root.initWarnings(static_cast<unsigned>(statistics.warnings.size()));
   for (unsigned i = 0; i < warnings.size(); ++i) warnings.set(i, statistics.warnings[i]);
   write_findings(root, statistics.findings);

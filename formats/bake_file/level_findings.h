@@ -27,7 +27,8 @@ struct LevelFinding {
 };
 
 struct LevelFindings {
-  std::string closedness;  // whether and where sound leaves, in a sentence; "": unknown
+  std::string closedness;    // whether and where sound leaves, in a sentence; "": unknown
+  double escaped_share = 0;  // of the emitted power, through openings and seams; 0: none or unknown
   std::uint32_t thin_gaps = 0;
   std::vector<LevelFinding> list;  // openings, then gaps, each the largest first; not all gaps
 

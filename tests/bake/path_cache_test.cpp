@@ -105,6 +105,12 @@ void expect_same(std::span<const TracedRuns> is, std::span<const TracedRuns> exp
         EXPECT_NEAR(tally.power_escaped[b] / other.power_escaped[b], 1, 2 * tolerance);
         EXPECT_NEAR(tally.power_unfinished[b] / other.power_unfinished[b], 1, 2 * tolerance);
       }
+      const auto &arrived = is[i].runs()[r].arrived,
+                 &others_arrived = expected[i].runs()[r].arrived;
+      ASSERT_EQ(arrived.size(), others_arrived.size());
+      for (std::size_t m = 0; m < arrived.size(); ++m)
+        for (std::size_t b = 0; b < kBandCount; ++b)
+          EXPECT_NEAR(arrived[m].power[b] / others_arrived[m].power[b], 1, 4 * tolerance);
     }
   }
 }

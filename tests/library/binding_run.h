@@ -37,7 +37,7 @@ inline const std::string& violin_room() {
   static const TemporaryFile file(".clamor");
   static const std::string output = run_with_libraries(
       "clamor bake " + std::string(kSourceDir) + "/assets/levels/violin_room.glb -o " +
-      file.path() + " --photons 300 --sources 1000; rm " + file.path() + ".journal");
+      file.path() + " --photons 300 --sources 1000 --no-journal");
   return file.path();
 }
 

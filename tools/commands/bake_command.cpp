@@ -64,7 +64,12 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
                 "OUTPUT, and a bake that needs more even then is refused before it starts; does "
                 "not change the output");
   parser.flag("--no-journal", no_journal,
-              "do not keep the traced paths in OUTPUT.journal, for resuming and for the next bake");
+              "do not write the traced paths to OUTPUT.journal, from which an interrupted bake "
+              "continues");
+  parser.flag(
+      "--keep-journal", run.bake.keeps_journal,
+      "keep OUTPUT.journal, several times as large as OUTPUT, when the bake is complete: the "
+      "next bake traces only more photons, or emitters that moved");
   parser.option("--progress", progress,
                 "json: print progress as JSON, one object a line, for build systems; journal: keep "
                 "it in the shard, for 'clamor farm status'");
@@ -119,6 +124,8 @@ Result<void> interpret(const RunWords& words, const BakeRequest& request, BakeRu
     if (!bytes.ok()) return Error("--memory " + bytes.error().message);
     run.bake.memory_bytes = *bytes;
   }
+  if (words.no_journal && run.bake.keeps_journal)
+    return Error("--keep-journal keeps what --no-journal does not write; give one of them");
   if (words.no_journal) run.bake.journal = "";
   return {};
 }

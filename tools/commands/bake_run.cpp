@@ -158,7 +158,8 @@ Result<void> write_file(LevelBake& bake, const BakeRunOptions& run, BakePrinter&
                              .goal_reached = bake.missed_goal().empty(),
                              .warnings = bake.warnings()}));
   else if (!run.quiet)
-    print_bake_summary(contents, report, run.bake.output, bake.journal(), printer.seconds(), err);
+    print_bake_summary(contents, report, run.bake.output, bake.journal(), bake.removed_journal(),
+                       printer.seconds(), err);
   return {};
 }
 

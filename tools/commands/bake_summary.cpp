@@ -70,8 +70,8 @@ void print_decay(const DecaySummary& decay, std::ostream& err) {
 }  // namespace
 
 void print_bake_summary(const BakeContents& contents, const BakeReport& report,
-                        const std::string& output, const std::string& journal, double seconds,
-                        std::ostream& err) {
+                        const std::string& output, const std::string& journal, bool removed_journal,
+                        double seconds, std::ostream& err) {
   const BakeStatistics& statistics = contents.statistics;
   if (statistics.photons_traced > 0) {
     print_energy(contents, err);
@@ -104,12 +104,18 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
   fmt::print(err, "  wrote    {}: {}{}, {:.1f} s\n", output,
              counted(contents.source_count() + report.instanced_sources, "source"),
              no_file ? "" : " in " + as_size(bytes), seconds);
-  if (!journal.empty())
+  const std::string journal_size = as_size(static_cast<double>(report.journal_bytes));
+  if (removed_journal)
+    fmt::print(err,
+               "  removed  {} ({}), which a complete bake needs no more; with --keep-journal, the "
+               "next bake traces only more photons or emitters that moved\n",
+               journal, journal_size);
+  else if (!journal.empty())
     fmt::print(
         err,
         "  kept     {} ({}): the next bake traces only emitters that moved, or everything if a "
         "surface, a material or a setting changes\n",
-        journal, as_size(static_cast<double>(report.journal_bytes)));
+        journal, journal_size);
   if (!no_file) fmt::print(err, "  listen   clamor play {}\n", shell_quoted(output));
 }
 

@@ -11,7 +11,7 @@ namespace clamor {
 
 // Prints energy, decay, sizes and the command to listen.
 void print_bake_summary(const BakeContents& contents, const BakeReport& report,
-                        const std::string& output, const std::string& journal, double seconds,
-                        std::ostream& err);
+                        const std::string& output, const std::string& journal, bool removed_journal,
+                        double seconds, std::ostream& err);
 
 }  // namespace clamor

@@ -16,6 +16,7 @@
 #include "common/text.h"
 #include "common/version.h"
 #include "tools/commands/commands.h"
+#include "tools/program/interrupt.h"
 #include "tools/program/printable_stream.h"
 
 namespace clamor {
@@ -126,7 +127,9 @@ int run_command(std::span<const std::string> arguments, std::ostream& out, std::
 
 int run_clamor(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   const PrintableStream printable_out(out), printable_err(err);
-  const int code = run_command(arguments, out, err);
+  Interrupt::forget();
+  int code = run_command(arguments, out, err);
+  if (code == kBadInput && Interrupt::requested()) code = kInterrupted;
   errno = 0;
   out.flush();
   if (out) return code;

@@ -11,6 +11,7 @@
 
 #include "formats/bake_file/bake_file.h"
 #include "tools/commands/bake_difference.h"
+#include "tools/commands/bake_verdict.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
 #include "tools/program/stage_notice.h"
@@ -23,7 +24,8 @@ namespace {
 using Levels = std::array<double, kBandCount>;
 
 struct Comparison {
-  bool same = false;  // sounds the same, to the last bit
+  bool same = false;    // sounds the same, to the last bit
+  BakeVerdict verdict;  // if it does not
   std::vector<BakeDifference> differences;
   Levels a_db{}, b_db{}, louder{};
 };
@@ -33,6 +35,8 @@ Result<Comparison> compared(const BakeFile& a, const BakeFile& b) {
   const auto same = sound_identical(a, b);
   if (!same.ok()) return same.error();
   comparison.same = *same;
+  comparison.verdict =
+      *same ? BakeVerdict{Audible::kNo, "They sound the same, to the last bit."} : verdict_on(a, b);
   comparison.differences = differences_of(a, b);
   const Bands none{};
   const Bands& in_a = a.top() != nullptr ? a.top()->power : none;
@@ -50,8 +54,13 @@ void print_json(const Comparison& comparison, std::ostream& out) {
   Json rows = Json::array();
   for (const auto& [what, in_a, in_b] : comparison.differences)
     rows.push_back({{"what", what}, {"a", in_a}, {"b", in_b}});
-  const Json whole = {
-      {"same", comparison.same}, {"differences", rows}, {"level_db", comparison.louder}};
+  const Json whole = {{"same", comparison.same},
+                      {"audible", comparison.verdict.audible == Audible::kNo      ? "no"
+                                  : comparison.verdict.audible == Audible::kMaybe ? "maybe"
+                                                                                  : "yes"},
+                      {"verdict", comparison.verdict.sentence},
+                      {"differences", rows},
+                      {"level_db", comparison.louder}};
   out << printable_json(whole.dump(2, ' ', false, Json::error_handler_t::replace)) << '\n';
 }
 
@@ -96,18 +105,22 @@ void print_levels(const Comparison& comparison, std::ostream& out) {
 int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   std::string path_a, path_b;
   bool json = false;
-  Arguments parser("diff",
-                   "Prints how two bake files differ: provenance, settings, emitters, materials, "
-                   "sources, and the level of B relative to A per band. Exit code 0 when they "
-                   "sound the same, to the last bit; 1 when they differ or cannot be read.",
-                   "clamor diff before.clamor after.clamor");
+  Arguments parser(
+      "diff",
+      "Prints how two bake files differ: provenance, settings, emitters, materials, "
+      "sources, and the level of B relative to A per band; and whether that can be "
+      "heard, or is what another seed changes. Exit code 0 when they "
+      "sound the same, to the last bit; 1 when they differ; 3 when one cannot be read.",
+      "clamor diff before.clamor after.clamor");
   parser.positional("a", path_a, "a bake file");
   parser.positional("b", path_b, "the bake file to compare with it");
-  parser.flag("--json", json, "print JSON: same, differences (what, a, b), and level_db per band");
+  parser.flag("--json", json,
+              "print JSON: same, audible (no, maybe, yes), verdict, differences (what, a, b), and "
+              "level_db per band");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto fail = [&err](const Error& error) {
     fmt::print(err, "clamor diff: {}\n", error.message);
-    return kBadInput;
+    return kDiffBadInput;
   };
   const auto a = BakeFile::open(path_a, FileAccess::kMap),
              b = BakeFile::open(path_b, FileAccess::kMap);
@@ -118,15 +131,13 @@ int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ost
   const auto comparison = compared(*a, *b);
   notice.end();
   if (!comparison.ok()) return fail(comparison.error());
-  const int code = comparison->same ? kSuccess : kBadInput;
+  const int code = comparison->same ? kSuccess : kDiffers;
   if (json) {
     print_json(*comparison, out);
     return code;
   }
   fmt::print(out, "A {}\nB {}\n", printable(path_a), printable(path_b));
-  fmt::print(
-      out, "{}\n",
-      comparison->same ? "They sound the same, to the last bit." : "They do not sound the same.");
+  fmt::print(out, "{}\n", comparison->verdict.sentence);
   if (comparison->differences.empty())
     fmt::print(out, "  no difference in provenance, settings, emitters, materials and sizes\n");
   print_rows(comparison->differences, out);

@@ -91,6 +91,7 @@ Result<void> bake_stages(const BakeRequest& request, const BakeRunOptions& run, 
     options.reports_progress = false;
     const bool is_last = &stage == &stages.back();
     if (!is_last) options.journal = "";
+    options.keeps_journal = true;
     WarningPrinter printer(request.level_path, is_last, err);
     LevelBake bake(stage.request, options, printer);
     if (auto read = bake.read(); !read.ok()) return read;

@@ -1,4 +1,4 @@
-// exit_codes.h: the exit codes of the program.
+// exit_codes.h: the exit codes of the program; tools/README.md has the table.
 #pragma once
 
 namespace clamor {
@@ -6,5 +6,10 @@ namespace clamor {
 inline constexpr int kSuccess = 0;
 inline constexpr int kBadInput = 1;  // a file, device or level that cannot be used
 inline constexpr int kBadUsage = 2;  // words that make no command
+// Ended by SIGINT, SIGTERM or SIGHUP before the work was done, as shells say of SIGINT.
+inline constexpr int kInterrupted = 130;
+
+// Those of clamor diff, as of diff and cmp, with an own code for files that cannot be used.
+inline constexpr int kDiffers = 1, kDiffBadInput = 3;
 
 }  // namespace clamor

@@ -29,7 +29,7 @@ void on_broken_pipe(int) {
 void stop_at_once(int) {
   const ssize_t ignored = ::write(STDERR_FILENO, sentence.data(), sentence.size());
   (void)ignored;
-  ::_exit(kBadInput);
+  ::_exit(kInterrupted);
 }
 
 }  // namespace
@@ -59,6 +59,7 @@ Interrupt::Interrupt() {
 }
 
 const std::atomic<bool>& Interrupt::requested() { return interrupted; }
+void Interrupt::forget() { interrupted = false; }
 
 bool output_reader_is_gone() {
   std::array<pollfd, 2> outputs{{{STDOUT_FILENO, POLLOUT, 0}, {STDERR_FILENO, POLLOUT, 0}}};

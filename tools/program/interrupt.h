@@ -38,6 +38,8 @@ class Interrupt {
   Interrupt& operator=(const Interrupt&) = delete;
 
   static const std::atomic<bool>& requested();
+  // Forgets requests to earlier commands of this process.
+  static void forget();
 
  private:
   SavedSignalHandlers signals_;
@@ -46,7 +48,7 @@ class Interrupt {
 // Returns whether standard output or error is a pipe without a reader.
 bool output_reader_is_gone();
 
-// During its lifetime, SIGINT, SIGTERM and SIGHUP end the program at once, with exit code 1 and a
+// During its lifetime, SIGINT, SIGTERM and SIGHUP end the program at once, with exit code 130 and a
 // message on standard error. For commands that have created nothing that must be removed.
 class ExitOnSignal {
  public:

@@ -32,7 +32,7 @@ StopDeadline::StopDeadline(const std::string& sentence)
         if (!wait(kToEnd)) return;
         const ssize_t ignored = ::write(STDERR_FILENO, line.data(), line.size());
         (void)ignored;
-        ::_exit(kBadInput);
+        ::_exit(kInterrupted);
       }) {}
 
 }  // namespace clamor

@@ -47,11 +47,19 @@ std::string comparison(const ReportContents& contents) {
 void write_answer(const ReportContents& contents, ReportPage& page) {
   const auto& responses = contents.measured.responses;
   const bool is_crowd = !contents.measured.meter->excitation().emitter;
-  std::string text = described(responses, is_crowd);
+  const Enclosure enclosure = enclosure_of(contents.measured.file().statistics().findings);
+  std::string text = described(responses, enclosure, is_crowd);
+  const double escaped_power = [&] {
+    const double emitted = sum_of(contents.measured.file().statistics().power_emitted);
+    return emitted > 0 ? sum_of(contents.measured.file().statistics().power_escaped) / emitted : 0;
+  }();
   const std::size_t wrong = problems(contents);
-  text += wrong == 0 ? " The bake found nothing wrong with the level."
-                     : fmt::format(" The bake warns of {}.",
-                                   wrong == 1 ? "one thing" : fmt::format("{} things", wrong));
+  text += wrong == 0 && enclosure == Enclosure::kMostlyOpen
+              ? fmt::format(" {:.0f} % of the power left it. The bake warns of nothing else.",
+                            100 * escaped_power)
+          : wrong == 0 ? " The bake found nothing wrong with the level."
+                       : fmt::format(" The bake warns of {}.",
+                                     wrong == 1 ? "one thing" : fmt::format("{} things", wrong));
   page.markup("<p class=\"headline\">" + escaped(text) + "</p>\n");
   std::string facts = "<ul class=\"facts\">";
   const auto fact = [&](const std::string& value, const std::string& words) {
@@ -73,10 +81,6 @@ void write_answer(const ReportContents& contents, ReportPage& page) {
   }
   if (const auto ratio = bass_ratio(responses))
     fact(fmt::format("{:.2f}", *ratio), "bass ratio: T30 below 350 Hz over that above");
-  const double escaped_power = [&] {
-    const double emitted = sum_of(contents.measured.file().statistics().power_emitted);
-    return emitted > 0 ? sum_of(contents.measured.file().statistics().power_escaped) / emitted : 0;
-  }();
   fact(fmt::format("{:.1f} %", 100 * escaped_power), "of the power left the level");
   page.markup(facts + "</ul>\n");
   page.markup(fmt::format(
@@ -85,13 +89,13 @@ void write_answer(const ReportContents& contents, ReportPage& page) {
       counted(responses.size(), "listener"), escaped(contents.measured.meter->excitation().words)));
 }
 
-void write_findings(const ReportContents& contents, std::span<const AbsorbingArea> areas,
+void write_findings(const ReportContents& contents, std::span<const MetMaterial> materials,
                     ReportPage& page) {
   using Kind = LevelFinding::Kind;
   constexpr std::size_t kShownGaps = 5;
   std::string list = "<ul class=\"findings\" aria-label=\"Findings\">";
   std::size_t gaps = 0, number = 0;
-  if (const std::string why = cause_of_decay(contents.measured.responses, areas); !why.empty())
+  if (const std::string why = cause_of_decay(contents.measured.responses, materials); !why.empty())
     list += "<li><span class=\"kind\">What rings</span><span>" + escaped(why) +
             "</span><span></span></li>";
   for (const LevelFinding& finding : contents.findings) {

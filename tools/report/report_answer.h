@@ -11,7 +11,7 @@ namespace clamor {
 void write_answer(const ReportContents& contents, ReportPage& page);
 
 // What rings, warnings, openings and gaps, each with a button that shows its place in the view.
-void write_findings(const ReportContents& contents, std::span<const AbsorbingArea> areas,
+void write_findings(const ReportContents& contents, std::span<const MetMaterial> materials,
                     ReportPage& page);
 
 }  // namespace clamor

@@ -73,16 +73,15 @@ void write_floor(const ReportContents& contents, ReportPage& page) {
 std::string report_html(const ReportContents& contents) {
   ReportPage page("report", "How " + contents.measured.file().provenance().level + " sounds",
                   setting(contents));
-  const std::vector<AbsorbingArea> areas =
-      absorbing_areas(contents.measured.meter->room().mesh, contents.measured.file().materials());
+  const std::vector<MetMaterial> materials = met_materials(contents.measured.file());
   write_answer(contents, page);
-  write_findings(contents, areas, page);
+  write_findings(contents, materials, page);
   page.markup(kViewMarkup);
   write_parameters(contents, page);
   write_listeners(contents, page);
   write_floor(contents, page);
   write_doors(contents.measured.file(), page);
-  write_materials(areas, page);
+  write_materials(contents.measured.file().statistics(), materials, page);
   write_file(contents, page);
   page.markup("<script type=\"application/json\" id=\"level\">" +
               json_for_html(contents.view.json) + "</script>\n<script>\n" + kViewScript +

@@ -1,6 +1,7 @@
 #include "tools/report/report_materials.h"
 
 #include <algorithm>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -14,18 +15,22 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kShownMaterials = 7;
+constexpr std::size_t kShownMaterials = 7, k1000Hz = 4;
+// Colours of the palette that no material has.
+constexpr int kAirColour = 7, kLeftColour = 8;
 
 }  // namespace
 
-void write_materials(std::span<const AbsorbingArea> areas, ReportPage& page) {
+void write_materials(const BakeStatistics& statistics, std::span<const MetMaterial> materials,
+                     ReportPage& page) {
   page.heading("What absorbs the sound");
-  if (areas.empty()) {
-    page.paragraph("The level has no surfaces.");
+  if (materials.empty()) {
+    page.paragraph(
+        statistics.bounces == 0
+            ? "Sound met no surfaces."
+            : "The bake was made by an older program, which did not count it: bake again.");
     return;
   }
-  double all_m2 = 0;
-  for (const AbsorbingArea& area : areas) all_m2 += area.area_m2;
   Chart curves{.title = "Absorption by material",
                .x_label = "octave (Hz)",
                .y_label = "share absorbed",
@@ -36,48 +41,68 @@ void write_materials(std::span<const AbsorbingArea> areas, ReportPage& page) {
   curves.height = 340;
   BarChart bars{.title = "Where sound is absorbed",
                 .x_label = "octave (Hz)",
-                .y_label = "open window of the same effect (m2)"};
+                .y_label = "share of the power (%)"};
   bars.width = 560;
   bars.height = 340;
   for (std::size_t b = 0; b < kBandCount; ++b)
     bars.columns.push_back(short_number(kBandCentres_hz[b]));
+  const auto percent = [&](std::size_t b, double power) {
+    const double emitted = statistics.power_emitted[b];
+    return emitted > 0 ? 100 * power / emitted : 0.0;
+  };
   BarChart::Part rest{
       .name = "all others", .values = std::vector<double>(kBandCount, 0), .colour = Chart::kGrey};
-  for (std::size_t i = 0; i < areas.size(); ++i) {
-    const AbsorbingArea& area = areas[i];
+  std::vector<double> in_air(kBandCount), left(kBandCount);
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    left[b] = percent(b, static_cast<double>(statistics.power_escaped[b]));
+    in_air[b] = 100 - left[b] - percent(b, static_cast<double>(statistics.power_unfinished[b]));
+  }
+  std::array<double, kBandCount> all{};
+  for (const MetMaterial& material : materials)
+    for (std::size_t b = 0; b < kBandCount; ++b) all[b] += static_cast<double>(material.arrived[b]);
+  ReportTable table{"materials",
+                    "Materials by what they absorb: the share of the sound that meets them, and "
+                    "what they absorb of that",
+                    band_columns("material"),
+                    {}};
+  table.columns.insert(table.columns.begin() + 1, "met at 1 kHz (%)");
+  for (std::size_t i = 0; i < materials.size(); ++i) {
+    const MetMaterial& material = materials[i];
     const bool shown = i < kShownMaterials;
-    Chart::Series series{.name = shortened(area.name, 24), .look = Chart::Series::Look::kLine};
-    BarChart::Part part{.name = shortened(area.name, 24)};
+    Chart::Series series{.name = shortened(material.name, 24), .look = Chart::Series::Look::kLine};
+    BarChart::Part part{.name = shortened(material.name, 24)};
+    std::vector<ReportTable::Cell> row = {material.name, ""};
+    if (all[k1000Hz] > 0)
+      row[1] = fmt::format("{:.1f}",
+                           100 * static_cast<double>(material.arrived[k1000Hz]) / all[k1000Hz]);
     for (std::size_t b = 0; b < kBandCount; ++b) {
-      series.points.emplace_back(kBandCentres_hz[b], area.absorption[b]);
-      part.values.push_back(area.absorbed_m2(b));
-      if (!shown) rest.values[b] += area.absorbed_m2(b);
+      const double taken = percent(b, material.dissipated(b));
+      series.points.emplace_back(kBandCentres_hz[b], material.absorption[b]);
+      part.values.push_back(taken);
+      in_air[b] -= taken;
+      if (!shown) rest.values[b] += taken;
+      row.emplace_back(fmt::format("{:.2f}", material.absorption[b]));
     }
+    table.rows.push_back(std::move(row));
     if (!shown) continue;
     curves.series.push_back(std::move(series));
     bars.parts.push_back(std::move(part));
   }
-  if (areas.size() > kShownMaterials) bars.parts.push_back(std::move(rest));
+  if (materials.size() > kShownMaterials) bars.parts.push_back(std::move(rest));
+  // The photons are a sample, so that what is left for the air may be a little below nothing.
+  for (double& share : in_air) share = std::max(0.0, share);
+  bars.parts.push_back({.name = "air", .values = std::move(in_air), .colour = kAirColour});
+  if (std::ranges::any_of(left, [](double share) { return share > 0; }))
+    bars.parts.push_back(
+        {.name = "left the level", .values = std::move(left), .colour = kLeftColour});
   const std::string caption = fmt::format(
-      "The {} of largest area. Right: area times absorption, which is what shortens the decay of "
-      "an octave.",
-      counted(std::min(areas.size(), kShownMaterials), "material"));
+      "The {} that absorb most. Right: where the power of the emitters went, as the photons of the "
+      "bake met surfaces.",
+      counted(std::min(materials.size(), kShownMaterials), "material"));
   page.markup("<div class=\"row\" style=\"--columns: 2\"><figure>" + to_svg(curves) +
               "</figure><figure>" + to_svg(bars) + "</figure></div><p class=\"note\">" +
               escaped(caption) + "</p>\n");
-  ReportTable table{"materials",
-                    "Materials by area, and the share of sound that they absorb",
-                    band_columns("material"),
-                    {}};
-  table.columns.insert(table.columns.begin() + 1, {"area (m2)", "area (%)"});
-  for (const AbsorbingArea& area : areas) {
-    std::vector<ReportTable::Cell> row = {area.name, fmt::format("{:.1f}", area.area_m2),
-                                          fmt::format("{:.1f}", 100 * area.area_m2 / all_m2)};
-    for (const float absorption : area.absorption)
-      row.emplace_back(fmt::format("{:.2f}", absorption));
-    table.rows.push_back(std::move(row));
-  }
-  table.folded = areas.size() > 12;
+  table.folded = materials.size() > 12;
   page.table(std::move(table));
 }
 

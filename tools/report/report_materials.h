@@ -1,4 +1,4 @@
-// report_materials.h: the materials of a report: areas, absorption, and where sound is absorbed.
+// report_materials.h: the materials of a report: their absorption, and where sound is absorbed.
 #pragma once
 
 #include "tools/analysis/report_page.h"
@@ -7,6 +7,7 @@
 
 namespace clamor {
 
-void write_materials(std::span<const AbsorbingArea> areas, ReportPage& page);
+void write_materials(const BakeStatistics& statistics, std::span<const MetMaterial> materials,
+                     ReportPage& page);
 
 }  // namespace clamor

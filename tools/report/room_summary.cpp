@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include <fmt/format.h>
 
@@ -65,37 +66,48 @@ std::vector<double> areas_m2(const Mesh& mesh, std::size_t materials) {
   return areas;
 }
 
-std::vector<AbsorbingArea> absorbing_areas(const Mesh& mesh,
-                                           const std::vector<Material>& materials) {
-  const std::vector<double> area = areas_m2(mesh, materials.size());
-  std::vector<AbsorbingArea> areas;
+std::vector<MetMaterial> met_materials(const BakeFile& file) {
+  const std::vector<Material>& materials = file.materials();
+  const std::vector<Bands>& arrived = file.statistics().power_arrived;
+  std::vector<MetMaterial> met;
   for (const MaterialGroup& group : groups_of(std::span(materials))) {
-    AbsorbingArea sum;
+    MetMaterial sum;
     sum.absorption = materials[group.first].absorption;
-    double largest_m2 = -1;
-    for (std::size_t m = 0; m < materials.size(); ++m)
-      if (std::find(group.names.begin(), group.names.end(), materials[m].name) !=
-              group.names.end() &&
-          materials[m].absorption == sum.absorption) {
-        sum.area_m2 += area[m];
-        if (area[m] > largest_m2) largest_m2 = area[m], sum.name = materials[m].name;
-      }
-    if (group.names.size() > 1) sum.name += fmt::format(" and {} more", group.names.size() - 1);
-    if (sum.area_m2 > 0) areas.push_back(std::move(sum));
+    sum.transmission = materials[group.first].transmission;
+    float most = 0;
+    std::size_t count = 0;
+    for (std::size_t m = group.first; m < arrived.size(); ++m) {
+      if (materials[m].absorption != sum.absorption || sum_of(arrived[m]) == 0 ||
+          std::ranges::find(group.names, materials[m].name) == group.names.end())
+        continue;
+      ++count;
+      for (std::size_t b = 0; b < kBandCount; ++b) sum.arrived[b] += arrived[m][b];
+      if (sum_of(arrived[m]) > most) most = sum_of(arrived[m]), sum.name = materials[m].name;
+    }
+    if (count > 1) sum.name += fmt::format(" and {} more", count - 1);
+    if (count > 0) met.push_back(std::move(sum));
   }
-  std::stable_sort(areas.begin(), areas.end(),
-                   [](const auto& a, const auto& b) { return a.area_m2 > b.area_m2; });
-  return areas;
+  const auto all = [](const MetMaterial& material) {
+    double sum = 0;
+    for (std::size_t b = 0; b < kBandCount; ++b) sum += material.dissipated(b);
+    return sum;
+  };
+  std::ranges::stable_sort(met, std::greater(), all);
+  return met;
 }
 
-std::string described(std::span<const RoomResponse> responses, bool is_crowd) {
+std::string described(std::span<const RoomResponse> responses, Enclosure enclosure, bool is_crowd) {
   const auto t30_s = mean_of(responses, &RoomParameters::t30_s, kMiddle);
   if (is_crowd && t30_s)
     return fmt::format("What its emitters sound all at once decays in {:.1f} s.", *t30_s);
   const auto c80_db = mean_of(responses, &RoomParameters::c80_db, kMiddle);
   const auto d50 = mean_of(responses, &RoomParameters::d50, kMiddle);
   std::string text;
-  if (t30_s)
+  if (enclosure == Enclosure::kMostlyOpen)
+    text = "More than half of the sound leaves it" +
+           (t30_s ? fmt::format("; what its surfaces reflect decays in {:.1f} s.", *t30_s)
+                  : std::string(", and it reflects too little for a decay time."));
+  else if (t30_s)
     text = fmt::format("It reverberates for {:.{}f} s, {}.", *t30_s, *t30_s < 10 ? 1 : 0,
                        room_like(*t30_s));
   else
@@ -122,51 +134,56 @@ std::string described(std::span<const RoomResponse> responses, bool is_crowd) {
 }
 
 std::string cause_of_decay(std::span<const RoomResponse> responses,
-                           std::span<const AbsorbingArea> areas) {
+                           std::span<const MetMaterial> materials) {
   return cause_of_decay(bass_ratio(responses), mean_of(responses, &RoomParameters::t30_s, kMiddle),
-                        areas);
+                        materials);
 }
 
-std::string cause_of_decay(const DecaySummary& decay, std::span<const AbsorbingArea> areas) {
+std::string cause_of_decay(const DecaySummary& decay, std::span<const MetMaterial> materials) {
   const auto mean = [&](std::span<const std::size_t> bands) -> std::optional<double> {
     const double a = decay.t30_s[bands[0]], b = decay.t30_s[bands[1]];
     return a > 0 && b > 0 ? std::optional((a + b) / 2) : std::nullopt;
   };
   const auto bass_s = mean(kBass), middle_s = mean(kMiddle);
   return cause_of_decay(bass_s && middle_s ? std::optional(*bass_s / *middle_s) : std::nullopt,
-                        middle_s, areas);
+                        middle_s, materials);
 }
 
 std::string cause_of_decay(std::optional<double> ratio, std::optional<double> t30_s,
-                           std::span<const AbsorbingArea> areas) {
+                           std::span<const MetMaterial> materials) {
   const bool booms = ratio && *ratio > kBooms;
-  if (areas.empty() || !(booms || (t30_s && *t30_s > kRings_s))) return "";
+  if (materials.empty() || !(booms || (t30_s && *t30_s > kRings_s))) return "";
   const std::span<const std::size_t> judged = booms ? kBass : kMiddle;
   const char* const octaves = booms ? "125 and 250 Hz" : "500 Hz and 1 kHz";
-  const auto absorption = [](const AbsorbingArea& area, std::span<const std::size_t> bands) {
-    return static_cast<double>(area.absorption[bands[0]] + area.absorption[bands[1]]) / 2;
+  const auto arrived = [](const MetMaterial& at, std::span<const std::size_t> bands) {
+    return static_cast<double>(at.arrived[bands[0]] + at.arrived[bands[1]]);
   };
-  double all_m2 = 0, absorbed_m2 = 0, middle_m2 = 0;
-  const AbsorbingArea* worst = nullptr;  // that reflects most
-  const auto reflected_m2 = [&](const AbsorbingArea& area) {
-    return area.area_m2 * (1 - absorption(area, judged));
+  const auto absorbed = [](const MetMaterial& at, std::span<const std::size_t> bands) {
+    return static_cast<double>(at.arrived[bands[0]] * at.absorption[bands[0]] +
+                               at.arrived[bands[1]] * at.absorption[bands[1]]);
   };
-  for (const AbsorbingArea& area : areas) {
-    all_m2 += area.area_m2;
-    absorbed_m2 += area.area_m2 * absorption(area, judged);
-    middle_m2 += area.area_m2 * absorption(area, kMiddle);
-    if (worst == nullptr || reflected_m2(area) > reflected_m2(*worst)) worst = &area;
+  double all = 0, taken = 0, all_middle = 0, taken_middle = 0;
+  const MetMaterial* worst = nullptr;  // that reflects most
+  const auto reflected = [&](const MetMaterial& at) {
+    return arrived(at, judged) - absorbed(at, judged);
+  };
+  for (const MetMaterial& at : materials) {
+    all += arrived(at, judged), taken += absorbed(at, judged);
+    all_middle += arrived(at, kMiddle), taken_middle += absorbed(at, kMiddle);
+    if (worst == nullptr || reflected(at) > reflected(*worst)) worst = &at;
   }
-  std::string text =
-      fmt::format("Its {:.0f} m2 of surfaces absorb as much as {:.0f} m2 of open window at {}",
-                  all_m2, absorbed_m2, octaves);
-  if (booms) text += fmt::format(", but {:.0f} m2 at 500 Hz and 1 kHz", middle_m2);
+  if (!(all > 0 && all_middle > 0)) return "";
+  std::string text = fmt::format("Its surfaces absorb {:.0f} % of the sound that meets them at {}",
+                                 100 * taken / all, octaves);
+  if (booms)
+    text += fmt::format(", but {:.0f} % at 500 Hz and 1 kHz", 100 * taken_middle / all_middle);
+  const double of_worst = arrived(*worst, judged);
   return text + fmt::format(
-                    ". {} reflects most: it is {:.0f} % of the area and absorbs {:.0f} %. Give it, "
-                    "or another large "
-                    "surface, a material that absorbs more there (clamor materials lists them).",
-                    in_quotes(worst->name), 100 * worst->area_m2 / all_m2,
-                    100 * absorption(*worst, judged));
+                    ". {} reflects most: {:.0f} % of the sound meets it, and it absorbs {:.0f} % "
+                    "of that. Give it, or another surface that much sound meets, a material that "
+                    "absorbs more there (clamor materials lists them).",
+                    in_quotes(worst->name), 100 * of_worst / all,
+                    of_worst > 0 ? 100 * absorbed(*worst, judged) / of_worst : 0.0);
 }
 
 }  // namespace clamor

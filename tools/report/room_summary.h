@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "bake/report/enclosure.h"
 #include "common/bands.h"
 #include "common/material.h"
+#include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/level/mesh.h"
 #include "tools/report/room.h"
@@ -23,36 +25,39 @@ std::optional<double> middle_value(std::span<const RoomResponse> responses,
 // that it booms (L. Beranek. Concert Halls and Opera Houses, 2004).
 std::optional<double> bass_ratio(std::span<const RoomResponse> responses);
 
-// The area of a material and what it absorbs of sound that arrives from all sides.
-struct AbsorbingArea {
+// What the photons of a bake met of a material. Surfaces that no sound reaches (outer faces, parts
+// that the bake leaves out) therefore do not count, however large they are.
+struct MetMaterial {
   std::string name;
-  double area_m2 = 0;
-  Bands absorption{};
+  Bands absorption{}, transmission{};
+  Bands arrived{};  // power that arrived, each time that sound met it
 
-  double absorbed_m2(std::size_t band) const {
-    return area_m2 * static_cast<double>(absorption[band]);
+  double dissipated(std::size_t band) const {
+    return static_cast<double>(arrived[band]) *
+           static_cast<double>(absorption[band] - transmission[band]);
   }
 };
 
-// Largest area first. Counts one side of each surface; materials of equal values are one
-// (bake_overview.h).
-std::vector<AbsorbingArea> absorbing_areas(const Mesh& mesh,
-                                           const std::vector<Material>& materials);
+// Those that absorb most first. Materials of equal values are one (bake_overview.h). Empty for a
+// file of an older program, which does not know them.
+std::vector<MetMaterial> met_materials(const BakeFile& file);
 
 // By material.
 std::vector<double> areas_m2(const Mesh& mesh, std::size_t materials);
 
 // "It reverberates for 1.1 s, like a theatre. ..." Of a crowd that sounds all at once, only its
 // decay says something of the room.
-std::string described(std::span<const RoomResponse> responses, bool is_crowd = false);
+// A level that is mostly open is compared with no room.
+std::string described(std::span<const RoomResponse> responses, Enclosure enclosure,
+                      bool is_crowd = false);
 
 // What makes a room boom, or ring for long, and how to mend it; empty if it does neither.
 // The first form judges by what was measured at listeners, the second by the T30 of the bake.
 std::string cause_of_decay(std::span<const RoomResponse> responses,
-                           std::span<const AbsorbingArea> areas);
-std::string cause_of_decay(const DecaySummary& decay, std::span<const AbsorbingArea> areas);
+                           std::span<const MetMaterial> materials);
+std::string cause_of_decay(const DecaySummary& decay, std::span<const MetMaterial> materials);
 // `bass_ratio` as of bass_ratio(), `t30_s` of the octaves of 500 Hz and 1 kHz.
 std::string cause_of_decay(std::optional<double> bass_ratio, std::optional<double> t30_s,
-                           std::span<const AbsorbingArea> areas);
+                           std::span<const MetMaterial> materials);
 
 }  // namespace clamor

@@ -34,8 +34,7 @@ void ViewSession::take_findings() {
   t30_s_ = file->statistics().decay.t30_s;
   cause_of_decay_.clear();
   if (file->materials().size() >= materials().size())  // it is of this level
-    cause_of_decay_ =
-        clamor::cause_of_decay(file->statistics().decay, absorbing_areas(mesh_, file->materials()));
+    cause_of_decay_ = clamor::cause_of_decay(file->statistics().decay, met_materials(*file));
   // Printed places are rounded to decimetres.
   constexpr double kNear_m = 0.1;
   if (!mark_ || mark_->kind != LevelFinding::Kind::kFact) return;

@@ -154,7 +154,7 @@ TEST_F(Journal, LeavesAFileOfAnotherKindAlone) {
 }
 
 TEST_F(Journal, LeavesAShortFileAndAJournalOfAnotherVersionAlone) {
-  std::string newer = std::string("CLAMORTJ\x04") + std::string(7, '\0') + "records";
+  std::string newer = std::string("CLAMORTJ\x05") + std::string(7, '\0') + "records";
   for (const std::string& foreign : {std::string("short"), std::string("CLAMOR!"), newer}) {
     put_bytes(path(), foreign);
     const auto contents = bake(fifty_emitters(), {.journal = path()});

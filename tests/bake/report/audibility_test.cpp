@@ -112,7 +112,10 @@ TEST(LevelReport, WarnsOfAnEmitterOnAWall) {
 TEST(LevelReport, NamesTheFirstOfManyMisplacedEmittersAndCountsTheOthers) {
   Level level = hall_with_pillar(kPillar_m);
   level.emitters.resize(6, level.emitters[0]);
-  for (std::size_t i = 0; i < 6; ++i) level.emitters[i].name = "e" + std::to_string(i);
+  for (std::size_t i = 0; i < 6; ++i) {
+    level.emitters[i].name = "e" + std::to_string(i);
+    level.emitters[i].delay_s = static_cast<double>(i);  // else they would be one emitter
+  }
   level.emitters[0].position_m = {1, 1, 1};
   const auto warnings = report_warnings(prepare_level(level));
   ASSERT_EQ(warnings.size(), 4u);

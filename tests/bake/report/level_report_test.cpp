@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bake/report/enclosure.h"
 #include "bake/trace/photon_tracer.h"
 #include "tests/bake/mesh/mesh_shapes.h"
 #include "tests/bake/report/open_box.h"
@@ -264,7 +265,46 @@ TEST(LevelReport, GivesNoWidthForOpeningsReachedByDirectSoundOnly) {
   const LevelReport report = prepare_level(off);
   ASSERT_FALSE(report.openings.openings.empty());
   EXPECT_EQ(report.openings.openings[0].width_m, 0);
-  EXPECT_THAT(report_lines(report), Contains(HasSubstr("leaves the level, upwards: no ceiling")));
+  EXPECT_THAT(report_warnings(report),
+              Contains(HasSubstr("leaves the level, upwards: no ceiling")));
+}
+
+TEST(LevelReport, WarnsOfOpeningsUnlessMostSoundLeaves) {
+  Level without_wall = without(kLeft, {6, 4, 3}, 0.3f, {3, 2, 1.5});
+  const LevelReport open_wall = prepare_level(without_wall);
+  EXPECT_EQ(enclosure_of(findings_in(open_wall)), Enclosure::kOpenings);
+  EXPECT_THAT(report_warnings(open_wall), Contains(HasSubstr("is a wall or a door missing?")));
+
+  Level yard = shoebox({20, 1, 20}, uniform_material(0.3f), {10, 1.5, 10});
+  yard.mesh.triangles = {yard.mesh.triangles[4], yard.mesh.triangles[5]};  // its floor
+  yard.mesh.materials.resize(2);
+  const LevelReport in_the_open = prepare_level(yard);
+  EXPECT_EQ(enclosure_of(findings_in(in_the_open)), Enclosure::kMostlyOpen);
+  EXPECT_THAT(report_warnings(in_the_open), IsEmpty());
+  Level room = shoebox({6, 4, 3}, uniform_material(0.3f), {3, 2, 1});
+  EXPECT_EQ(enclosure_of(findings_in(prepare_level(room))), Enclosure::kClosed);
+}
+
+// Its two ends are one opening whose mean direction vanishes, or two.
+TEST(LevelReport, DoesNotPutAShortTunnelInTheOpen) {
+  for (const double length_m : {4.0, 8.0, 30.0}) {
+    Level tunnel = without(kLeft, {length_m, 3, 4}, 0.3f, {length_m / 2, 1.5, 2});
+    tunnel.mesh.triangles.erase(tunnel.mesh.triangles.begin(), tunnel.mesh.triangles.begin() + 2);
+    tunnel.mesh.materials.resize(8);
+    const std::string words = findings_in(prepare_level(tunnel)).closedness;
+    EXPECT_THAT(words, HasSubstr("X")) << length_m;
+    EXPECT_THAT(words, ::testing::Not(HasSubstr("in the open"))) << length_m;
+  }
+}
+
+TEST(LevelReport, WarnsOfEmittersThatSoundAlikeAtOnePlaceAndTime) {
+  Level level = shoebox({6, 4, 3}, uniform_material(0.3f), {3, 2, 1});
+  level.emitters.resize(100, level.emitters[0]);
+  EXPECT_THAT(report_warnings(prepare_level(level)),
+              Contains(::testing::AllOf(HasSubstr("100 emitters sound alike"), HasSubstr("20.0 dB"),
+                                        HasSubstr("one emitter of gain x100"))));
+  for (std::size_t i = 0; i < 100; ++i) level.emitters[i].delay_s = 0.01 * static_cast<double>(i);
+  EXPECT_THAT(report_warnings(prepare_level(level)), IsEmpty());
 }
 
 }  // namespace

@@ -244,13 +244,31 @@ TEST(BakeCommand, SaysWhatTheJournalSpared) {
   const auto has = [](const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
   };
-  const std::string first = bake({});
+  const std::string keep = "--keep-journal", journal = folder / "out.clamor.journal";
+  const std::string first = bake({keep});
   EXPECT_FALSE(has(first, "reused")) << first;
   EXPECT_TRUE(has(first, "traces only emitters that moved")) << first;
-  const std::string second = bake({});
+  const std::string second = bake({keep});
   EXPECT_TRUE(has(second, "reused   5000 of 5000 photons")) << second;
-  const std::string other = bake({"--kappa", "0.2"});
+  const std::string other = bake({"--kappa", "0.2", keep});
   EXPECT_TRUE(has(other, none)) << other;
+  EXPECT_TRUE(std::filesystem::exists(journal));
+}
+
+// It is several times as large as the bake.
+TEST(BakeCommand, RemovesTheJournalOfACompleteBakeAndSaysSo) {
+  const Folder folder;
+  std::vector<std::string> words = {
+      "bake", testing::violin_room(), "-o", folder / "out.clamor", "--photons", "500", "--sources",
+      "1000"};
+  const auto outcome = clamor(words);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(folder.names(), std::vector<std::string>{"out.clamor"});
+  EXPECT_NE(outcome.err.find("  removed  " + (folder / "out.clamor.journal") + " ("),
+            std::string::npos)
+      << outcome.err;
+  words.insert(words.end(), {"--keep-journal", "--no-journal"});
+  EXPECT_EQ(clamor(words).code, 2);
 }
 
 TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {

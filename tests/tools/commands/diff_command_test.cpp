@@ -14,13 +14,14 @@ namespace {
 using testing::clamor;
 using testing::Folder;
 
-void bake_room(const std::string& output, std::vector<std::string> more) {
+void bake_room(const std::string& output, std::vector<std::string> more,
+               const std::string& photons = "500", const std::string& sources = "2000") {
   std::vector<std::string> words = {
       "bake",         std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb",
       "-o",           output,
       "--no-journal", "--photons",
-      "500",          "--sources",
-      "2000"};
+      photons,        "--sources",
+      sources};
   words.insert(words.end(), more.begin(), more.end());
   const auto outcome = clamor(words);
   ASSERT_EQ(outcome.code, 0) << outcome.err;
@@ -100,7 +101,26 @@ TEST(DiffCommand, HearsWhatTheFilesDoNotTell) {
   ASSERT_TRUE(write_bake(b, contents, 1).ok());
   const auto outcome = clamor({"diff", a, b});
   EXPECT_EQ(outcome.code, 1) << outcome.err;
-  EXPECT_NE(outcome.out.find("do not sound the same"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("They differ, but sound alike"), std::string::npos) << outcome.out;
+}
+
+TEST(DiffCommand, TellsADifferenceOfASeedFromOneThatIsHeard) {
+  const Folder folder;
+  const std::string a = folder / "a.clamor", b = folder / "b.clamor", c = folder / "c.clamor";
+  bake_room(a, {}, "3000", "100000");
+  bake_room(b, {"--seed", "2"}, "3000", "100000");
+  const std::string bright = folder.write("bright.json", R"({"materials": {"curtains": "metal"}})");
+  bake_room(c, {"--acoustics", bright}, "3000", "100000");
+  const auto verdict = [&](const std::string& other) {
+    const auto outcome = clamor({"diff", a, other, "--json"});
+    EXPECT_EQ(outcome.code, 1) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  };
+  const auto of_seed = verdict(b), of_material = verdict(c);
+  EXPECT_NE(of_seed["audible"], "yes") << of_seed["verdict"];
+  const std::string sentence = of_seed["verdict"];
+  EXPECT_EQ(sentence.find("do not sound the same"), std::string::npos) << sentence;
+  EXPECT_EQ(of_material["audible"], "yes") << of_material["verdict"];
 }
 
 TEST(DiffCommand, NamesTheFileThatCannotBeRead) {
@@ -108,7 +128,7 @@ TEST(DiffCommand, NamesTheFileThatCannotBeRead) {
   const std::string a = folder / "a.clamor";
   bake_room(a, {});
   const auto outcome = clamor({"diff", a, folder / "none.clamor"});
-  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(outcome.code, 3);
   EXPECT_NE(outcome.err.find("none.clamor"), std::string::npos);
 }
 

@@ -174,7 +174,7 @@ TEST(InstancesCommand, ShardsMergeAndThreadsBakeToTheSameBytes) {
 
 TEST(InstancesCommand, BakeOfALevelInWhichOneFanMovedTracesOnlyThatFan) {
   const Folder folder;
-  bake(level_in(folder), folder / "a.clamor");
+  bake(level_in(folder), folder / "a.clamor", {"--keep-journal"});
   const auto again = bake(level_in(folder, 0.02), folder / "a.clamor");
   EXPECT_NE(again.err.find("7 emitter groups have the sources of 1 prototype:"), std::string::npos)
       << again.err;

@@ -149,7 +149,7 @@ TEST_F(StoppedProgram, LeavesNoRenderAndTheNextOneRemovesWhatAKillLeft) {
     ChildProgram program(render("86400"), log);
     ASSERT_TRUE(comes_true([&] { return folder_.names().size() > names.size() + 1; }));
     program.signal(number);
-    EXPECT_EQ(program.ended(), number == SIGKILL ? -SIGKILL : 1);
+    EXPECT_EQ(program.ended(), number == SIGKILL ? -SIGKILL : 130);
     EXPECT_FALSE(fs::exists(path));
     EXPECT_EQ(folder_.names().size(), names.size() + (number == SIGKILL ? 2 : 1));
   }
@@ -158,7 +158,7 @@ TEST_F(StoppedProgram, LeavesNoRenderAndTheNextOneRemovesWhatAKillLeft) {
   EXPECT_EQ(folder_.names().size(), names.size() + 2) << "the sound and the log";
 }
 
-TEST_F(StoppedProgram, LeavesNoOutputAndExitsWithOne) {
+TEST_F(StoppedProgram, LeavesNoOutputAndExitsAsInterrupted) {
   const std::string room = folder_ / "room.clamor", sound = folder_ / "hiss.wav";
   ASSERT_EQ(clamor({"bake", testing::violin_room(), "-o", room, "--photons", "20000", "--sources",
                     "100000", "--emitter", "signal=impulse,at=1,1.2,1", "--quiet", "--no-journal"})
@@ -175,18 +175,18 @@ TEST_F(StoppedProgram, LeavesNoOutputAndExitsWithOne) {
     for (const int number : signals) {
       int code = 0;
       // On a busy machine the command may have finished before the signal comes.
-      for (int attempt = 0; code != 1 && attempt < 20; ++attempt) {
+      for (int attempt = 0; code != 130 && attempt < 20; ++attempt) {
         const int error = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
         ChildProgram program(command, error);
         ::close(error);
         ASSERT_TRUE(comes_true([&] { return program.catches(number) || !program.runs(); }));
         program.signal(number);
         code = program.ended();
-        if (code == 1) break;
+        if (code == 130) break;
         fs::remove(out + ".wav");
         fs::remove_all(out);
       }
-      EXPECT_EQ(code, 1) << command[0] << " and " << strsignal(number);
+      EXPECT_EQ(code, 130) << command[0] << " and " << strsignal(number);
       EXPECT_NE(read(log).find("clamor " + command[0] + ": stopped"), std::string::npos)
           << read(log);
       EXPECT_FALSE(fs::exists(out) || fs::exists(out + ".wav"));
