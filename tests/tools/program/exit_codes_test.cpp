@@ -17,7 +17,7 @@ std::map<int, std::string> table() {
   std::istringstream lines(page.substr(page.find("### Exit codes")));
   const std::regex row(R"(\| (\d+) \| (.*) \|)");
   std::smatch parts;
-  for (std::string line; std::getline(lines, line) && !line.starts_with("**");)
+  for (std::string line; std::getline(lines, line) && !line.starts_with("## ");)
     if (std::regex_match(line, parts, row)) rows[std::stoi(parts[1])] = parts[2];
   return rows;
 }
