@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-
 #include "common/bounds.h"
+#include "formats/bake_file/baked_portals.h"
 
 namespace clamor {
 
@@ -115,7 +115,9 @@ std::vector<float> LevelDoors::openness_of(std::span<const Portal> portals,
   for (const Portal& portal : portals) {
     const Opening* const known =
         nearest(portals_, portal.name, portal.centre_m + origin_m, place_of_portal);
-    openness.push_back(known == nullptr ? 1.0f : static_cast<float>(known->openness));
+    openness.push_back(!portal.parts.empty() ? kOpenedByParts
+                       : known == nullptr    ? 1.0f
+                                             : static_cast<float>(known->openness));
   }
   return openness;
 }

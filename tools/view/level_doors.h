@@ -64,7 +64,7 @@ class LevelDoors {
   bool advance(double seconds);
 
   // How the parts and portals of a bake of the level stand: those of the same name and place, and
-  // at rest and open what the level does not have.
+  // at rest and open what the level does not have; kOpenedByParts for portals that have parts.
   PartPose pose_of(const MovablePart& part, const Vec3& origin_m) const;  // relative to the origin
   std::vector<float> openness_of(std::span<const Portal> portals, const Vec3& origin_m) const;
 

@@ -5,6 +5,7 @@
 
 #include "common/bounds.h"
 #include "formats/level/movable_part.h"
+#include "formats/level/portal_coupling.h"
 #include "tools/view/door_shapes.h"
 #include "tools/view/view_session.h"
 
@@ -14,7 +15,9 @@ const std::vector<MovablePart>& ViewSession::parts() const {
   return level_ ? level_->parts() : baked_parts_;
 }
 
-std::vector<std::size_t> ViewSession::parts_of(std::size_t) const { return {}; }
+std::vector<std::size_t> ViewSession::parts_of(std::size_t portal) const {
+  return {portals_[portal].parts.begin(), portals_[portal].parts.end()};
+}
 
 Mesh ViewSession::part_mesh(std::size_t part) const {
   const MovablePart& moving = parts()[part];
@@ -25,7 +28,12 @@ Mesh ViewSession::part_mesh(std::size_t part) const {
 void ViewSession::take_doors() {
   if (level_) {
     portals_.clear();
-    for (const PortalSpec& spec : level_->now().portals) portals_.push_back(spec.portal);
+    std::vector<PartPatterns> patterns;
+    for (const PortalSpec& spec : level_->now().portals) {
+      portals_.push_back(spec.portal);
+      patterns.push_back(spec.parts);
+    }
+    couple_portals(parts(), patterns, portals_);
   }
   doors_.update(parts(), portals_, origin_m_);
   part_middles_m_.resize(parts().size());

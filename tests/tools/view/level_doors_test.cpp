@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/geometry_section.h"
 #include "tests/door_level.h"
 #include "tests/runtime/door_leaf.h"
@@ -53,6 +54,8 @@ TEST(LevelDoors, StayAsOpenAsTheyWereWhileTheLevelIsEdited) {
   other.name = "another";
   EXPECT_EQ(doors.openness_of(std::vector{other, before}, Vec3(100, 0, 0)),
             (std::vector<float>{1, 0}));
+  before.parts = {0};
+  EXPECT_EQ(doors.openness_of(std::vector{before}, Vec3(100, 0, 0))[0], kOpenedByParts);
 }
 
 TEST(LevelDoors, TellOfEveryMotionOnce) {

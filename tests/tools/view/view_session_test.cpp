@@ -113,7 +113,7 @@ float clearest_there(const ViewSession& view) {
 struct TwoRooms {
   TwoRooms() {
     folder.write("rooms.acoustics.json", R"({"movable": ["Door"], "portals": [
-      {"name": "gate", "at": [6, 1, 2.5], "size": [0.9, 2], "facing": [1, 0, 0]}]})");
+      {"name": "gate", "at": [6, 1, 2.5], "size": [0.9, 2], "facing": [1, 0, 0], "parts": []}]})");
     EXPECT_EQ(clamor({"bake", level, "-o", bake, "--quiet", "--photons", "2000", "--sources",
                       "2000", "--emitter", "name=hiss,signal=noise,at=2,1.5,1.2", "--early-order",
                       "0", "--no-journal"})
