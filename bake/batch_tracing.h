@@ -57,6 +57,9 @@ class BatchTracing {
   // Keeps the sources on disk. Call before run().
   void thin_on_disk(const std::string& beside);
 
+  // Names the stage in the progress, instead of "tracing" or, with a sink, "probes".
+  void name_stage(const char* stage) { progress_.stage = stage; }
+
   // Runs in the calling TBB arena. Fails if the source does, which then lacks photons or cannot
   // record them. Returns a partial result when options.stop is set.
   Result<Output> run();

@@ -48,6 +48,7 @@ Result<BatchTracing::Output> trace_closed_state(const Level& level, const TraceS
   const PhotonTracer tracer(scene, closed, trace);
   JournalSet journal_set(journals, RunKeys(closed, tracer, scene_hash(closed, trace)));
   BatchTracing tracing(tracer, plan, options, journal_set, shard);
+  tracing.name_stage("closed portals");
   if (thins_on_disk) tracing.thin_on_disk(options.spill);
   auto traced = tracing.run();
   report.photons += tracing.progress().photons_done;

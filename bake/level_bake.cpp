@@ -9,6 +9,7 @@
 #include "bake/journal/shard_set.h"
 #include "bake/report/level_report.h"
 #include "bake/trace/scene.h"
+#include "common/counted_texts.h"
 #include "formats/bake_file/bake_writer.h"
 #include "formats/gltf/level_import.h"
 
@@ -91,8 +92,10 @@ void LevelBake::warn(const std::string& text) {
 }
 
 void LevelBake::warn_and_keep(const std::vector<std::string>& texts) {
-  for (const std::string& text : texts) warn(text);
-  kept_warnings_.insert(kept_warnings_.end(), texts.begin(), texts.end());
+  for (std::string& text : with_counts(texts)) {
+    warn(text);
+    kept_warnings_.push_back(std::move(text));
+  }
 }
 
 // An Error if warnings are errors and there were any.

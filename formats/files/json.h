@@ -38,6 +38,7 @@ class Json {
   const std::string* string() const { return std::get_if<std::string>(&content_); }
   const Array* array() const { return std::get_if<Array>(&content_); }
   const Object* object() const { return std::get_if<Object>(&content_); }
+  std::string* string() { return std::get_if<std::string>(&content_); }
   Array* array() { return std::get_if<Array>(&content_); }
   Object* object() { return std::get_if<Object>(&content_); }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -17,6 +18,7 @@ namespace clamor {
 
 namespace {
 
+constexpr std::size_t kMaxNameBytes = 500;
 constexpr const char* kExample = "as in \"signal=violin.flac,at=1,1.2,-3\"";
 
 std::string_view trimmed(std::string_view text) {
@@ -99,10 +101,40 @@ Result<double> parse_seconds(const Field& field) {
   return *value;
 }
 
+constexpr std::array<const char*, 9> kKeys = {
+    "name", "signal", "at", "facing", "gain", "directivity", "delay", "random_delay", "loop"};
+
+// Words of other programs for these fields.
+constexpr std::array<std::pair<std::string_view, const char*>, 13> kSynonyms = {
+    {{"position", "at"},
+     {"pos", "at"},
+     {"place", "at"},
+     {"location", "at"},
+     {"direction", "facing"},
+     {"orientation", "facing"},
+     {"volume", "gain"},
+     {"level", "gain"},
+     {"sound", "signal"},
+     {"file", "signal"},
+     {"source", "signal"},
+     {"wav", "signal"},
+     {"id", "name"}}};
+
+// The field that was meant.
+std::string meant_by(const std::string& word) {
+  for (const auto& [synonym, key] : kSynonyms)
+    if (equal_ignoring_case(word, synonym)) return key;
+  static const std::vector<std::string> keys(kKeys.begin(), kKeys.end());
+  return nearest_name(word, keys);
+}
+
 Result<void> set(EmitterSpec& spec, const Field& field) {
   const auto& [key, value] = field;
   if (key == "name" || key == "signal") {
     if (value.empty()) return Error(key + "= is empty; write " + key + "=violin or the like.");
+    if (key == "name" && value.size() > kMaxNameBytes)
+      return Error(
+          fmt::format("name= has {} bytes; give at most {}.", value.size(), kMaxNameBytes));
     (key == "name" ? spec.name : spec.signal) = value;
   } else if (key == "at" || key == "facing") {
     const auto vector = parse_vector(field);
@@ -134,11 +166,9 @@ Result<void> set(EmitterSpec& spec, const Field& field) {
       return Error("loop=" + value + " must be loop=yes or loop=no.");
     spec.loop = value == "yes";
   } else {
-    static const std::array<std::string, 9> kKeys = {
-        "name", "signal", "at", "facing", "gain", "directivity", "delay", "random_delay", "loop"};
-    return Error(in_quotes(key.empty() ? value : key) +
-                 " is no field of an emitter; the nearest is " +
-                 in_quotes(nearest_name(key.empty() ? value : key, kKeys)) + ", " + kExample + ".");
+    const std::string& word = key.empty() ? value : key;
+    return Error(in_quotes(word) + " is no field of an emitter; the nearest is " +
+                 in_quotes(meant_by(word)) + ", " + kExample + ".");
   }
   return {};
 }
@@ -154,9 +184,12 @@ Result<double> parse_gain(std::string_view text, double greatest) {
   if (is_factor) digits.remove_prefix(1);
   const auto value = number(digits);
   const std::string what = "gain " + in_quotes(text);
-  if (value && in_db == is_factor)
+  if (value && in_db == is_factor) {
+    if (*value < 0)
+      return Error(fmt::format("{} could only be decibels; write {}dB.", what, digits));
     return Error(
         fmt::format("{} could be decibels or a factor; write {}dB or x{}.", what, digits, digits));
+  }
   const double gain = !value ? -1 : in_db ? power(10, *value / 20) : *value;
   if (!(gain >= 0 && gain <= greatest))
     return Error(

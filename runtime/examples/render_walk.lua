@@ -1,6 +1,6 @@
 -- render_walk.lua: renders a walk with LuaJIT: luajit render_walk.lua LEVEL.clamor WALK.json OUT.wav
 --
--- The same samples as `clamor render LEVEL.clamor --limit --walk WALK.json -o OUT.wav`.
+-- The same samples as `clamor render LEVEL.clamor --limiter on --walk WALK.json -o OUT.wav`.
 package.path = (arg[0]:match(".*/") or "./") .. "love/?.lua;" .. package.path
 local ffi = require "ffi"
 local clamor = require "clamor"

@@ -189,7 +189,7 @@ void expect_nothing_but(const Folder& folder, const std::set<std::string>& expec
 void fail_everywhere(const std::vector<std::string>& more, bool is_journal,
                      std::span<const Kind> kinds) {
   const Folder levels, whole_folder, folder;
-  const std::string level = box_level(levels), output = "out";
+  const std::string level = box_level(levels), output = is_journal ? "out.shard" : "out.clamor";
   const auto command = [&](const Folder& to) {
     auto words = bake_of(level, to, output);
     words.insert(words.end(), more.begin(), more.end());

@@ -34,7 +34,7 @@ class LuaBinding : public ::testing::Test {
       {"time_s":0.3,"position_m":[0.3,1.7,2.6],"yaw_deg":-170.3},
       {"time_s":0.4001,"position_m":[0.3,1.65,2.6],"yaw_deg":-150}]})";
     succeeds(std::string(testing::kProgram) + " render " + room() + " --walk " + walk() + " -o " +
-             theirs() + " --limit");
+             theirs() + " --limiter on");
   }
   static void TearDownTestSuite() { fs::remove_all(folder_); }
 

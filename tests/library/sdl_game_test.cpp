@@ -78,7 +78,7 @@ TEST_F(SdlGame, PlaysTheSamplesOfTheProgramWhereItsSourcesAreMuted) {
       room_without_walls() + " 3 4 1.5 --walk 2.5 3 1.25 --seconds 0.3 --loudspeakers ";
   const Sound ours = recorded(program(), way + "--press 12");
   run(std::string(kProgram) + " render " + room_without_walls() + " -o " + theirs.path() +
-      " --walk " + walk.path() + " --layout stereo --limit");
+      " --walk " + walk.path() + " --layout stereo --limiter on");
   const auto rendered = read_channels(theirs.path(), 2);
   ASSERT_TRUE(rendered.ok());
   EXPECT_EQ(ours.frames(), 14'400u);

@@ -114,10 +114,10 @@ const std::vector<Fence> kFences = {
 // Headers of the C library, POSIX and the compiler. C++ headers have no dot in their names.
 bool is_system_header(const std::string& header) {
   static const std::set<std::string> kHeaders = {
-      "dirent.h", "dlfcn.h",  "fcntl.h",  "fnmatch.h",   "immintrin.h", "poll.h",     "pthread.h",
-      "pwd.h",    "sched.h",  "signal.h", "termios.h",   "time.h",      "ucontext.h", "unistd.h",
-      "malloc.h", "errno.h",  "glob.h",   "emmintrin.h", "semaphore.h", "link.h",     "spawn.h",
-      "stddef.h", "stdint.h", "stdlib.h", "xmmintrin.h"};
+      "dirent.h",  "dlfcn.h",  "fcntl.h",  "fnmatch.h", "immintrin.h", "poll.h",      "pty.h",
+      "pthread.h", "pwd.h",    "sched.h",  "signal.h",  "termios.h",   "time.h",      "ucontext.h",
+      "unistd.h",  "malloc.h", "errno.h",  "glob.h",    "emmintrin.h", "semaphore.h", "link.h",
+      "spawn.h",   "stddef.h", "stdint.h", "stdlib.h",  "xmmintrin.h"};
   return header.find_first_of("./") == std::string::npos || header.starts_with("sys/") ||
          kHeaders.contains(header);
 }

@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "common/printable.h"
+
 namespace clamor {
 
 namespace {
@@ -222,7 +224,7 @@ std::string draw_series(const Chart& chart, const Axis& x, const Axis& y, bool w
 
 std::string escaped(const std::string& text) {
   std::string result;
-  for (const char c : text) {
+  for (const char c : printable(text, Lines::kMany)) {
     if (c == '&')
       result += "&amp;";
     else if (c == '<')

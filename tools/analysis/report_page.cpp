@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "common/printable.h"
 #include "common/system_reason.h"
 #include "common/version.h"
 #include "embedded_page.h"
@@ -32,9 +33,10 @@ std::string words(const ReportTable::Cell& cell) {
   return short_number(std::get<double>(cell));
 }
 
-// A field as in RFC 4180: in quotes where it has a comma, a quote or a line break.
-std::string csv_field(const std::string& text) {
-  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+// A field as in RFC 4180: in quotes where it has a comma or a quote.
+std::string csv_field(const std::string& raw) {
+  const std::string text = printable(raw);
+  if (text.find_first_of(",\"") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
   return quoted + '"';
@@ -42,7 +44,8 @@ std::string csv_field(const std::string& text) {
 
 std::string to_csv(const ReportTable& table) {
   std::string csv;
-  for (const std::string& column : table.columns) csv += (csv.empty() ? "" : ",") + column;
+  for (const std::string& column : table.columns)
+    csv += (csv.empty() ? "" : ",") + csv_field(column);
   csv += '\n';
   for (const auto& row : table.rows) {
     for (std::size_t c = 0; c < row.size(); ++c) {
@@ -197,9 +200,10 @@ Result<void> ReportPage::write(const std::string& folder) const {
   nlohmann::ordered_json json = {
       {"experiment", name_}, {"clamor", kVersion}, {"title", title_}, {"setting", setting_}};
   for (const ReportTable& table : tables_) json["tables"][table.name] = to_json(table);
-  if (auto written =
-          write_file(base + ".json",
-                     json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  if (auto written = write_file(
+          base + ".json",
+          printable_json(json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace)) +
+              "\n");
       !written)
     return written;
   for (const ReportTable& table : tables_)

@@ -7,10 +7,11 @@
 namespace clamor {
 
 void add_import_options(Arguments& parser, ImportOptions& options) {
-  parser.option(
-      "--emitter", options.emitters,
-      "add an emitter: name=NAME,signal=FILE|noise|impulse,at=X,Y,Z[,facing=X,Y,Z][,gain=0dB]"
-      "[,directivity=P][,delay=S][,loop=yes]; may be repeated");
+  parser.option("--emitter", options.emitters,
+                "add an emitter, as in signal=FILE,at=X,Y,Z; the signal may also be noise or "
+                "impulse; further "
+                "fields: name=NAME, facing=X,Y,Z, gain=-6dB, directivity=P, delay=S, loop=no; may "
+                "be repeated");
   parser.option("--acoustics", options.sidecar,
                 "sidecar file to use instead of LEVEL.acoustics.json");
   parser.option("--material", options.material,

@@ -11,13 +11,12 @@
 
 namespace clamor {
 
-bool BakeFollower::check(Player& player, AuralizerOptions options, std::ostream& err,
-                         const char* prefix) {
+bool BakeFollower::check(Player& player, AuralizerOptions options, std::ostream& err) {
   const BakeFileWatcher::Change change = watcher_.check();
   if (change == BakeFileWatcher::Change::kNone) return false;
   const bool is_replaced = change == BakeFileWatcher::Change::kReplaced;
   const std::string what =
-      fmt::format("{}{} was {}", prefix, file_->path(), is_replaced ? "replaced" : "overwritten");
+      fmt::format("{} was {}", file_->path(), is_replaced ? "replaced" : "overwritten");
   if (!follows_) {
     fmt::print(err, "{} on disk; {}. 'clamor play --follow' switches to the new one\n", what,
                is_replaced ? "the old one keeps playing"

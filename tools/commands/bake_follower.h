@@ -8,8 +8,8 @@
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/player/player.h"
-#include "tools/program/bake_file_watcher.h"
 #include "tools/commands/mix_options.h"
+#include "tools/program/bake_file_watcher.h"
 
 namespace clamor {
 
@@ -19,9 +19,9 @@ class BakeFollower {
   BakeFollower(std::shared_ptr<const BakeFile> file, bool follows, const MixArguments& mix)
       : file_(std::move(file)), watcher_(*file_), follows_(follows), mix_(mix) {}
 
-  // Checks the file system and reports each change once, with `prefix` in front. Returns true if
-  // another bake plays from now on.
-  bool check(Player& player, AuralizerOptions options, std::ostream& err, const char* prefix);
+  // Checks the file system and reports each change once. Returns true if another bake plays
+  // from now on.
+  bool check(Player& player, AuralizerOptions options, std::ostream& err);
 
  private:
   Result<void> switch_to_new(Player& player, AuralizerOptions& options);

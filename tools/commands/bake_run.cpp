@@ -17,9 +17,11 @@
 #include "tools/commands/level_inspection.h"
 #include "tools/commands/progress_json.h"
 #include "tools/program/interrupt.h"
+#include "tools/program/output_ending.h"
 #include "tools/program/progress.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/stop_deadline.h"
+#include "tools/program/terminal_output.h"
 #include "tools/program/text_format.h"
 #include "tools/report/level_findings.h"
 
@@ -84,32 +86,42 @@ class BakePrinter final : public BakeObserver {
       fmt::print(err_, "{}\n", warning_json(text));
       return;
     }
-    fmt::print(err_, "  warning  {}\n", printable(text));
+    print_listed_warning(err_, text);
     print_way_to(text);
   }
 
   void on_progress(const BakeProgress& done) override {
-    if (json_) return progress_->update_json(progress_json(done, progress_->seconds()));
-    const std::string_view stage = done.stage;
-    if (stage == "sorting") return notice_.begin("sorting the sources");
+    const double share = share_of(done.photons_done, done.photons_total);
+    if (done.stage != stage_ || share < share_) begin_stage(done.stage);
+    share_ = share;
+    const double seconds = progress_->seconds();
+    if (json_)
+      return progress_->update_json(progress_json(done, seconds, progress_->seconds_left(share)));
+    if (stage_ == "sorting") return notice_.begin("sorting the sources");
     notice_.end();
     progress_->update(
-        share_of(done.photons_done, done.photons_total),
-        fmt::format("{}photons, {}bounces/s, {:.1f} % escaped{}",
-                    with_si_prefix(static_cast<double>(done.photons_done)),
-                    with_si_prefix(static_cast<double>(done.bounces) /
-                                   std::max(progress_->seconds(), 1e-3)),
-                    100 * share_of(done.escaped, done.photons_done),
-                    done.error_db > 0 ? fmt::format(", known to {:.2f} dB", done.error_db) : ""));
+        share,
+        {done.error_db > 0 ? fmt::format("known to {:.2f} dB", done.error_db) : "",
+         with_si_prefix(static_cast<double>(done.photons_done)) + "photons",
+         with_si_prefix(static_cast<double>(done.bounces) / std::max(seconds, 1e-3)) + "bounces/s",
+         fmt::format("{:.1f} % escaped", 100 * share_of(done.escaped, done.photons_done))});
   }
 
   // Begins the line of the progress, which ends with this object.
   void begin_progress() { progress_.emplace(err_, "  tracing"); }
   double seconds() const { return progress_->seconds(); }
+  bool is_text() const { return text_; }
   // Nothing is printed from here on.
   void end_stage() { notice_.end(); }
 
  private:
+  // With a goal, the bake is traced again and again, with more photons each time.
+  void begin_stage(std::string_view stage) {
+    if (stage == "tracing") ++round_;
+    stage_ = stage;
+    progress_->begin(round_ > 1 ? fmt::format("  {}, round {}", stage_, round_) : "  " + stage_);
+  }
+
   // The command that shows the place of which a sentence speaks.
   void print_way_to(const std::string& sentence) {
     if (const auto place_m = place_in(sentence); place_m && text_)
@@ -120,6 +132,9 @@ class BakePrinter final : public BakeObserver {
   const bool json_, text_;
   std::ostream& err_;
   std::optional<Progress> progress_;
+  std::string stage_;
+  double share_ = 0;
+  int round_ = 0;
   StageNotice notice_;
 };
 
@@ -167,6 +182,10 @@ Result<void> run_stages(LevelBake& bake, const BakeRunOptions& run, LevelBakeOpt
                         BakePrinter& printer, std::ostream& err) {
   if (run.bake.output.empty()) return Error("-o is empty; name a file to write, as in hall.clamor");
   if (auto read = bake.read(); !read.ok()) return read;
+  if (auto right = check_ending(run.bake.output, run.bake.shard ? ".shard" : ".clamor",
+                                run.bake.shard ? "shards" : "bake files");
+      !right.ok())
+    return right;
   if (auto prepared = bake.prepare(); !prepared.ok()) return prepared;
   const Interrupt interrupt;
   const StopDeadline deadline("clamor " + run.command + ": " + stop_message(bake));
@@ -189,9 +208,14 @@ int run_bake_request(const BakeRequest& request, const BakeRunOptions& run, std:
     BakePrinter printer(request.level_path, run, err);
     LevelBake bake(request, options, printer);
     done = run_stages(bake, run, options, printer, err);
+    if (done.ok() && bake.warnings() > 0 && printer.is_text()) {
+      err << "  done     with ";
+      print_as_warning(err, counted(bake.warnings(), "warning") + " above");
+      err << '\n';
+    }
   }
   if (done.ok()) return kSuccess;
-  fmt::print(err, "clamor {}: {}\n", run.command, done.error().message);
+  print_error(err, run.command, done.error().message);
   return kBadInput;
 }
 

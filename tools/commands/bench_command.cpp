@@ -11,6 +11,7 @@
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
 #include "tools/program/progress.h"
+#include "tools/program/terminal_output.h"
 
 namespace clamor {
 
@@ -270,14 +271,14 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
   parser.positional("WHAT", what, "mixer");
   parser.words("WHAT", {"mixer"});
   parser.option("--voices", voices, "numbers of voices to mix at once, one column each");
-  parser.option("--seconds", request.seconds, "minimum CPU time of each run, in seconds");
+  parser.option("--cpu-seconds", request.seconds, "minimum CPU time of each run");
   parser.option("--runs", request.runs, "runs of each figure; the best counts");
   parser.flag("--json", json, "print JSON, with medians as well");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (what != "mixer")
     return parser.bad_usage(err, "only the mixer can be measured, not " + in_quotes(what));
   if (!(request.seconds > 0 && request.seconds <= 60))
-    return parser.bad_usage(err, "--seconds must lie above 0 and below 60");
+    return parser.bad_usage(err, "--cpu-seconds must lie above 0 and below 60");
   if (request.runs < 1 || request.runs > 1000)
     return parser.bad_usage(err, "--runs must lie between 1 and 1000");
   const auto counts = parse_voices(voices);
@@ -286,10 +287,10 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
 
   Result<MixerBenchmark> figures = [&] {
     Progress progress(err, "  timing");
-    return measure_mixer(request, [&](double share) { progress.update(share, ""); });
+    return measure_mixer(request, [&](double share) { progress.update(share, {}); });
   }();
   if (!figures) {
-    err << "clamor bench: " << figures.error().message << '\n';
+    print_error(err, "bench", figures.error().message);
     return kBadInput;
   }
   if (json)

@@ -16,8 +16,10 @@
 #include "common/text.h"
 #include "common/version.h"
 #include "tools/commands/commands.h"
+#include "tools/program/help.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/printable_stream.h"
+#include "tools/program/terminal_output.h"
 
 namespace clamor {
 
@@ -52,18 +54,24 @@ constexpr std::array<Command, 15> kCommands = {{
     {"bench", "mixer", "measures how many voices this machine mixes", run_bench},
 }};
 
-std::string help() {
-  std::string text = "clamor: bakes the acoustics of a level and plays them back\n\n";
+std::string help(std::size_t columns) {
+  constexpr std::size_t kNameColumns = 46;
+  const auto entry = [columns](const std::string& name, std::string_view text) {
+    return list_entry(name, std::string(text), kNameColumns, columns);
+  };
+  std::string text =
+      wrapped("clamor: bakes the acoustics of a level and plays them back", columns) + "\n\n";
   for (const Command& command : kCommands)
-    text +=
-        fmt::format("  {:<44}{}\n", fmt::format("clamor {} {} ", command.name, command.operands),
-                    command.summary);
-  return text + R"(
-  clamor COMMAND --help                       options of one command
-  clamor --version
-
-example: clamor bake level.glb -o level.clamor --emitter "signal=noise,at=0,1.5,0" && clamor play level.clamor
-)";
+    text += entry(fmt::format("clamor {}{}{}", command.name, command.operands.empty() ? "" : " ",
+                              command.operands),
+                  command.summary);
+  return text + "\n" + entry("clamor COMMAND --help", "options of one command") +
+         "  clamor --version\n\n" +
+         example_lines(
+             "clamor bake level.glb -o level.clamor --emitter \"signal=noise,at=0,1.5,0\" && "
+             "clamor "
+             "play level.clamor",
+             columns);
 }
 
 constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kFarmCommands = {{
@@ -99,12 +107,12 @@ std::vector<CommandDescription> descriptions() {
 
 int run_command(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   if (arguments.empty()) {
-    err << help();
+    err << help(columns_of(err));
     return kBadUsage;
   }
   const std::string& name = arguments[0];
   if (name == "--help" || name == "-h" || name == "help") {
-    out << help();
+    out << help(columns_of(out));
     return kSuccess;
   }
   if (name == "--version") {

@@ -23,6 +23,7 @@
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
 #include "tools/program/stage_notice.h"
+#include "tools/program/terminal_output.h"
 
 namespace clamor {
 
@@ -120,7 +121,7 @@ NullDistribution with_progress(
   return null_distribution(count, [&](std::uint32_t roll) {
     std::vector<Difference> differences = difference_of_roll(roll);
     const std::scoped_lock lock(printing);
-    progress.update(static_cast<double>(++done) / count, fmt::format("{} of {}", done, count));
+    progress.update(static_cast<double>(++done) / count, {fmt::format("{} of {}", done, count)});
     return differences;
   });
 }
@@ -229,10 +230,8 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
   };
   const std::size_t frames = std::max(a->frames(), b->frames());
   if (a->frames() != b->frames())
-    err << fmt::format(
-        "clamor compare: A has {:.3f} s and B {:.3f} s; the shorter is padded with "
-        "silence.\n",
-        seconds(a->frames()), seconds(b->frames()));
+    err << fmt::format("A has {:.3f} s and B {:.3f} s; the shorter is padded with silence.\n",
+                       seconds(a->frames()), seconds(b->frames()));
   for (Sound* const sound : {&*a, &*b})
     for (auto& channel : sound->channels) channel.resize(frames);
 
@@ -301,7 +300,7 @@ int run_compare(std::span<const std::string> arguments, std::ostream& out, std::
     return parser.bad_usage(err, "give either --null N or --rolls FOLDER");
   const ExitOnSignal stop("compare");
   if (const Result<void> done = run(options, out, err); !done) {
-    err << "clamor compare: " << done.error().message << '\n';
+    print_error(err, "compare", done.error().message);
     return kBadInput;
   }
   return kSuccess;

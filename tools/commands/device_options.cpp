@@ -19,11 +19,6 @@ void DeviceArguments::add_device_options(Arguments& parser) {
                 "twice in 30 s]");
 }
 
-void DeviceArguments::add_limiter_option(Arguments& parser) {
-  parser.flag("--no-limiter", no_limiter_,
-              "let peaks clip instead of limiting true peaks to -1 dBFS");
-}
-
 void DeviceArguments::add_recording_options(Arguments& parser) {
   parser.option(
       "--record", record_,
@@ -41,7 +36,6 @@ Result<void> DeviceArguments::read(PlayerOptions& options) const {
   options.device_rate_hz = rate_hz_;
   if (rate_hz_ != 0 && (rate_hz_ < 8000 || rate_hz_ > 384000))
     return Error("--rate must lie between 8000 and 384000");
-  options.auralizer.limit = !no_limiter_;
   if (frames_ > 0) options.block_frames = frames_;
   options.buffer_may_grow = frames_ == 0;
   options.auralizer.block_frames = options.block_frames;
@@ -62,6 +56,7 @@ Result<void> read_player_options(const StrategyArguments& strategy, const MixArg
   const auto chosen = strategy.read();
   if (!chosen.ok()) return chosen.error();
   use(*chosen, options.auralizer);
+  options.auralizer.limit = true;
   if (auto read = mix.read(options.auralizer); !read.ok()) return read;
   const auto format = output.read();
   if (!format.ok()) return format.error();

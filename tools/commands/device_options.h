@@ -15,7 +15,6 @@ namespace clamor {
 class DeviceArguments {
  public:
   void add_device_options(Arguments& parser);
-  void add_limiter_option(Arguments& parser);
   void add_recording_options(Arguments& parser);
 
   // Call after parse(). The Error is bad usage.
@@ -24,7 +23,6 @@ class DeviceArguments {
  private:
   std::string device_, record_, format_;
   int rate_hz_ = 0, frames_ = 0;
-  bool no_limiter_ = false;
 };
 
 // Turns the words into the options of a player in real time. The Error is bad usage. Reads no

@@ -15,6 +15,7 @@
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
 #include "tools/program/stage_notice.h"
+#include "tools/program/terminal_output.h"
 #include "tools/program/text_format.h"
 
 namespace clamor {
@@ -119,7 +120,7 @@ int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ost
               "level_db per band");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto fail = [&err](const Error& error) {
-    fmt::print(err, "clamor diff: {}\n", error.message);
+    print_error(err, "diff", error.message);
     return kDiffBadInput;
   };
   const auto a = BakeFile::open(path_a, FileAccess::kMap),

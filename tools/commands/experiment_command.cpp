@@ -11,6 +11,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
+#include "tools/program/terminal_output.h"
 #include "tools/strategies/strategies.h"
 
 namespace clamor {
@@ -43,7 +44,7 @@ void add_options(Arguments& parser, ExperimentOptions& options, std::string& lis
                 "convergence, walk, octave-bands: random seeds per strategy and k");
   parser.option("--bakes", options.bakes, {2, 1000}, "seeds: number of seeds");
   parser.option(
-      "--rolls", options.rolls, {19, 1000},
+      "--null", options.rolls, {19, 1000},
       "stadium: exact renderings with other phases, 19 or more; 100 take 5 times as long");
   parser.flag("--quick", options.quick, "few sources and few k: a quick test that everything runs");
 }
@@ -124,7 +125,7 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
     if (const auto file = BakeFile::open(options.level); file.ok())
       *options.listener_m -= file->origin_m();
   if (const auto done = run_and_write(run, name, folder, options, err); !done.ok()) {
-    err << "clamor experiment: " << done.error().message << '\n';
+    print_error(err, "experiment", done.error().message);
     return kBadInput;
   }
   return kSuccess;

@@ -23,15 +23,17 @@
 #include "tools/farm/farm_status.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
+#include "tools/program/output_ending.h"
 #include "tools/program/shell_quote.h"
 #include "tools/program/stage_notice.h"
+#include "tools/program/terminal_output.h"
 
 namespace clamor {
 
 namespace {
 
 int fail_farm(std::ostream& err, const std::string& command, const Error& error) {
-  fmt::print(err, "clamor {}: {}\n", command, error.message);
+  print_error(err, command, error.message);
   return kBadInput;
 }
 
@@ -125,7 +127,7 @@ class FarmPrinter final : public BakeObserver {
   void on_stage(const std::string& stage) override { notice_.begin(stage); }
   void on_warning(const std::string& text) override {
     const auto held = notice_.hold();
-    fmt::print(err_, "  warning  {}\n", printable(text));
+    print_listed_warning(err_, text);
   }
 
  private:
@@ -286,7 +288,7 @@ Result<void> plan_next_round(FarmPlan plan, std::ostream& err) {
   std::string reason;
   if (file->statistics().photons_traced == 0) return {};
   if (!next.go_on(error_db, plan.goal_db, reason)) {
-    if (!reason.empty()) fmt::print(err, "  warning  --until was not reached: {}\n", reason);
+    if (!reason.empty()) print_listed_warning(err, "--until was not reached: " + reason);
     return {};
   }
   fmt::print(
@@ -412,6 +414,8 @@ int run_farm_plan(std::span<const std::string> arguments, std::ostream& out, std
     if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);
     memory_bytes = *bytes;
   }
+  if (const auto right = check_ending(words.output, ".clamor", "bake files"); !right.ok())
+    return fail_farm(err, "farm", right.error());
   const auto plan = make_plan(words, goal, memory_bytes, err);
   if (!plan.ok()) return fail_farm(err, "farm", plan.error());
   if (const auto kept = keep_plan(*plan); !kept.ok()) return fail_farm(err, "farm", kept.error());

@@ -33,6 +33,7 @@
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
 #include "tools/program/stage_notice.h"
+#include "tools/program/terminal_output.h"
 #include "tools/report/room.h"
 #include "tools/report/room_response.h"
 
@@ -114,9 +115,8 @@ Result<std::uint32_t> emitter_of(const Options& options, const std::vector<Emitt
     return Error("the file has no emitters, so nothing can be heard. Bake it with one.");
   if (!options.emitter.empty()) return find_emitter(emitters, options.emitter);
   if (emitters.size() > 1)
-    err << fmt::format(
-        "clamor impulse: {} emitters; measuring the first, {}. Choose another with --emitter.\n",
-        emitters.size(), in_quotes(emitters[0].name));
+    err << fmt::format("{} emitters; measuring the first, {}. Choose another with --from.\n",
+                       emitters.size(), in_quotes(emitters[0].name));
   return std::uint32_t{0};
 }
 
@@ -183,16 +183,15 @@ Result<Measured> measure_at(const Vec3& listener_m, const ResponseSource& source
                                            " reaches the listener. Move --listener inside the "
                                            "level."))
         .in(options.level);
-  if (measured.warning) err << "warning: " << *measured.warning << '\n';
+  if (measured.warning) print_warning(err, *measured.warning);
 
   const std::size_t frames =
       options.seconds > 0 ? static_cast<std::size_t>(std::lround(options.seconds * kSampleRate_hz))
                           : whole_response_frames(arrivals);
   const std::size_t first = first_response_frame(arrivals);
   if (first > 0)
-    err << fmt::format(
-        "clamor impulse: the sound travels for {:.1f} s; the waveform begins with its arrival\n",
-        arrivals.front().time_s);
+    err << fmt::format("The sound travels for {:.1f} s; the waveform begins with its arrival\n",
+                       arrivals.front().time_s);
   const Bands at_10m = free_field_energy_at_10m(sounding);
   measured.waveform = impulse_response(arrivals, frames, first);
   measured.of_energy = room_parameters(arrivals, at_10m);
@@ -283,7 +282,7 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
   parser.option("--listener", listeners,
                 "position X,Y,Z in metres; may be repeated, and the bake is read once for all");
   parser.required("--listener");
-  parser.option("--emitter", options.emitter, "name of the emitter that sounds [unset: the first]");
+  parser.option("--from", options.emitter, "name of the emitter that sounds [unset: the first]");
   parser.option("--seconds", options.seconds, "length of the waveform, at most 60; 0: all of it");
   parser.option("--visibility", options.visibility, "on or off: occlusion of sources by surfaces");
   parser.words("--visibility", {"on", "off"});
@@ -315,7 +314,7 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
   if (!(options.seconds >= 0 && options.seconds <= kMaxResponse_s))
     return parser.bad_usage(err, "--seconds must lie between 0 and 60");
   const auto fail = [&err](const Error& error) {
-    err << "clamor impulse: " << error.message << '\n';
+    print_error(err, "impulse", error.message);
     return kBadInput;
   };
   if (const auto can = check_output(options); !can) return fail(can.error());

@@ -13,6 +13,7 @@
 #include "tools/commands/level_inspection.h"
 #include "tools/program/arguments.h"
 #include "tools/program/stage_notice.h"
+#include "tools/program/terminal_output.h"
 #include "tools/report/bake_overview.h"
 
 namespace clamor {
@@ -38,7 +39,7 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
   const auto fail = [&err](const Error& error) {
-    fmt::print(err, "clamor inspect: {}\n", error.message);
+    print_error(err, "inspect", error.message);
     return kBadInput;
   };
   if (is_level_file(path)) {

@@ -9,6 +9,7 @@
 
 #include "bake/report/level_report.h"
 #include "common/air.h"
+#include "common/counted_texts.h"
 #include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/image_source.h"
 #include "formats/level/movable_part.h"
@@ -94,7 +95,7 @@ void print_title(const BakeFile& file, const BakeOverview& overview, std::ostrea
     if (const auto place_m = place_in(text))
       fmt::print(out, "    {}\n", printable(view_command(file.path(), *place_m)));
   };
-  for (const auto& warning : statistics.warnings) print("warning", warning);
+  for (const auto& warning : with_counts(statistics.warnings)) print("warning", warning);
   const LevelFindings& found = statistics.findings;
   if (std::ranges::find(statistics.warnings, found.closedness) == statistics.warnings.end())
     print("level", found.closedness);

@@ -10,9 +10,12 @@
 #include <nlohmann/json.hpp>
 
 #include "bake/report/level_report.h"
+#include "common/counted_texts.h"
+#include "common/printable.h"
 #include "common/text.h"
 #include "formats/gltf/level_import.h"
 #include "formats/level/surface_rules.h"
+#include "tools/program/terminal_output.h"
 #include "tools/program/text_format.h"
 
 namespace clamor {
@@ -52,7 +55,7 @@ std::string as_json(const ImportReport& report, const std::vector<std::string>& 
   });
   json["level"] = level;
   json["warnings"] = warnings;
-  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  return printable_json(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
 }  // namespace
@@ -84,6 +87,7 @@ Result<void> inspect_level(const std::string& path, const ImportOptions& options
   const std::vector<std::string> level = report_lines(prepared);
   std::vector<std::string> warnings = report.warnings;
   for (std::string& warning : report_warnings(prepared)) warnings.push_back(std::move(warning));
+  warnings = with_counts(warnings);
   if (json) {
     out << as_json(report, level, warnings) << '\n';
     return {};
@@ -91,7 +95,7 @@ Result<void> inspect_level(const std::string& path, const ImportOptions& options
   print_import(imported->level.name, report, out);
   print_rules(report, out);
   for (const std::string& line : level) fmt::print(out, "  level    {}\n", printable(line));
-  for (const std::string& line : warnings) fmt::print(out, "  warning  {}\n", printable(line));
+  for (const std::string& line : warnings) print_listed_warning(out, line);
   return {};
 }
 

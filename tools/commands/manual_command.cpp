@@ -8,6 +8,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/completions.h"
 #include "tools/program/man_page.h"
+#include "tools/program/terminal_output.h"
 
 namespace clamor {
 
@@ -47,7 +48,7 @@ int run_manual(std::span<const CommandDescription> commands,
       files.emplace_back("man/man1/" + man_page_name(command) + ".1", man_page(command));
   for (const auto& [name, text] : files) {
     if (const auto written = write(share / name, text); !written.ok()) {
-      err << "clamor manual: " << written.error().message << '\n';
+      print_error(err, "manual", written.error().message);
       return kBadInput;
     }
   }

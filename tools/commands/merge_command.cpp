@@ -11,6 +11,8 @@
 #include "tools/commands/bake_run.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
+#include "tools/program/output_ending.h"
+#include "tools/program/terminal_output.h"
 
 namespace clamor {
 
@@ -22,6 +24,7 @@ Result<void> join_shards(const std::vector<std::string>& shards, ShardNote toget
   InputFiles inputs;
   for (const std::string& shard : shards) inputs.add(shard);
   if (const auto safe = OutputTarget::find(output, inputs); !safe.ok()) return safe.error();
+  if (const auto right = check_ending(output, ".shard", "shards"); !right.ok()) return right;
   if (auto same = check_level_hash(shards, together.level_hash, shards.front()); !same.ok())
     return same;
   if (auto joined = join_journals(shards, output, together.text()); !joined.ok()) return joined;
@@ -69,7 +72,7 @@ int run_merge(std::span<const std::string> arguments, std::ostream& out, std::os
     run.bake.memory_bytes = *bytes;
   }
   const auto fail = [&err](const Error& error) {
-    fmt::print(err, "clamor merge: {}\n", error.message);
+    print_error(err, "merge", error.message);
     return kBadInput;
   };
   const auto note = note_of_shards(run.bake.shards);

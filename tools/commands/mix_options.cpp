@@ -31,6 +31,10 @@ MixArguments::MixArguments(Arguments& parser) {
                 "pages, and what all sounds take decoded, up to 256 MB]");
   parser.flag("--no-mmap", no_mmap_, "read the bake file instead of memory-mapping it");
   parser.option("--gain", gain_, "output gain: decibels, as in -6dB, or a factor, as in x0.5");
+  parser.option("--limiter", limiter_,
+                "on or off: limit true peaks to -1 dBFS, instead of letting them clip [unset: on, "
+                "but off for a render of float samples]");
+  parser.words("--limiter", {"on", "off"});
   parser.option("--moving", script_,
                 "script of moving sources, movable parts (doors) and portals, SCRIPT.json");
 }
@@ -40,6 +44,9 @@ Result<void> MixArguments::read(AuralizerOptions& options) const {
     return Error("--visibility must be on or off, not " + in_quotes(visibility_));
   if (interpolation_ != "cubic" && interpolation_ != "linear")
     return Error("--interpolation must be cubic or linear, not " + in_quotes(interpolation_));
+  if (limiter_ && *limiter_ != "on" && *limiter_ != "off")
+    return Error("--limiter must be on or off, not " + in_quotes(*limiter_));
+  if (limiter_) options.limit = *limiter_ == "on";
   options.visibility = visibility_ == "on";
   options.interpolation =
       interpolation_ == "linear" ? Interpolation::kLinear : Interpolation::kCubic;

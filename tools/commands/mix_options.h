@@ -1,5 +1,5 @@
-// mix_options.h: --interpolation, --visibility, --rays, --memory, --no-mmap, --gain and --moving,
-// shared by play and render.
+// mix_options.h: --interpolation, --visibility, --rays, --memory, --no-mmap, --gain,
+// --limiter and --moving, shared by play, view and render.
 #pragma once
 
 #include <optional>
@@ -19,7 +19,8 @@ class MixArguments {
  public:
   explicit MixArguments(Arguments& parser);
 
-  // Call after parse(). The Error is bad usage. Does not read the script, which is a file.
+  // Call after parse(). Leaves options.limit as it is unless --limiter is given. The Error is bad
+  // usage. Does not read the script, which is a file.
   Result<void> read(AuralizerOptions& options) const;
 
   FileAccess access() const { return no_mmap_ ? FileAccess::kRead : FileAccess::kMap; }
@@ -31,7 +32,7 @@ class MixArguments {
 
  private:
   std::string interpolation_ = "cubic", visibility_ = "on", gain_ = "0dB", script_;
-  std::optional<std::string> memory_;
+  std::optional<std::string> memory_, limiter_;
   bool no_mmap_ = false;
   int rays_ = AuralizerOptions{}.rays;
 };

@@ -8,7 +8,6 @@ namespace clamor {
 
 OutputArguments::OutputArguments(Arguments& parser) {
   parser.flag("--headphones", headphones_, "binaural output for headphones; the default");
-  parser.flag("--binaural", binaural_, "same as --headphones");
   parser.option("--hrtf", hrtf_, "SOFA file with the HRTF; implies --headphones [unset: KEMAR]");
   parser.flag("--loudspeakers", loudspeakers_,
               "output for two loudspeakers; implies --receivers wide");
@@ -24,14 +23,14 @@ OutputArguments::OutputArguments(Arguments& parser) {
 }
 
 bool OutputArguments::asked_for_any() const {
-  return headphones_ || binaural_ || !hrtf_.empty() || loudspeakers_ || !layout_.empty() ||
+  return headphones_ || !hrtf_.empty() || loudspeakers_ || !layout_.empty() ||
          !receivers_.empty() || ambisonics_;
 }
 
 Result<OutputFormat> OutputArguments::read() const {
   if (loudspeakers_ && !receivers_.empty())
     return Error("give either --loudspeakers or --receivers, not both");
-  const bool binaural = headphones_ || binaural_ || !hrtf_.empty() || !asked_for_any();
+  const bool binaural = headphones_ || !hrtf_.empty() || !asked_for_any();
   return OutputFormat::from_options(binaural, layout_, ambisonics_,
                                     loudspeakers_ ? "wide" : receivers_);
 }

@@ -29,7 +29,7 @@ class OutputArguments {
  private:
   bool asked_for_any() const;
 
-  bool headphones_ = false, binaural_ = false, loudspeakers_ = false, ambisonics_ = false;
+  bool headphones_ = false, loudspeakers_ = false, ambisonics_ = false;
   std::string hrtf_, layout_, receivers_;
 };
 

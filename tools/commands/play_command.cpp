@@ -3,12 +3,10 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <iostream>
 #include <ostream>
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
-#include <unistd.h>
 
 #include "formats/audio/audio_file.h"
 #include "formats/audio/wav_writer.h"
@@ -31,9 +29,9 @@
 #include "tools/commands/strategy_options.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
-#include "tools/program/printable_stream.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal.h"
+#include "tools/program/terminal_output.h"
 #include "tools/view/walk_camera.h"
 
 namespace clamor {
@@ -69,7 +67,6 @@ void PlayRequest::add_options(Arguments& parser) {
 }
 
 void PlayRequest::add_output_options(Arguments& parser) {
-  device.add_limiter_option(parser);
   parser.flag("--follow", follows,
               "when the file is replaced by another bake, crossfade to that; unset: print a note "
               "and play the old one to the end");
@@ -133,29 +130,21 @@ Result<BakeFile> read_inputs(PlayRequest& request, const MixArguments& mix,
 // Prints the status line: every 100 ms in place on a terminal, every second elsewhere.
 class StatusDisplay {
  public:
-  StatusDisplay(std::ostream& err, bool in_place, int channels)
-      : err_(err), in_place_(in_place), channels_(channels) {}
+  StatusDisplay(std::ostream& err, int channels) : err_(err), channels_(channels) {}
 
   void update(PlayerStatistics status, const Listener& listener) {
     for (std::size_t c = 0; c < peak_.size(); ++c)
       peak_[c] = std::max(peak_[c], status.auralizer.peak[c]);
     const auto now = Clock::now();
-    if (now - shown_ < std::chrono::milliseconds(in_place_ ? 100 : 1000)) return;
+    if (now - shown_ < std::chrono::milliseconds(is_terminal(err_) ? 100 : 1000)) return;
     shown_ = now;
     std::copy(peak_.begin(), peak_.end(), status.auralizer.peak);
     peak_ = {};
-    if (in_place_) err_ << to_line_start;
-    err_ << status_line(status, listener, channels_);
-    if (in_place_)
-      err_ << clear_rest_of_line;
-    else
-      err_ << '\n';
-    err_ << std::flush;
+    show_line(err_, status_fields(status, listener, channels_));
   }
 
  private:
   std::ostream& err_;
-  const bool in_place_;
   const int channels_;
   Clock::time_point shown_ = Clock::now();
   std::array<float, kMaxChannels> peak_{};  // since the last line
@@ -165,14 +154,13 @@ class StatusDisplay {
 void run(Player& player, const PlayerOptions& options, BakeFollower& follower, PlayHistory& history,
          std::ostream& err) {
   Terminal terminal;
-  const bool in_place = &err == &std::cerr && isatty(STDERR_FILENO) != 0;
   if (terminal.is_terminal() && !options.walk)
     fmt::print(err,
                "arrow keys or WASD walk and turn, comma and period step sideways, R and F move up "
                "and down, Q quits\n");
   KeyboardWalk keyboard(options.listener);
-  PlayNotices notices(err, in_place);
-  StatusDisplay display(err, in_place, options.auralizer.output.channels());
+  PlayNotices notices(err);
+  StatusDisplay display(err, options.auralizer.output.channels());
   auto moved = Clock::now(), checked = moved;
   // JACK's library blocks SIGPIPE, so Interrupt may miss it.
   while (!player.finished() && !Interrupt::requested() && !output_reader_is_gone()) {
@@ -196,12 +184,10 @@ void run(Player& player, const PlayerOptions& options, BakeFollower& follower, P
     history.add(status, listener);
     if (const auto now = Clock::now(); now - checked >= kFileCheck) {
       checked = now;
-      if (follower.check(player, options.auralizer, err, in_place ? "\r\x1b[K" : ""))
-        notices.forget_file();
+      if (follower.check(player, options.auralizer, err)) notices.forget_file();
     }
     display.update(status, listener);
   }
-  if (in_place) err << '\n';
   notices.tell(player.statistics());  // failures since the last frame
 }
 
@@ -274,7 +260,7 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     return parser.bad_usage(err, right.error().message);
 
   const auto fail = [&err](const Error& error) {
-    fmt::print(err, "clamor play: {}\n", error.message);
+    print_error(err, "play", error.message);
     return kBadInput;
   };
   auto file = read_inputs(request, mix, output);
@@ -284,9 +270,9 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
     if (const auto warning = audibility_warning(
             *file, options.walk.value_or(Walk::standing(options.listener)),
             {.seconds = options.seconds, .with_occlusion = options.auralizer.visibility}))
-      fmt::print(err, "warning: {}\n", *warning);
+      print_warning(err, *warning);
   if (const auto warning = reverberation_warning(*file, options.auralizer.moving))
-    fmt::print(err, "warning: {}\n", *warning);
+    print_warning(err, *warning);
   if (const auto played = play(request, std::move(*file), mix, output.default_output_note(), err);
       !played.ok())
     return fail(played.error());

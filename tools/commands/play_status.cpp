@@ -10,7 +10,7 @@
 
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/player/player_statistics.h"
-#include "tools/program/printable_stream.h"
+#include "tools/program/terminal_output.h"
 
 namespace clamor {
 
@@ -33,7 +33,7 @@ std::string meters(const float (&peak)[kMaxChannels], int channels) {
   return meter(*std::max_element(peak, peak + channels));
 }
 
-// " (k 1200 of 2000, 87 dropped)" under overload, with ", other programs take 45 %" if they do.
+// "k 1200 of 2000, 87 dropped" under overload, with ", other programs take 45 %" if they do.
 std::string load_note(const AuralizerStatistics& now) {
   constexpr double kNoticed = 0.2;
   std::string note;
@@ -42,13 +42,13 @@ std::string load_note(const AuralizerStatistics& now) {
   if (now.waiting_share > kNoticed)
     note += fmt::format("{}other programs take {:.0f} %", note.empty() ? "" : ", ",
                         100 * now.waiting_share);
-  return note.empty() ? "" : " (" + note + ")";
+  return note;
 }
 
-// "  NO DEVICE for 1.2 s" while there is none, otherwise "".
+// "NO DEVICE for 1.2 s" while there is none, otherwise "".
 std::string device_note(const OutputStatistics& output) {
   if (output.has_device || output.problem.empty()) return "";
-  return fmt::format("  NO DEVICE for {:.1f} s", output.without_device_now_s);
+  return fmt::format("NO DEVICE for {:.1f} s", output.without_device_now_s);
 }
 
 // Direction that the listener faces, positive to the left of -Z.
@@ -87,18 +87,26 @@ std::string limited_note(const Limiter::Work& limited) {
                      -20 * std::log10(static_cast<double>(limited.min_gain)));
 }
 
-std::string status_line(const PlayerStatistics& now, const Listener& listener, int channels) {
+std::vector<std::string> status_fields(const PlayerStatistics& now, const Listener& listener,
+                                       int channels) {
+  const AuralizerStatistics& auralizer = now.auralizer;
+  const auto& callbacks = now.output.callbacks;
   const Vec3& at = listener.position_m;
-  return fmt::format(
-      "{:6.1f} s  at {:.1f} {:.1f} {:.1f} yaw {:.0f}  {} voices{}  {} dBFS  {:.1f} LUFS, 3 s "
-      "{:.1f}{}  cpu {:.0f} %  "
-      "sampler {:.1f} ms  late {}  gaps {}  held {}{}",
-      now.time_s, at.x, at.y, at.z, heading_deg(listener.orientation), now.auralizer.voices,
-      load_note(now.auralizer), meters(now.auralizer.peak, channels),
-      std::max(now.momentary_lufs, -99.9), std::max(now.short_term_lufs, -99.9),
-      limited_note(now.auralizer.limited), 100 * now.output.callbacks.cpu_share,
-      now.auralizer.sampler_ms, now.output.callbacks.late, now.output.callbacks.underflows,
-      now.auralizer.held_blocks, device_note(now.output));
+  return {
+      fmt::format("{:6.1f} s", now.time_s),
+      device_note(now.output),
+      fmt::format("{} voices", auralizer.voices),
+      load_note(auralizer),
+      fmt::format("{:.1f} LUFS", std::max(now.momentary_lufs, -99.9)),
+      fmt::format("at {:.1f},{:.1f},{:.1f},{:.0f}", at.x, at.y, at.z,
+                  heading_deg(listener.orientation)),
+      fmt::format("cpu {:.0f} %", 100 * callbacks.cpu_share),
+      fmt::format("gaps {}", callbacks.underflows),
+      fmt::format("{} dBFS{}", meters(auralizer.peak, channels), limited_note(auralizer.limited)),
+      fmt::format("{:.1f} LUFS in 3 s", std::max(now.short_term_lufs, -99.9)),
+      fmt::format("sampler {:.1f} ms", auralizer.sampler_ms),
+      fmt::format("late {}", callbacks.late),
+      fmt::format("held {}", auralizer.held_blocks)};
 }
 
 void PlayNotices::tell(const PlayerStatistics& now) {
@@ -108,16 +116,15 @@ void PlayNotices::tell(const PlayerStatistics& now) {
   const SoundStatistics& sounds = now.auralizer.sounds;
   file_failed_ = pages.failed > 0 || sounds.failed > 0;
   if (pages.failed > 0)
-    fmt::print(err_, "warning: {} The pages in memory replace it.\n", pages.failure);
+    print_warning(err_, pages.failure + " The pages in memory replace it.");
   else if (sounds.failed > 0)
-    fmt::print(err_, "warning: {} Voices that need it are silent.\n", sounds.failure);
+    print_warning(err_, sounds.failure + " Voices that need it are silent.");
 }
 
 void PlayNotices::tell_device(const OutputStatistics& output) {
   if (output.device == "none" && output.problem.empty()) return;
   if (had_device_ == output.has_device) return;
   had_device_ = output.has_device;
-  if (over_line_) err_ << to_line_start << clear_rest_of_line;
   if (output.has_device)
     fmt::print(err_, "sound is back, on {}\n", describe(output));
   else

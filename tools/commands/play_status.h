@@ -3,6 +3,7 @@
 
 #include <iosfwd>
 #include <string>
+#include <vector>
 
 #include "common/listener.h"
 #include "runtime/mixing/limiter.h"
@@ -26,15 +27,15 @@ std::string memory_for_all(const SoundStatistics& sounds);
 // " (limited by 2.1 dB)" once the limiter has worked, otherwise "".
 std::string limited_note(const Limiter::Work& limited);
 
-// Time, position, voices, levels and load in one line.
-std::string status_line(const PlayerStatistics& now, const Listener& listener, int channels);
+// Time, voices, levels, place (as --listener takes it) and load, the most important first.
+std::vector<std::string> status_fields(const PlayerStatistics& now, const Listener& listener,
+                                       int channels);
 
 // Reports problems while it plays, each once: a device that is lost and one that is back, and a
 // file whose pages or sounds cannot be read.
 class PlayNotices {
  public:
-  // `over_line`: a terminal whose status line has to be cleared first.
-  PlayNotices(std::ostream& err, bool over_line) : err_(err), over_line_(over_line) {}
+  explicit PlayNotices(std::ostream& err) : err_(err) {}
 
   void tell(const PlayerStatistics& now);
 
@@ -45,7 +46,6 @@ class PlayNotices {
   void tell_device(const OutputStatistics& output);
 
   std::ostream& err_;
-  const bool over_line_;
   bool had_device_ = true, file_failed_ = false;
 };
 

@@ -37,8 +37,8 @@ std::string warning_json(const std::string& text) {
          "}";
 }
 
-std::string progress_json(const BakeProgress& done, double seconds) {
-  const double share = share_of(done.photons_done, done.photons_total);
+std::string progress_json(const BakeProgress& done, double seconds,
+                          std::optional<double> seconds_left) {
   return fmt::format(
       "{{\"stage\": \"{}\", \"photons\": {}, \"photons_total\": {}, \"photons_reused\": {}, "
       "\"bounces\": {}, \"bounces_per_s\": {:.0f}, \"escaped_share\": {:.4f}, \"error_db\": {}, "
@@ -48,7 +48,7 @@ std::string progress_json(const BakeProgress& done, double seconds) {
       static_cast<double>(done.bounces) / std::max(seconds, 1e-3),
       share_of(done.escaped, done.photons_done),
       done.error_db > 0 ? fmt::format("{:.3f}", done.error_db) : "null", seconds,
-      share > 0.01 ? fmt::format("{:.3f}", seconds * (1 - share) / share) : "null");
+      seconds_left ? fmt::format("{:.3f}", *seconds_left) : "null");
 }
 
 std::string outcome_json(const BakeOutcome& outcome) {

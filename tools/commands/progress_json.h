@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "bake/bake.h"
@@ -17,7 +18,8 @@ std::string level_json(const LevelReport& report);
 std::string warning_json(const std::string& text);
 
 // {"stage": "tracing", ...}: progress after so many seconds.
-std::string progress_json(const BakeProgress& done, double seconds);
+std::string progress_json(const BakeProgress& done, double seconds,
+                          std::optional<double> seconds_left);
 
 // {"stage": "done", ...}
 struct BakeOutcome {

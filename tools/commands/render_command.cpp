@@ -24,6 +24,7 @@
 #include "tools/program/progress.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/stop_deadline.h"
+#include "tools/program/terminal_output.h"
 
 namespace clamor {
 
@@ -35,7 +36,7 @@ double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1
 struct RenderRequest {
   std::string level, output, listener, walk_path, format;
   double seconds = 0;
-  bool limit = false;
+  bool quiet = false;
   AuralizerOptions options;
   Walk walk;
   SampleFormat samples = SampleFormat::kFloat32;
@@ -56,8 +57,7 @@ void RenderRequest::add_options(Arguments& parser) {
 }
 
 void RenderRequest::add_output_options(Arguments& parser) {
-  parser.flag("--limit", limit,
-              "keep true peaks below -1 dBFS [unset: only if the sample format is not float]");
+  parser.flag("--quiet", quiet, "print only warnings and errors");
   parser.option("--format", format,
                 "sample format: float, 32, 24 or 16 [unset: float, or 24 for .flac]");
   parser.words("--format", {"float", "32", "24", "16"});
@@ -72,16 +72,16 @@ Result<void> interpret(RenderRequest& request, const StrategyArguments& strategy
   use(*chosen, options);
   if (request.listener.empty() == request.walk_path.empty())
     return Error("give either --listener X,Y,Z or --walk PATH.json");
+  const auto samples = sample_format(request.format, request.output);
+  if (!samples.ok()) return Error("--format: " + samples.error().message);
+  request.samples = *samples;
+  options.limit = *samples != SampleFormat::kFloat32;
   if (auto read = mix.read(options); !read.ok()) return read;
   const auto format = output.read();
   if (!format.ok()) return format.error();
   options.output = *format;
   if (const auto right = check_sound_file(request.output, format->channels()); !right.ok())
     return Error("-o: " + right.error().message);
-  const auto samples = sample_format(request.format, request.output);
-  if (!samples.ok()) return Error("--format: " + samples.error().message);
-  request.samples = *samples;
-  options.limit = request.limit || *samples != SampleFormat::kFloat32;
   options.wait_for_pages = true;
   if (!(request.seconds >= 0 && request.seconds <= 86400))
     return Error("--seconds must lie between 0 and 86400");
@@ -136,7 +136,7 @@ class RenderSink {
     done_ += block.size() / channels_;
     const double rate = static_cast<double>(done_) / kSampleRate_hz / progress_.seconds();
     progress_.update(static_cast<double>(done_) / static_cast<double>(frames_),
-                     fmt::format("{:.1f} x real time", rate));
+                     {in_real_times(rate)});
     if (statistics.pages.failed > 0) return Error(statistics.pages.failure);
     if (statistics.sounds.failed > 0) return Error(statistics.sounds.failure);
     return wav_.write(block);
@@ -158,23 +158,26 @@ class RenderSink {
 void print_summary(const RenderRequest& request, const RenderSink& sink, std::uint64_t frames,
                    const AuralizerStatistics& statistics, const std::string& output_note,
                    std::ostream& err) {
-  fmt::print(err,
-             "wrote {}: {:.2f} s, {} voices, peak {:.1f} dBFS, RMS {:.1f} dBFS, {:.1f} times "
-             "faster than real time\n",
+  fmt::print(err, "wrote {}: {:.2f} s, {} voices, peak {:.1f} dBFS, RMS {:.1f} dBFS, {}\n",
              request.output, request.seconds, statistics.voices, decibels(sink.peak()),
-             decibels(sink.rms()), request.seconds / sink.seconds());
+             decibels(sink.rms()), in_real_times(request.seconds / sink.seconds()));
   if (!output_note.empty()) fmt::print(err, "{}\n", output_note);
-  if (statistics.clipped_frames > 0)
-    fmt::print(err, "warning: {} frames exceed full scale; --gain {:.0f}dB avoids clipping\n",
-               statistics.clipped_frames,
-               std::floor(decibels(request.options.gain) - decibels(sink.peak()) - 0.1));
   if (statistics.limited.frames > 0)
     fmt::print(err, "the limiter worked on {:.1f} % of the frames, by up to {:.1f} dB\n",
                100 * static_cast<double>(statistics.limited.frames) / static_cast<double>(frames),
                -decibels(static_cast<double>(statistics.limited.min_gain)));
+}
+
+void print_warnings(const RenderRequest& request, const RenderSink& sink,
+                    const AuralizerStatistics& statistics, std::ostream& err) {
+  if (statistics.clipped_frames > 0)
+    print_warning(
+        err, fmt::format("{} frames exceed full scale; --gain {:.0f}dB avoids clipping",
+                         statistics.clipped_frames,
+                         std::floor(decibels(request.options.gain) - decibels(sink.peak()) - 0.1)));
   if (statistics.bad_voices > 0)
-    fmt::print(err, "warning: {} voices were silenced because a value in them was not finite\n",
-               statistics.bad_voices);
+    print_warning(err, fmt::format("{} voices were silenced because a value in them was not finite",
+                                   statistics.bad_voices));
 }
 
 Result<void> render_to_file(RenderRequest& request, BakeFile file, const std::string& output_note,
@@ -184,7 +187,9 @@ Result<void> render_to_file(RenderRequest& request, BakeFile file, const std::st
   const Error stopped("stopped; nothing was written. Run the same command again.");
   std::optional<StopDeadline> deadline("clamor render: " + stopped.message);
   options.stop = &Interrupt::requested();
-  StageNotice notice(err);
+  std::ostream silent(nullptr);
+  std::ostream& notes = request.quiet ? silent : err;
+  StageNotice notice(notes);
   notice.begin("preparing the level's surfaces");
   auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(file)), options);
   if (!auralizer.ok()) return auralizer.error().in(request.level);
@@ -193,7 +198,7 @@ Result<void> render_to_file(RenderRequest& request, BakeFile file, const std::st
                                format.speakers());
   if (!wav.ok()) return wav.error();
   const auto frames = static_cast<std::uint64_t>(std::llround(request.seconds * kSampleRate_hz));
-  RenderSink sink(*wav, format.channels(), frames, err);
+  RenderSink sink(*wav, format.channels(), frames, notes);
   notice.begin("finding what the listener hears first");
   const auto take = [&](std::span<const float> block) {
     notice.end();
@@ -204,7 +209,8 @@ Result<void> render_to_file(RenderRequest& request, BakeFile file, const std::st
   deadline.reset();
   if (!rendered.ok()) return rendered;
   if (const auto finished = wav->finish(); !finished.ok()) return finished;
-  print_summary(request, sink, frames, (*auralizer)->statistics(), output_note, err);
+  print_summary(request, sink, frames, (*auralizer)->statistics(), output_note, notes);
+  print_warnings(request, sink, (*auralizer)->statistics(), err);
   return {};
 }
 
@@ -226,7 +232,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
     return parser.bad_usage(err, right.error().message);
 
   const auto fail = [&err](const Error& error) {
-    fmt::print(err, "clamor render: {}\n", error.message);
+    print_error(err, "render", error.message);
     return kBadInput;
   };
   auto file = read_inputs(request, mix, output);
@@ -235,9 +241,9 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
     if (const auto warning = audibility_warning(
             *file, request.walk,
             {.seconds = request.seconds, .with_occlusion = request.options.visibility}))
-      fmt::print(err, "warning: {}\n", *warning);
+      print_warning(err, *warning);
   if (const auto warning = reverberation_warning(*file, request.options.moving))
-    fmt::print(err, "warning: {}\n", *warning);
+    print_warning(err, *warning);
   if (const auto rendered =
           render_to_file(request, std::move(*file), output.default_output_note(), err);
       !rendered.ok())

@@ -11,8 +11,10 @@
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
+#include "tools/program/output_ending.h"
 #include "tools/program/progress.h"
 #include "tools/program/stage_notice.h"
+#include "tools/program/terminal_output.h"
 #include "tools/program/text_format.h"
 #include "tools/report/report_document.h"
 
@@ -26,7 +28,7 @@ constexpr std::size_t kMaxListeners = 9;  // colours of a chart
 struct ReportOptions {
   std::string level, output, other, emitter;
   std::vector<Vec3> listeners_m;
-  bool exact = false;
+  bool exact = false, quiet = false;
 };
 
 struct OpenRoom {
@@ -57,7 +59,7 @@ MeasuredRoom measure_at(const ReportOptions& options, const RoomMeter& meter,
     const auto held = notice.hold();
     progress.update(
         static_cast<double>(measured.responses.size()) / static_cast<double>(listeners_m.size()),
-        counted(measured.responses.back().sources, "source"));
+        {counted(measured.responses.back().sources, "source")});
   }
   return measured;
 }
@@ -93,7 +95,7 @@ Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
         meter, kMapSources,
         [&](double share) {
           const auto held = notice.hold();
-          progress.update(share, counted(contents.map.cells.size(), "place"));
+          progress.update(share, {counted(contents.map.cells.size(), "place")});
         },
         contents.map);
     contents.map_at_first = meter.quick(in_level_m[0], kMapSources);
@@ -135,12 +137,13 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
   parser.required("-o");
   parser.option("--listener", listeners,
                 "position X,Y,Z in metres; may be repeated [unset: near, amid and far]");
-  parser.option("--emitter", options.emitter,
+  parser.option("--from", options.emitter,
                 "name of the emitter that sounds [unset: the first, or all of a crowd]");
   parser.option("--compare", options.other,
                 "another bake, to be shown beside it at the same places");
   parser.flag("--exact", options.exact,
               "measure at listeners with all sources, as clamor impulse does (slower)");
+  parser.flag("--quiet", options.quiet, "print only warnings and errors");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   for (const std::string& text : listeners) {
     const auto pose = parse_listener(text);
@@ -151,7 +154,7 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
     return parser.bad_usage(err,
                             fmt::format("--listener may be given {} times at most", kMaxListeners));
   const auto fail = [&err](const Error& error) {
-    err << "clamor report: " << error.message << '\n';
+    print_error(err, "report", error.message);
     return kBadInput;
   };
   InputFiles inputs;
@@ -159,10 +162,14 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
   inputs.add(options.other);
   if (const auto target = OutputTarget::find(options.output, inputs); !target.ok())
     return fail(target.error());
-  const Progress whole(err, "");
+  if (const auto right = check_ending(options.output, ".html", "report pages"); !right.ok())
+    return fail(right.error());
+  std::ostream silent(nullptr);
+  std::ostream& notes = options.quiet ? silent : err;
+  const Progress whole(notes, "");
   const auto page = [&] {
     const ExitOnSignal stop("report");
-    return page_of(options, err);
+    return page_of(options, notes);
   }();
   if (!page.ok()) return fail(page.error());
   const Interrupt until_written;
@@ -171,8 +178,8 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
   if (const auto written = file->write(std::as_bytes(std::span(*page))); !written.ok())
     return fail(written.error());
   if (const auto done = file->commit(); !done.ok()) return fail(done.error());
-  err << fmt::format("  wrote    {}: {:.1f} MB in {}\n", options.output,
-                     static_cast<double>(page->size()) / 1e6, format_duration(whole.seconds()));
+  notes << fmt::format("  wrote    {}: {:.1f} MB in {}\n", options.output,
+                       static_cast<double>(page->size()) / 1e6, format_duration(whole.seconds()));
   return kSuccess;
 }
 

@@ -11,6 +11,8 @@
 #include "tools/commands/commands.h"
 #include "tools/commands/device_options.h"
 #include "tools/program/arguments.h"
+#include "tools/program/output_ending.h"
+#include "tools/program/terminal_output.h"
 #include "tools/view/view_script.h"
 #include "tools/view/view_session.h"
 #ifdef CLAMOR_HAS_WINDOW
@@ -127,7 +129,6 @@ int run_view(std::span<const std::string> arguments, std::ostream& out, std::ost
   const StrategyArguments strategy(parser);
   const MixArguments mix(parser);
   request.device.add_device_options(parser);
-  request.device.add_limiter_option(parser);
   request.device.add_recording_options(parser);
   const OutputArguments output(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
@@ -136,6 +137,9 @@ int run_view(std::span<const std::string> arguments, std::ostream& out, std::ost
       !right.ok())
     return parser.bad_usage(err, right.error().message);
   options.strategy = *strategy.read();
+  if (!options.output.empty())
+    if (const auto right = check_ending(options.output, ".clamor", "bake files"); !right.ok())
+      return parser.bad_usage(err, right.error().message);
   if (!(request.scale == 0 || (request.scale >= 0.5 && request.scale <= 4)))
     return parser.bad_usage(err, "--scale must lie between 0.5 and 4");
   if (!request.listener.empty()) {
@@ -149,7 +153,7 @@ int run_view(std::span<const std::string> arguments, std::ostream& out, std::ost
     options.at_m = at->position_m;
   }
   if (const auto shown = run_window(request, mix, output, out); !shown.ok()) {
-    fmt::print(err, "clamor view: {}\n", shown.error().message);
+    print_error(err, "view", shown.error().message);
     return kBadInput;
   }
   return kSuccess;

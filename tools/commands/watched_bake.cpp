@@ -13,6 +13,7 @@
 #include "formats/bake_file/bake_contents.h"
 #include "tools/commands/commands.h"
 #include "tools/program/interrupt.h"
+#include "tools/program/terminal_output.h"
 #include "tools/program/text_format.h"
 #include "tools/report/level_findings.h"
 #include "tools/view/progressive_bake.h"
@@ -68,7 +69,7 @@ class WarningPrinter final : public BakeObserver {
       : level_path_(level_path), prints_(prints), err_(err) {}
   void on_warning(const std::string& text) override {
     if (!prints_) return;
-    fmt::print(err_, "  warning  {}\n", printable(text));
+    print_listed_warning(err_, text);
     if (const auto place_m = place_in(text))
       fmt::print(err_, "           {}\n", printable(view_command(level_path_, *place_m)));
   }

@@ -1,6 +1,7 @@
 // farm_status_json.cpp: the state of a farm for programs.
 #include <nlohmann/json.hpp>
 
+#include "common/printable.h"
 #include "tools/farm/farm_status.h"
 
 namespace clamor {
@@ -46,7 +47,7 @@ std::string status_json(const FarmPlan& plan, const FarmStatus& status) {
       {"bytes", status.bytes},
       {"preparing_s", plan.preparing_s},
       {"shards", std::move(shards)}};
-  return json.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
+  return printable_json(json.dump(2, ' ', false, ordered_json::error_handler_t::replace)) + "\n";
 }
 
 }  // namespace clamor

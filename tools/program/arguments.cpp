@@ -11,11 +11,13 @@
 
 #include "common/text.h"
 #include "tools/program/exit_codes.h"
+#include "tools/program/help.h"
+#include "tools/program/terminal_output.h"
 
 namespace clamor {
 
 struct Arguments::State {
-  std::string command, example;
+  std::string command, example, color = "auto";
   CLI::App app;
   std::map<std::string, std::vector<std::string>> words;  // by CLI11's name of the option
 };
@@ -26,9 +28,11 @@ Arguments::Arguments(const std::string& command, const std::string& purpose,
   state_->command = command;
   state_->example = example;
   state_->app.description(purpose);
-  state_->app.name("clamor " + command);
-  state_->app.footer("example: " + example);
-  state_->app.get_formatter()->column_width(34);
+  state_->app.set_help_flag("-h,--help", "print this help");
+  option("--color", state_->color,
+         "colours of warnings and errors: auto (on terminals, unless NO_COLOR is set), always or "
+         "never");
+  words("--color", {"auto", "always", "never"});
 }
 
 Arguments::~Arguments() = default;
@@ -112,6 +116,36 @@ CommandDescription Arguments::description() const {
   return command;
 }
 
+namespace {
+
+std::optional<double> number(std::string_view text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (problem != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    return std::nullopt;
+  return value;
+}
+
+// "--listener 3 1.7 2 is X,Y,Z with commas: ..." if an option is followed by three numbers; or "".
+std::string numbers_without_commas(std::span<const std::string> words) {
+  for (std::size_t i = 0; i + 3 < words.size(); ++i) {
+    if (!words[i].starts_with("--") || words[i].find('=') != std::string::npos) continue;
+    std::string joined;
+    std::size_t count = 0;
+    for (; i + 1 + count < words.size() && number(words[i + 1 + count]); ++count)
+      joined += (count > 0 ? "," : "") + words[i + 1 + count];
+    if (count >= 3)
+      return words[i] + " takes numbers with commas between them, not blanks: " + words[i] + " " +
+             joined;
+  }
+  return "";
+}
+
+}  // namespace
+
 std::optional<int> Arguments::parse(std::span<const std::string> words, std::ostream& out,
                                     std::ostream& err) {
   if (auto* const described = dynamic_cast<DescriptionStream*>(&out)) {
@@ -120,15 +154,23 @@ std::optional<int> Arguments::parse(std::span<const std::string> words, std::ost
   }
   try {
     state_->app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+    const std::string& color = state_->color;
+    if (color != "auto" && color != "always" && color != "never")
+      return bad_usage(err, "--color must be auto, always or never, not " + in_quotes(color));
+    for (std::ostream* const stream : {&out, &err})
+      use_colours(*stream, color == "auto"     ? ColourUse::kAuto
+                           : color == "always" ? ColourUse::kAlways
+                                               : ColourUse::kNever);
     return std::nullopt;
   } catch (const CLI::CallForHelp&) {
-    out << state_->app.help();
+    out << help_text(description(), columns_of(out));
     return kSuccess;
   } catch (const CLI::ParseError& error) {
-    // A misspelled option is reported first: it can be the reason that another is missing or that a
-    // word is left over.
-    const std::string misspelled = unknown_option();
-    return bad_usage(err, misspelled.empty() ? error.what() : misspelled);
+    // Blanks in a position and a misspelled option are reported first: they can be the reason that
+    // an option is missing or that a word is left over.
+    for (const std::string& reason : {numbers_without_commas(words), unknown_option()})
+      if (!reason.empty()) return bad_usage(err, reason);
+    return bad_usage(err, error.what());
   }
 }
 
@@ -149,25 +191,10 @@ int Arguments::bad_usage(std::ostream& err, const std::string& problem) const {
   const std::string shown = printable(problem);
   std::string_view clause = shown;
   if (clause.ends_with('.')) clause.remove_suffix(1);
-  err << "clamor " << state_->command << ": " << clause << "; see 'clamor " << state_->command
-      << " --help'\n";
+  print_error(err, state_->command,
+              fmt::format("{}; see 'clamor {} --help'", clause, state_->command));
   return kBadUsage;
 }
-
-namespace {
-
-std::optional<double> number(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  double value = 0;
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (problem != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-    return std::nullopt;
-  return value;
-}
-
-}  // namespace
 
 Result<Listener> parse_listener(const std::string& text) {
   const Error wrong("listener " + in_quotes(text) +

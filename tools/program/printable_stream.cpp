@@ -1,5 +1,7 @@
 #include "tools/program/printable_stream.h"
 
+#include <utility>
+
 #include "common/printable.h"
 
 namespace clamor {
@@ -17,12 +19,19 @@ PrintableStream::~PrintableStream() {
   stream_.setstate(state);
 }
 
+void PrintableStream::Buffer::erase_line() {
+  constexpr std::string_view kErase = "\r\x1b[K";
+  if (std::exchange(line_is_shown_, false)) to_->sputn(kErase.data(), kErase.size());
+}
+
 void PrintableStream::Buffer::finish() {
+  erase_line();
   if (!incomplete_.empty()) to_->sputc('?');
   incomplete_.clear();
 }
 
 bool PrintableStream::Buffer::put(std::string_view text) {
+  erase_line();
   const std::string shown = printable(text, Lines::kMany);
   const auto count = static_cast<std::streamsize>(shown.size());
   return to_->sputn(shown.data(), count) == count;
@@ -42,16 +51,26 @@ PrintableStream::Buffer::int_type PrintableStream::Buffer::overflow(int_type byt
   return xsputn(&one, 1) == 1 ? byte : traits_type::eof();
 }
 
-std::ostream& put_control(std::ostream& stream, std::string_view sequence) {
-  stream.flush();
+void put_control(std::ostream& stream, std::string_view sequence) {
   std::streambuf* to = stream.rdbuf();
   if (auto* const filter = dynamic_cast<PrintableStream::Buffer*>(to)) to = filter->to();
   const auto count = static_cast<std::streamsize>(sequence.size());
   if (to->sputn(sequence.data(), count) != count) stream.setstate(std::ios::badbit);
-  return stream;
 }
 
-std::ostream& to_line_start(std::ostream& stream) { return put_control(stream, "\r"); }
-std::ostream& clear_rest_of_line(std::ostream& stream) { return put_control(stream, "\x1b[K"); }
+void redraw_line(std::ostream& stream, std::string_view line) {
+  auto* const filter = dynamic_cast<PrintableStream::Buffer*>(stream.rdbuf());
+  if (filter == nullptr) return;
+  filter->line_is_shown_ = true;
+  put_control(stream, "\r" + printable(line) + "\x1b[K");
+  stream.flush();
+}
+
+void erase_line(std::ostream& stream) {
+  auto* const filter = dynamic_cast<PrintableStream::Buffer*>(stream.rdbuf());
+  if (filter == nullptr) return;
+  filter->erase_line();
+  stream.flush();
+}
 
 }  // namespace clamor

@@ -1,8 +1,8 @@
 // printable_stream.h: filters terminal control sequences from everything that the program prints.
 //
 // Everything that a command prints passes printable() here, wherever a name from a file got into
-// it. Line ends and tabs pass; names lose theirs when a message or table is composed. The few
-// control sequences that the program itself needs have functions of their own.
+// it. Line ends and tabs pass; names lose theirs when a message or table is composed. The control
+// sequences that the program itself needs, for terminal_output.h, are written here past the filter.
 #pragma once
 
 #include <ostream>
@@ -33,20 +33,31 @@ class PrintableStream {
     int sync() override { return to_->pubsync(); }
 
    private:
+    friend void redraw_line(std::ostream& stream, std::string_view line);
+    friend void erase_line(std::ostream& stream);
+
     bool put(std::string_view text);
+    void erase_line();
 
     std::streambuf* const to_;
-    std::string incomplete_;  // beginning of a UTF-8 character
+    std::string incomplete_;      // beginning of a UTF-8 character
+    bool line_is_shown_ = false;  // by redraw_line()
   };
 
-  friend std::ostream& put_control(std::ostream& stream, std::string_view sequence);
+  friend void redraw_line(std::ostream& stream, std::string_view line);
+  friend void erase_line(std::ostream& stream);
+  friend void put_control(std::ostream& stream, std::string_view sequence);
 
   std::ostream& stream_;
   Buffer buffer_;
 };
 
-// Moves the cursor to the start of the line; clears the line to the right of the cursor.
-std::ostream& to_line_start(std::ostream& stream);
-std::ostream& clear_rest_of_line(std::ostream& stream);
+// Shows a line on a terminal that the next output, or the next such line, replaces. The stream must
+// be filtered.
+void redraw_line(std::ostream& stream, std::string_view line);
+void erase_line(std::ostream& stream);
+
+// Writes a control sequence past the filter.
+void put_control(std::ostream& stream, std::string_view sequence);
 
 }  // namespace clamor

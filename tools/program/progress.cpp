@@ -1,48 +1,59 @@
 #include "tools/program/progress.h"
 
 #include <algorithm>
-#include <iostream>
+#include <ostream>
 #include <utility>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "tools/program/printable_stream.h"
+#include "tools/program/terminal_output.h"
 
 namespace clamor {
+
+std::optional<double> TimeLeft::seconds(double share, double now_s) {
+  constexpr double kWindow_s = 5, kMinShare = 0.01, kMin_s = 1;
+  const Point now{share, now_s};
+  if (!since_) since_ = {now, now};
+  if (now_s - (*since_)[1].time_s > kWindow_s) since_ = {(*since_)[1], now};
+  const Point& then = since_->front();
+  if (share <= then.share || share < kMinShare || now_s - then.time_s < kMin_s) return std::nullopt;
+  return (now_s - then.time_s) * (1 - share) / (share - then.share);
+}
 
 Progress::Progress(std::ostream& err, std::string label)
     : err_(err),
       label_(std::move(label)),
-      terminal_(&err == &std::cerr && isatty(STDERR_FILENO) != 0),
+      terminal_(is_terminal(err)),
       started_(Clock::now()),
       last_(started_) {}
 
 Progress::~Progress() {
-  if (terminal_ && printed_) err_ << to_line_start << clear_rest_of_line << std::flush;
+  if (terminal_ && printed_) erase_line(err_);
 }
 
 double Progress::seconds() const {
   return std::chrono::duration<double>(Clock::now() - started_).count();
 }
 
-void Progress::update(double share, const std::string& rate) {
+void Progress::begin(std::string label) {
+  label_ = std::move(label);
+  left_ = {};
+}
+
+void Progress::update(double share, const std::vector<std::string>& details) {
+  share = std::clamp(share, 0.0, 1.0);
+  const auto left = seconds_left(share);
   const auto now = Clock::now();
   const auto interval =
       terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(5000);
   if (now - last_ < interval) return;
   last_ = now;
   printed_ = true;
-  share = std::clamp(share, 0.0, 1.0);
-  const std::string left =
-      share > 0.01 ? format_duration(seconds() * (1 - share) / share) + " left" : "";
-  if (terminal_) err_ << to_line_start;
-  err_ << fmt::format("{} {:3.0f} %  {}  {}", label_, 100 * share, rate, left);
-  if (terminal_)
-    err_ << clear_rest_of_line;
-  else
-    err_ << '\n';
-  err_ << std::flush;
+  std::vector<std::string> fields{fmt::format("{} {:3.0f} %", label_, 100 * share)};
+  if (left) fields.push_back(format_duration(*left) + " left");
+  fields.insert(fields.end(), details.begin(), details.end());
+  show_line(err_, fields);
 }
 
 void Progress::update_json(const std::string& line) {
@@ -57,6 +68,11 @@ std::string with_si_prefix(double value) {
   if (value >= 1e6) return fmt::format("{:.1f} M", value / 1e6);
   if (value >= 1e4) return fmt::format("{:.1f} k", value / 1e3);
   return fmt::format("{:.0f} ", value);
+}
+
+std::string in_real_times(double speed) {
+  return speed >= 1 ? fmt::format("{:.1f} times faster than real time", speed)
+                    : fmt::format("{:.1f} times slower than real time", 1 / std::max(speed, 1e-6));
 }
 
 std::string format_duration(double seconds) {

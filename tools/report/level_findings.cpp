@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "common/counted_texts.h"
 #include "tools/program/shell_quote.h"
 
 namespace clamor {
@@ -42,7 +43,7 @@ std::optional<Vec3> place_in(const std::string& sentence) {
 std::vector<LevelFinding> findings_of(const BakeStatistics& statistics) {
   using Kind = LevelFinding::Kind;
   std::vector<LevelFinding> all;
-  for (const std::string& warning : statistics.warnings) {
+  for (const std::string& warning : with_counts(statistics.warnings)) {
     const bool twice = warning.find("are there twice") != std::string::npos;
     all.push_back({twice ? Kind::kDuplicate : Kind::kWarning, warning, place_in(warning), 0, {}});
   }

@@ -2,9 +2,11 @@
 
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 
+#include "common/printable.h"
 #include "embedded_page.h"
 #include "tools/analysis/report_page.h"
 #include "tools/program/text_format.h"
@@ -29,11 +31,23 @@ std::string setting(const ReportContents& contents) {
                      counted(overview.secondary, "secondary source"), file.provenance().tool);
 }
 
-// "</script>" in a name would end the script.
+// What printable() replaces is replaced here too, because the page shows the strings: also where it
+// is escaped. "</script>" in a name would end the script.
 std::string json_for_html(const std::string& json) {
   std::string text;
-  for (const char c : json) text += c == '<' ? std::string("\\u003c") : std::string(1, c);
-  return text;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    if (json[i] == '<') {
+      text += "\\u003c";
+    } else if (json[i] != '\\' || i + 1 == json.size()) {
+      text += json[i];
+    } else if (const char kind = json[++i]; std::string_view("bfnrtu").find(kind) < 6) {
+      text += '?';
+      if (kind == 'u') i += 4;
+    } else {
+      text += {'\\', kind};
+    }
+  }
+  return printable(text);
 }
 
 void write_floor(const ReportContents& contents, ReportPage& page) {

@@ -2,7 +2,7 @@
 --
 -- For the ear, the library makes keyframes on threads of its own, so that a slow frame of the game
 -- does not delay them, and the game keeps a queueable source filled. For a recording, the game makes
--- each keyframe with the pose of its time, so that the samples are those of `clamor render --limit`.
+-- each keyframe with the pose of its time, so that the samples are those of `clamor render --limiter on`.
 -- Both render in Hearing:play().
 local ffi = require "ffi"
 local clamor = require "clamor"

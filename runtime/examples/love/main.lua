@@ -13,7 +13,7 @@ folder of --levels.
 
   --levels FOLDER    where the levels are [this repository's assets/levels]
   --walk WALK.json   follow a walk, as `clamor play --walk` does
-  --record OUT.wav   with --walk: record it, as `clamor render --limit --walk` does, and end
+  --record OUT.wav   with --walk: record it, as `clamor render --limiter on --walk` does, and end
   --screenshot PNG   save a picture of the last frame of a recording
 
 example: love runtime/examples/love build/demo/violin_room.clamor build/demo/stadium.clamor

@@ -58,6 +58,10 @@ TEST(EmitterSpecs, AreRejectedWithAnExampleToCopy) {
       {"signal=a.wav,at=1,2,3,loop=maybe", "loop=yes or loop=no"},
       {"signal=a.wav,at=1,2,3,at=1,2,3", "twice"},
       {"signal=a.wav,at=1,2,3,direktivity=2", "'directivity'"},
+      {"signal=a.wav,position=1,2,3", "the nearest is 'at'"},
+      {"signal=a.wav,at=1,2,3,Direction=1,0,0", "the nearest is 'facing'"},
+      {"signal=a.wav,at=1,2,3,gain=-6", "could only be decibels; write -6dB."},
+      {"signal=a.wav,at=1,2,3,gain=6", "write 6dB or x6."},
       {"signal=,at=1,2,3", "is empty"}};
   for (const auto& [text, part] : cases) {
     const auto spec = parse_emitter(text);

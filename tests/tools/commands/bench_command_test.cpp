@@ -26,7 +26,7 @@ bool is_without_timer(const testing::Outcome& outcome) {
 
 TEST(Bench, MeasuresEachWayOfMixingAtEachNumberOfVoicesAndWhatStandsBesideIt) {
   const auto outcome = clamor(
-      {"bench", "mixer", "--voices", "20,60", "--seconds", "0.0005", "--runs", "2", "--json"});
+      {"bench", "mixer", "--voices", "20,60", "--cpu-seconds", "0.0005", "--runs", "2", "--json"});
   if (is_without_timer(outcome)) GTEST_SKIP() << outcome.err;
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const json all = json::parse(outcome.out);
@@ -130,7 +130,7 @@ TEST(Bench, SaysHowFarItIsUntilItIsDone) {
 
 TEST(Bench, PrintsTablesWithARowForEachWayOfMixing) {
   const auto outcome =
-      clamor({"bench", "mixer", "--voices", "40", "--seconds", "0.0005", "--runs", "1"});
+      clamor({"bench", "mixer", "--voices", "40", "--cpu-seconds", "0.0005", "--runs", "1"});
   if (is_without_timer(outcome)) GTEST_SKIP() << outcome.err;
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto rows = [&](const std::string& begins) {
@@ -159,7 +159,7 @@ TEST(Bench, RefusesWhatItCannotTimeWithASentence) {
                                              {"bench", "mixer", "--voices", "150,,2000"},
                                              {"bench", "mixer", "--voices", "0"},
                                              {"bench", "mixer", "--voices", "99999999999"},
-                                             {"bench", "mixer", "--seconds", "-1"},
+                                             {"bench", "mixer", "--cpu-seconds", "-1"},
                                              {"bench", "mixer", "--runs", "0"}}) {
     const auto outcome = clamor(words);
     EXPECT_EQ(outcome.code, 2) << words.back();

@@ -254,7 +254,7 @@ TEST(Experiments, RefuseWhatTheyCannotDoAndSayWhatThereIs) {
   EXPECT_NE(unknown.err.find("'stadium'"), std::string::npos) << unknown.err;
   EXPECT_EQ(clamor({"experiment", "walk", folder / "none.clamor", "-o", folder / "r"}).code, 1);
   EXPECT_EQ(clamor({"experiment", "walk", "x.clamor"}).code, 2);
-  EXPECT_EQ(clamor({"experiment", "walk", "x.clamor", "-o", "r", "--rolls", "3"}).code, 2);
+  EXPECT_EQ(clamor({"experiment", "walk", "x.clamor", "-o", "r", "--null", "3"}).code, 2);
   EXPECT_TRUE(folder.names().empty());
 }
 

@@ -6,8 +6,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "common/counted_texts.h"
 #include "common/printable.h"
+#include "formats/audio/wav_writer.h"
 #include "tests/tools/run_clamor.h"
+#include "tools/analysis/chart.h"
+#include "tools/analysis/report_page.h"
 
 namespace clamor::testing {
 namespace {
@@ -34,9 +38,8 @@ TEST(PrintableStream, FiltersWhatIsWrittenInAnyPieces) {
     const PrintableStream filter(text);
     text << "a" << '\x1b' << "[2J\xe2\x80"
          << "\xae|\xc3" << '\xbc' << "|\xc3";
-    text << to_line_start << clear_rest_of_line;
   }
-  EXPECT_EQ(text.str(), "a?[2J?|\xc3\xbc|\r\x1b[K?");
+  EXPECT_EQ(text.str(), "a?[2J?|\xc3\xbc|?");
   text << '\x1b';  // unfiltered again
   EXPECT_EQ(text.str().back(), '\x1b');
 }
@@ -65,8 +68,7 @@ TEST(Names, OfABakeDoNotSteerTheTerminalThatItIsShownOn) {
         {"diff", file, file},
         {"impulse", file, "--listener", "0,1,3", "-o", folder / "ir.wav"},
         {"impulse", file, "--listener", "0,1,3", "--json", "-o", folder / "ir2.wav"},
-        {"impulse", file, "--listener", "0,1,3", "--emitter", kName + "3", "-o",
-         folder / "ir3.wav"},
+        {"impulse", file, "--listener", "0,1,3", "--from", kName + "3", "-o", folder / "ir3.wav"},
         {"render", file, "--listener", "0,1,3", "-o", folder / "no.such.folder/x.wav"}})
     expect_printable(clamor(words));
 }
@@ -139,6 +141,73 @@ TEST(Names, OfALevelDoNotSteerTheTerminalByErrorsAndWarnings) {
   expect_printable(no_signal);
   expect_printable(clamor({kName}));
   expect_printable(clamor({"bake", kName, "-o", kName, "--" + kName}));
+}
+
+TEST(Names, OfABakeAreReplacedOrEscapedInPagesTablesAndJson) {
+  const Folder folder;
+  const std::string level = folder.write("level.gltf", kEmptyLevel), file = folder / "a.clamor";
+  ASSERT_EQ(clamor({"bake", level, "-o", file, "--photons", "10", "--emitter",
+                    "name=" + kName + ",signal=noise,at=0,1,0"})
+                .code,
+            0);
+  const std::string page = folder / "page.html";
+  ASSERT_EQ(clamor({"report", file, "-o", page, "--listener", "0,1,3"}).code, 0);
+  const std::string html = read(page);
+  // A line end is a blank there, and forges nothing.
+  EXPECT_EQ(printable(html, Lines::kMany), html);
+  EXPECT_NE(html.find("a?]0;x? ?2J"), std::string::npos);  // the name is there
+  // The page's scripts would show what JSON escapes.
+  const std::string json = html.substr(html.find("id=\"level\""));
+  for (const char* escaped : {"\\u001b", "\\u009b", "\\u202e"})
+    EXPECT_EQ(json.substr(0, json.find("</script>")).find(escaped), std::string::npos) << escaped;
+
+  ReportPage tables("tables", kName, kName);
+  tables.table({"t", kName, {kName}, {{kName}}});
+  ASSERT_TRUE(tables.write(folder / "tables").ok());
+  for (const std::string name : {"tables.html", "tables.json", "tables_t.csv"})
+    EXPECT_EQ(printable(read(folder / ("tables/" + name)), Lines::kMany),
+              read(folder / ("tables/" + name)));
+  EXPECT_EQ(svg_text(0, 0, "\x1b[2J\xe2\x80\xae").find("\x1b"), std::string::npos);
+}
+
+TEST(Names, ThatAreVeryLongAreShortenedInEveryOutput) {
+  const Folder folder;
+  const std::string name = "begin" + std::string(1'000'000, 'x') + "end";
+  nlohmann::json level = nlohmann::json::parse(kEmptyLevel);
+  level["extensionsUsed"] = {name, "KHR_audio_emitter"};
+  level["scenes"][0]["nodes"] = {0};
+  level["nodes"] = {{{"name", name}, {"extensions", {{"KHR_audio_emitter", {{"emitter", 0}}}}}}};
+  level["extensions"]["KHR_audio_emitter"] = {
+      {"audio", {{{"name", name}, {"uri", "none.wav"}}}},
+      {"sources", {{{"name", name}, {"audio", 0}}}},
+      {"emitters", {{{"name", name}, {"type", "positional"}, {"sources", {0}}}}}};
+  const std::string path = folder.write("level.gltf", level.dump()), file = folder / "a.clamor";
+  const auto failed = clamor({"bake", path, "-o", file, "--photons", "10"});
+  EXPECT_EQ(failed.code, 1);  // the sound is missing
+  EXPECT_LT(failed.err.size(), 10'000u);
+  auto sound = WavWriter::create(folder / "none.wav", 1, 48000, SampleFormat::kFloat32);
+  ASSERT_TRUE(sound.ok() && sound->write(std::vector<float>{0.5f, 0, 0}).ok() &&
+              sound->finish().ok());
+  const auto baked = clamor({"bake", path, "-o", file, "--photons", "10"});
+  ASSERT_EQ(baked.code, 0) << baked.err.substr(0, 2000);
+  EXPECT_LT(baked.err.size(), 10'000u);
+  EXPECT_LT(clamor({"inspect", path}).out.size(), 10'000u);
+  const auto json = clamor({"inspect", file, "--json"}).out;
+  EXPECT_LT(json.size(), 100'000u);
+  EXPECT_NE(json.find("\"beginx"), std::string::npos);
+  EXPECT_NE(json.find("xend\""), std::string::npos);
+  const auto spec =
+      clamor({"bake", path, "-o", file, "--emitter", "name=" + name + ",signal=noise,at=0,1,0"});
+  EXPECT_EQ(spec.code, 2);
+  EXPECT_NE(spec.err.find("name= has 1000008 bytes; give at most 500"), std::string::npos);
+  EXPECT_LT(spec.err.size(), 1000u);
+}
+
+TEST(Warnings, ThatAreEqualAreOneWithACount) {
+  EXPECT_EQ(with_counts({"a", "b", "a", "c", "a"}),
+            (std::vector<std::string>{"a (3 times)", "b", "c"}));
+  const std::vector<std::string> many(100'000, "the same");
+  EXPECT_EQ(with_counts(many), std::vector<std::string>{"the same (100000 times)"});
 }
 
 }  // namespace

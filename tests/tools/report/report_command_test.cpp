@@ -134,7 +134,7 @@ TEST_F(ReportCommand, RefusesWhatItCannotDo) {
   fails({file}, 2, "-o");
   fails({file, "-o", file}, 1, "room.clamor");
   fails({file, "-o", page, "--listener", "here"}, 2, "here");
-  fails({file, "-o", page, "--emitter", "sourse"}, 1, "the nearest of 1 names is 'source'");
+  fails({file, "-o", page, "--from", "sourse"}, 1, "the nearest of 1 names is 'source'");
   fails({page, "-o", page}, 1, "no.html");
   fails({file, "-o", page, "--compare", page}, 1, "no.html");
   EXPECT_FALSE(std::filesystem::exists(page));

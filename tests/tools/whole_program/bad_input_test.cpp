@@ -275,8 +275,8 @@ TEST(BadInput, ListenersThatAreNoPlaces) {
                           "--listener", "0,0,0", "--seconds", "1"}),
                   1, "out.wav");
   expect_sentence(
-      clamor({"impulse", folder / "out.clamor", "--json", "--listener", "0,0,0", "--emitter", "x"}),
-      1, "'n'");
+      clamor({"impulse", folder / "out.clamor", "--json", "--listener", "0,0,0", "--from", "x"}), 1,
+      "'n'");
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"level.gltf", "out.clamor"}));
 }
 
@@ -297,7 +297,59 @@ TEST(Help, OfEachCommandEndsWithALineToCopy) {
     EXPECT_EQ(outcome.code, 0);
     const auto last_line = outcome.out.rfind("example: clamor " + std::string(command));
     ASSERT_NE(last_line, std::string::npos) << outcome.out;
-    EXPECT_EQ(outcome.out.find('\n', last_line), outcome.out.size() - 1) << outcome.out;
+    // A backslash continues the line.
+    std::size_t end = outcome.out.find('\n', last_line);
+    while (end != std::string::npos && outcome.out[end - 1] == '\\')
+      end = outcome.out.find('\n', end + 1);
+    EXPECT_EQ(end, outcome.out.size() - 1) << outcome.out;
+  }
+}
+
+TEST(BadUsage, OfPositionsWithBlanksIsAnsweredWithTheWordsToWrite) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"play", "a.clamor", "--listener", "3", "1.7", "2"},
+        {"render", "--listener", "3", "1.7", "2", "a.clamor", "-o", "a.wav"},
+        {"impulse", "a.clamor", "--listener", "3", "1.7", "2"}})
+    expect_sentence(clamor(words), 2, "commas between them, not blanks: --listener 3,1.7,2");
+  expect_sentence(
+      clamor({"render", "a.clamor", "-o", "a.wav", "--listener", "3", "-1.7", "2", "90"}), 2,
+      "--listener 3,-1.7,2,90");
+}
+
+TEST(OutputNames, SayWhatTheyAreInEveryCommand) {
+  const Folder folder;
+  const std::string level = folder.write("level.gltf", testing::kEmptyLevel);
+  const std::string bake = folder / "a.clamor";
+  ASSERT_EQ(clamor({"bake", level, "-o", bake, "--emitter", kNoise, "--no-journal"}).code, 0);
+  const std::string kept = folder.write("music.wav", "mine");
+  expect_sentence(clamor({"bake", level, "-o", kept, "--emitter", kNoise}), 1,
+                  "music.wav': bake files end in .clamor");
+  expect_sentence(clamor({"bake", level, "-o", kept, "--emitter", kNoise, "--shard", "1/2"}), 1,
+                  "music.wav': shards end in .shard");
+  expect_sentence(clamor({"farm", level, "-o", kept, "--emitter", kNoise, "--shards", "2"}), 1,
+                  "music.wav': bake files end in .clamor");
+  expect_sentence(clamor({"view", level, "-o", kept}), 2, "music.wav': bake files end in .clamor");
+  expect_sentence(clamor({"report", bake, "-o", kept}), 1, "music.wav': report pages end in .html");
+  expect_sentence(clamor({"impulse", bake, "-o", folder / "a.html", "--listener", "1,1,1"}), 2,
+                  "sound files end in .wav or .flac");
+  expect_sentence(clamor({"render", bake, "-o", folder / "a.html", "--listener", "1,1,1"}), 2,
+                  "sound files end in .wav or .flac");
+  EXPECT_EQ(testing::read(kept), "mine");
+}
+
+TEST(Quiet, PrintsNothingUnlessSomethingIsWrong) {
+  const Folder folder;
+  const std::string level = folder.write("level.gltf", testing::kEmptyLevel);
+  const std::string bake = folder / "a.clamor";
+  ASSERT_EQ(clamor({"bake", level, "-o", bake, "--emitter", kNoise, "--no-journal"}).code, 0);
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"render", bake, "-o", folder / "a.wav", "--listener", "0,1,1",
+                                 "--seconds", "0.1"},
+        {"report", bake, "-o", folder / "a.html", "--listener", "0,1,1"}}) {
+    auto quiet = words;
+    quiet.push_back("--quiet");
+    EXPECT_NE(clamor(words).err, "") << words[0];
+    EXPECT_EQ(clamor(quiet).err, "") << words[0];
   }
 }
 

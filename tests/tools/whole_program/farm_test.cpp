@@ -338,12 +338,12 @@ TEST_F(Farm, MergesOnDiskWhereTheMemoryIsShort) {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
   };
   for (const std::string i : {"1", "2"})
-    run({"bake", level_, "-o", folder_ / i, "--shard", i + "/2", "--photons", "8000", "--sources",
-         "95000", "--probes", "4", "--probe-sources", "50", "--longest", "0.3", options_[6],
-         options_[7]},
+    run({"bake", level_, "-o", folder_ / (i + ".shard"), "--shard", i + "/2", "--photons", "8000",
+         "--sources", "95000", "--probes", "4", "--probe-sources", "50", "--longest", "0.3",
+         options_[6], options_[7]},
         {});
   const auto merge_to = [&](const std::string& name, const std::vector<std::string>& more) {
-    run({"merge", folder_ / "1", folder_ / "2", "-o", folder_ / name}, more);
+    run({"merge", folder_ / "1.shard", folder_ / "2.shard", "-o", folder_ / name}, more);
   };
   merge_to("memory.clamor", {});
   merge_to("disk.clamor", {"--memory", "127MB"});

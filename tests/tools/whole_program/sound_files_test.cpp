@@ -113,7 +113,7 @@ TEST_F(SoundFiles, HoldTheSamplesThatWereAskedForFromRenderAndPlay) {
 TEST_F(SoundFiles, AreForHeadphonesUnlessAnotherOutputIsAskedFor) {
   const auto unasked = read(written("render", "a.wav", {}));
   EXPECT_EQ(unasked, read(written("render", "b.wav", {"--headphones"})));
-  EXPECT_EQ(unasked, read(written("render", "c.wav", {"--binaural"})));
+  EXPECT_EQ(unasked, read(written("render", "c.wav", {"--headphones"})));
   EXPECT_EQ(read(written("render", "d.wav", {"--loudspeakers"})),
             read(written("render", "e.wav", {"--receivers", "wide"})));
   EXPECT_EQ(clamor({"render", bake_, "--listener", "0,0,1", "-o", folder_ / "f.wav",
