@@ -220,7 +220,7 @@ Result<std::vector<Measured>> measure(const Options& options, std::ostream& err)
     const auto held = notice.hold();
     progress.update(
         static_cast<double>(all.size()) / static_cast<double>(options.listeners_m.size()),
-        fmt::format("{} of {}", all.size(), options.listeners_m.size()));
+        {fmt::format("{} of {}", all.size(), options.listeners_m.size())});
   }
   notice.end();
   if (all.size() > 1)
