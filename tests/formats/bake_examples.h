@@ -108,6 +108,7 @@ inline BakeContents contents(std::uint32_t secondary = 100) {
   bake.statistics.warnings = {"mind the step"};
   bake.statistics.findings = {
       "9 % of the sound leaves the level",
+      0.09,
       3,
       {{LevelFinding::Kind::kOpening, "a door", Vec3(1, 2, 3), 0.8, Vec3(0, 0, -1)},
        {LevelFinding::Kind::kOpening, "all round", std::nullopt, 0, Vec3(0)},

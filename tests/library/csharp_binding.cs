@@ -355,6 +355,9 @@ static class CSharpBinding
             Require(Math.Abs(Power(clamor, ears) / power - 1) < 0.01, "a board that is removed");
             options.Transmission = 2;
             Require(CodeOf(() => new Part(clamor, options)) == -1, "transmission out of range");
+            options.Transmission = 0;
+            options.BandScatterings = new double[] { 0, 0, 0, 0, 0, 0, 0, 2 };
+            Require(CodeOf(() => new Part(clamor, options)) == -1, "scattering out of range");
         }
         var ended = false;
         try {

@@ -252,7 +252,8 @@ def doors(level_path):
             with clamor.Part(context, pose=at_rest, level=level, **shape) as board:
                 assert board.info.name == "" and power() < 0.01 * direct
             assert abs(power() / direct - 1) < 0.01
-            assert failure(clamor.Part, context, transmission=2, **shape).code == -1
+            for wrong in "transmission", "absorption", "scattering":
+                assert failure(clamor.Part, context, **{wrong: 2}, **shape).code == -1
         assert failure(clamor.Part, context, kind=ValueError)
         assert failure(clamor.Part, context, [1, 1], kind=ValueError)
         assert failure(clamor.Part, context, vertices_m=corners, kind=ValueError)

@@ -183,7 +183,9 @@ def in_source(command):
     return re.findall(r'\{"([a-z]\w*)",(?! ")|(?:json|one)\["(\w+)"\]', text[text.index("ordered_json") + 20:])
 
 
-check_keys("impulse", written("impulse", "level.clamor", "-o", "ir.wav", "--listener", "-1,1.7,1"))
+at = ("--listener", "-1,1.7,1")
+check_keys("impulse", [*written("impulse", "level.clamor", "-o", "ir.wav", *at),
+                       *written("impulse", "level.clamor", "-o", "irs.wav", *at, *at)])
 check_keys("materials", written("materials"))
 for command in ("compare", "devices", "bench"):
     check_keys(command, {first or second for first, second in in_source(command)})

@@ -58,6 +58,7 @@ void Arguments::option(const std::string& name, std::vector<std::string>& value,
                        const std::string& help) {
   state_->app.add_option(name, value, help)
       ->expected(1)
+      ->allow_extra_args(false)  // the next word belongs to something else
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 void Arguments::option(const std::string& name, double& value, const std::string& help) {

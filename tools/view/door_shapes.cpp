@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-
 #include "common/bounds.h"
 #include "tools/view/level_shapes.h"
 

@@ -117,7 +117,7 @@ namespace Clamor
         [StructLayout(LayoutKind.Sequential)]
         public struct clamor_part_options
         {
-            public const uint Size = 184;
+            public const uint Size = 312;
             public uint bytes, is_disabled;
             public ulong level;
             public clamor_pose pose;
@@ -126,6 +126,10 @@ namespace Clamor
             public uint vertices, triangles;
             public double transmission_0, transmission_1, transmission_2, transmission_3;
             public double transmission_4, transmission_5, transmission_6, transmission_7;
+            public double absorption_0, absorption_1, absorption_2, absorption_3;
+            public double absorption_4, absorption_5, absorption_6, absorption_7;
+            public double scattering_0, scattering_1, scattering_2, scattering_3;
+            public double scattering_4, scattering_5, scattering_6, scattering_7;
         }
 
         [StructLayout(LayoutKind.Sequential)]

@@ -24,11 +24,14 @@ namespace Clamor
         public Level Level;          // only listeners in this level hear it; null: all
         public double Transmission;  // share of the power that passes a surface, 0 to 1
         public double[] BandTransmissions;  // instead of it, eight shares, 63 Hz to 8 kHz
+        // Eight shares each: of the power that is not reflected, at least the transmission (null: 0.1, or
+        // the transmission where that is more), and of the rest that is not reflected as by a mirror.
+        public double[] BandAbsorptions, BandScatterings;
         public bool IsDisabled;
     }
 
-    // A part that the application moves as a rigid body. It hides what is behind it, per band, and
-    // reflects nothing. All changes take effect with the next Context.Commit().
+    // A part that the application moves as a rigid body. It hides what is behind it and reflects what
+    // arrives, per band. All changes take effect with the next Context.Commit().
     public sealed class Part : IDisposable
     {
         private readonly Context context;
@@ -75,21 +78,30 @@ namespace Clamor
 
         private static Native.clamor_part_options WithoutMesh(PartOptions options)
         {
-            if (options.BandTransmissions != null && options.BandTransmissions.Length != 8)
-                throw new ArgumentException("BandTransmissions has eight numbers");
-            var bands = options.BandTransmissions;
-            if (bands == null) {
-                bands = new double[8];
-                for (int b = 0; b < 8; ++b) bands[b] = options.Transmission;
-            }
+            double[] t = Bands(options.BandTransmissions, options.Transmission, "BandTransmissions");
+            double[] a = Bands(options.BandAbsorptions, 0, "BandAbsorptions");
+            double[] s = Bands(options.BandScatterings, 0, "BandScatterings");
             return new Native.clamor_part_options {
                 bytes = Native.clamor_part_options.Size, is_disabled = options.IsDisabled ? 1u : 0u,
                 level = options.Level == null ? 0 : options.Level.Handle,
                 pose = options.Pose.ToNative(), half_extents_m_0 = options.HalfX,
                 half_extents_m_1 = options.HalfY, half_extents_m_2 = options.HalfZ,
-                transmission_0 = bands[0], transmission_1 = bands[1], transmission_2 = bands[2],
-                transmission_3 = bands[3], transmission_4 = bands[4], transmission_5 = bands[5],
-                transmission_6 = bands[6], transmission_7 = bands[7] };
+                transmission_0 = t[0], transmission_1 = t[1], transmission_2 = t[2], transmission_3 = t[3],
+                transmission_4 = t[4], transmission_5 = t[5], transmission_6 = t[6], transmission_7 = t[7],
+                absorption_0 = a[0], absorption_1 = a[1], absorption_2 = a[2], absorption_3 = a[3],
+                absorption_4 = a[4], absorption_5 = a[5], absorption_6 = a[6], absorption_7 = a[7],
+                scattering_0 = s[0], scattering_1 = s[1], scattering_2 = s[2], scattering_3 = s[3],
+                scattering_4 = s[4], scattering_5 = s[5], scattering_6 = s[6], scattering_7 = s[7] };
+        }
+
+        // Those given, or the same share eight times.
+        private static double[] Bands(double[] given, double share, string name)
+        {
+            if (given != null && given.Length != 8) throw new ArgumentException(name + " has eight numbers");
+            if (given != null) return given;
+            var bands = new double[8];
+            for (int b = 0; b < 8; ++b) bands[b] = share;
+            return bands;
         }
 
         public PartInfo Info

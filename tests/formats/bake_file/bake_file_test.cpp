@@ -162,7 +162,7 @@ TEST(BakeFile, KeepsFindingsWhoseNumbersItCannotHold) {
                    kNone = std::numeric_limits<double>::quiet_NaN();
   using Kind = LevelFinding::Kind;
   BakeContents bake = contents();
-  bake.statistics.findings = {"open", 1000, {}};
+  bake.statistics.findings = {"open", 0.5, 1000, {}};
   auto& list = bake.statistics.findings.list;
   list.push_back({Kind::kOpening, "not a number", Vec3(1), kNone, Vec3(kNone, 0, 1)});
   list.push_back({Kind::kOpening, "nowhere", Vec3(0, kInfinite, 0), 2, Vec3(0, 1, 0)});

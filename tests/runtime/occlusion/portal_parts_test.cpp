@@ -27,9 +27,9 @@ Mesh wall() {
 }
 
 // The doorway with a door of its size, 4 cm thick, whose pivot is the hinge.
-class Doorway {
+class DoorwayOfAPortal {
  public:
-  explicit Doorway(const Material& material = {}) : geometry_(wall(), materials_) {
+  explicit DoorwayOfAPortal(const Material& material = {}) : geometry_(wall(), materials_) {
     Mesh leaf = box_mesh({0.02, 1, 0.45}, 0);
     for (Vec3f& vertex : leaf.vertices_m) vertex += Vec3f(0, 0, 0.45f);
     const auto shape = PartShape::make(leaf, std::span(&material, 1));
@@ -69,10 +69,10 @@ class Doorway {
 };
 
 TEST(PortalParts, CloseTheirPortalAndOpenIt) {
-  Doorway doorway;
+  DoorwayOfAPortal doorway;
   EXPECT_EQ(doorway.turned(0), 0);
   EXPECT_GT(doorway.turned(90), 0.95);
-  EXPECT_EQ(doorway.openness(Doorway::kClosed, false), 1) << "disabled";
+  EXPECT_EQ(doorway.openness(DoorwayOfAPortal::kClosed, false), 1) << "disabled";
   EXPECT_EQ(doorway.moved({0, 0, 3}), 1);
   EXPECT_LT(doorway.moved({0.15, 0, 0}), 0.6) << "a gap of 15 cm all around";
 }
@@ -80,7 +80,7 @@ TEST(PortalParts, CloseTheirPortalAndOpenIt) {
 // Closed form: a leaf in the plane of the portal covers a share of it. The tolerance is for its 4
 // cm and the 128 lines.
 TEST(PortalParts, OpenAsFarAsASlidingLeafUncovers) {
-  Doorway doorway;
+  DoorwayOfAPortal doorway;
   for (const double share : {0.1, 0.25, 0.5, 0.75}) {
     EXPECT_NEAR(doorway.moved({0, 0, share * 0.9}), share, 0.08);
     EXPECT_NEAR(doorway.moved({0, share * 2, 0}), share, 0.08) << "lifted";
@@ -90,7 +90,7 @@ TEST(PortalParts, OpenAsFarAsASlidingLeafUncovers) {
 // The gap between the leaf and the frame is 2 sin(a / 2) times as wide as the door, and a mirror
 // throws a part of what it meets on.
 TEST(PortalParts, OpenByAboutTheGapOfALeafThatTurns) {
-  Doorway doorway;
+  DoorwayOfAPortal doorway;
   double last = 0;
   for (const double open_deg : {5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 75.0, 90.0}) {
     const double gap = std::min(1.0, 2 * std::sin(open_deg / 2 * std::numbers::pi / 180));
@@ -108,11 +108,11 @@ TEST(PortalParts, LetThroughWhatTheyTransmit) {
   Material material;
   for (std::size_t b = 0; b < kBandCount; ++b)
     material.absorption[b] = material.transmission[b] = b % 2 == 0 ? 0.1f : 0.001f;
-  EXPECT_NEAR(Doorway(material).turned(0), 1e-4, 1e-6) << "the mean in decibels";
+  EXPECT_NEAR(DoorwayOfAPortal(material).turned(0), 1e-4, 1e-6) << "the mean in decibels";
 }
 
 TEST(PortalParts, TellWhetherTheyChangedAnything) {
-  Doorway doorway;
+  DoorwayOfAPortal doorway;
   (void)doorway.turned(0);
   EXPECT_TRUE(doorway.has_changed());
   (void)doorway.turned(40);

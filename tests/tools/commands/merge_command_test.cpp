@@ -69,12 +69,12 @@ TEST(Shards, MergeInAnyOrderToTheBytesOfTheWholeBake) {
 TEST(Shards, MissingForeignAndDamagedOnesGetASentenceAndNoOutput) {
   const Folder folder;
   for (const std::string i : {"1", "2"})
-    ASSERT_EQ(clamor(with(bake_words(folder / i), {"--shard", i + "/2"})).code, 0);
-  auto other = bake_words(folder / "other");
+    ASSERT_EQ(clamor(with(bake_words(folder / (i + ".shard")), {"--shard", i + "/2"})).code, 0);
+  auto other = bake_words(folder / "other.shard");
   other[10] = "4";  // the seed
   ASSERT_EQ(clamor(with(other, {"--shard", "2/2"})).code, 0);
   folder.write("text", "not a shard");
-  std::string cut = read(folder / "2");
+  std::string cut = read(folder / "2.shard");
   folder.write("cut", cut.substr(0, cut.size() / 2));
   cut[cut.size() / 2] = static_cast<char>(cut[cut.size() / 2] ^ 4);
   folder.write("flipped", cut);
@@ -88,12 +88,12 @@ TEST(Shards, MissingForeignAndDamagedOnesGetASentenceAndNoOutput) {
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(folder / "out.clamor"));
   };
-  expect_refused({"1"}, "none of the shards");
-  expect_refused({"1", "other"}, "other options");
-  expect_refused({"1", "text"}, "no traced photons");
-  expect_refused({"1", "cut"}, "none of the shards");
-  expect_refused({"1", "flipped"}, "none of the shards");
-  expect_refused({"1", "gone"}, "cannot be read");
+  expect_refused({"1.shard"}, "none of the shards");
+  expect_refused({"1.shard", "other.shard"}, "other options");
+  expect_refused({"1.shard", "text"}, "no traced photons");
+  expect_refused({"1.shard", "cut"}, "none of the shards");
+  expect_refused({"1.shard", "flipped"}, "none of the shards");
+  expect_refused({"1.shard", "gone"}, "cannot be read");
   EXPECT_EQ(clamor(with(bake_words(folder / "out.clamor"), {"--shard", "3/2"})).code, 2);
   EXPECT_EQ(clamor(with(bake_words(folder / "out.clamor"), {"--shard", "0/2"})).code, 2);
   EXPECT_EQ(clamor(with(bake_words(folder / "out.clamor"), {"--shard", "1of2"})).code, 2);
@@ -102,31 +102,32 @@ TEST(Shards, MissingForeignAndDamagedOnesGetASentenceAndNoOutput) {
 // The sentence that refuses to merge these shards.
 std::string refusal(const Folder& folder, const std::vector<std::string>& shards,
                     const std::vector<std::string>& more = {}) {
-  std::vector<std::string> words{"merge", "-o", folder / "out.clamor", "--quiet"};
+  const std::string output = folder / (more.empty() ? "out.clamor" : "out.shard");
+  std::vector<std::string> words{"merge", "-o", output, "--quiet"};
   for (const std::string& shard : shards) words.push_back(folder / shard);
   const auto outcome = clamor(with(words, more));
   EXPECT_EQ(outcome.code, 1);
-  EXPECT_FALSE(std::filesystem::exists(folder / "out.clamor"));
+  EXPECT_FALSE(std::filesystem::exists(output));
   return outcome.err;
 }
 
 TEST(Shards, ThatAreDamagedStaleMissingOrOfAnotherVersionAreNamed) {
   const Folder folder;
   for (const std::string i : {"1", "2"})
-    ASSERT_EQ(clamor(with(bake_words(folder / i), {"--shard", i + "/3"})).code, 0);
-  const std::string whole = read(folder / "2");
+    ASSERT_EQ(clamor(with(bake_words(folder / (i + ".shard")), {"--shard", i + "/3"})).code, 0);
+  const std::string whole = read(folder / "2.shard");
   std::string flipped = whole;
   flipped[whole.size() / 2] = static_cast<char>(flipped[whole.size() / 2] ^ 4);
   const auto expect_named = [&](const std::string& bytes, const std::string& why) {
-    folder.write("2", bytes);
-    const std::string said = refusal(folder, {"1", "2"}, {"--to-shard"});
-    EXPECT_NE(said.find(folder / "2: "), std::string::npos) << said;
+    folder.write("2.shard", bytes);
+    const std::string said = refusal(folder, {"1.shard", "2.shard"}, {"--to-shard"});
+    EXPECT_NE(said.find(folder / "2.shard: "), std::string::npos) << said;
     EXPECT_NE(said.find(why), std::string::npos) << said;
   };
   expect_named(flipped, "fails its checksum");
   expect_named(whole.substr(0, whole.size() - 9), "cut short");
   const auto with_note = [&](auto change) {
-    ShardNote note = *ShardNote::from(whole_note(folder / "1"));
+    ShardNote note = *ShardNote::from(whole_note(folder / "1.shard"));
     note.shards = {1};
     change(note);
     return whole + record_text(note.text());
@@ -136,28 +137,29 @@ TEST(Shards, ThatAreDamagedStaleMissingOrOfAnotherVersionAreNamed) {
   expect_named(with_note([](ShardNote& note) { note.level_hash ^= 1; }), "is stale");
   expect_named(with_note([](ShardNote& note) { note.count = 7; }), "of 7 shards");
   expect_named(with_note([](ShardNote& note) { note.is_complete = false; }), "before its end");
-  folder.write("2", whole);
-  EXPECT_NE(refusal(folder, {"1", "2"}).find("3 of 3 is in none of the shards"), std::string::npos);
+  folder.write("2.shard", whole);
+  EXPECT_NE(refusal(folder, {"1.shard", "2.shard"}).find("3 of 3 is in none of the shards"),
+            std::string::npos);
 }
 
 TEST(Shards, ThatAreDamagedAreMendedByTheirCommand) {
   const Folder folder;
   const auto trace = [&] {
-    return clamor(with(bake_words(folder / "1"), {"--shard", "1/1"})).code;
+    return clamor(with(bake_words(folder / "1.shard"), {"--shard", "1/1"})).code;
   };
   ASSERT_EQ(trace(), 0);
-  std::string bytes = read(folder / "1");
+  std::string bytes = read(folder / "1.shard");
   bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 4);
-  folder.write("1", bytes);
+  folder.write("1.shard", bytes);
   ASSERT_EQ(trace(), 0);
-  EXPECT_EQ(clamor({"merge", folder / "1", "-o", folder / "out.clamor", "--quiet"}).code, 0);
+  EXPECT_EQ(clamor({"merge", folder / "1.shard", "-o", folder / "out.clamor", "--quiet"}).code, 0);
 }
 
 TEST(Shards, MergeInTwoStepsToTheSameBytes) {
   const Folder folder;
   ASSERT_EQ(clamor(with(bake_words(folder / "whole.clamor"), {"--no-journal"})).code, 0);
   for (const std::string i : {"1", "2", "3", "4", "5"})
-    ASSERT_EQ(clamor(with(bake_words(folder / i), {"--shard", i + "/5"})).code, 0);
+    ASSERT_EQ(clamor(with(bake_words(folder / (i + ".shard")), {"--shard", i + "/5"})).code, 0);
   const auto join = [&](const std::string& output, const std::vector<std::string>& shards,
                         const std::string& kind) {
     std::vector<std::string> words{"merge", "-o", folder / output, "--quiet", kind};
@@ -165,9 +167,9 @@ TEST(Shards, MergeInTwoStepsToTheSameBytes) {
     const auto outcome = clamor(words);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
   };
-  join("a", {"5", "1", "2"}, "--to-shard");
-  join("b", {"3", "4"}, "--to-shard");
-  join("merged.clamor", {"b", "a"}, "--strict");
+  join("a.shard", {"5.shard", "1.shard", "2.shard"}, "--to-shard");
+  join("b.shard", {"3.shard", "4.shard"}, "--to-shard");
+  join("merged.clamor", {"b.shard", "a.shard"}, "--strict");
   EXPECT_TRUE(read(folder / "merged.clamor") == read(folder / "whole.clamor"));
 }
 

@@ -144,7 +144,7 @@ TEST_F(FreeField, At1000KilometresTheImpulseBeginsWithTheArrival) {
   const auto measured =
       clamor({"impulse", bake_, "-o", wav_, "--listener", "0,0,1000000", "--json"});
   ASSERT_EQ(measured.code, 0) << measured.err;
-  EXPECT_NE(measured.err.find("the sound travels for 29"), std::string::npos) << measured.err;
+  EXPECT_NE(measured.err.find("The sound travels for 29"), std::string::npos) << measured.err;
   // Air takes about 100 dB of the lowest octave.
   const double g_db = nlohmann::json::parse(measured.out)["energy"]["g_db"][0].get<double>();
   EXPECT_NEAR(g_db, -100 - 10 / std::log(10) * air_loss_per_m(Air{})[0] * 1e6, 0.1);

@@ -190,7 +190,7 @@ TEST(InstancesCommand, ImpulseOfOneInstancedFanIsThatOfTheFanAlone) {
   for (const std::string instances : {"on", "off"}) {
     bake(level, folder / "a.clamor", {"--instances", instances, "--no-journal"});
     const auto outcome = clamor({"impulse", folder / "a.clamor", "-o", folder / "ir.wav",
-                                 "--listener", "1,1.6,2", "--emitter", "fan 6.11", "--json"});
+                                 "--listener", "1,1.6,2", "--from", "fan 6.11", "--json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     g_db.push_back(json::parse(outcome.out)["energy"]["g_db"]);
   }

@@ -126,7 +126,8 @@ class clamor_part_options(Structure):
     _fields_ = [("bytes", c_uint32), ("is_disabled", c_uint32), ("level", c_uint64),
                 ("pose", clamor_pose), ("half_extents_m", c_double * 3),
                 ("vertices_m", c_void_p), ("indices", c_void_p), ("vertices", c_uint32),
-                ("triangles", c_uint32), ("transmission", c_double * 8)]
+                ("triangles", c_uint32), ("transmission", c_double * 8),
+                ("absorption", c_double * 8), ("scattering", c_double * 8)]
 
 
 class clamor_voice(Structure):

@@ -14,7 +14,7 @@ from .world import Context, Level, LevelPart, _pose
 
 
 class Part(_InContext, LevelPart):
-    """A box or a mesh that occludes, per band, wherever you move it. It reflects nothing.
+    """A box or a mesh that occludes and reflects, per band, wherever you move it.
 
     Args:
         context: whose listeners it hides sound from, from the next Context.commit() on.
@@ -26,6 +26,9 @@ class Part(_InContext, LevelPart):
         level: the Level whose listeners alone hear it; None: those of all levels.
         transmission: share of the power that passes a surface, 0 to 1, a number or (8,) for 63 Hz
             to 8 kHz.
+        absorption: share of the power that is not reflected, likewise, at least the transmission.
+            All 0: 0.1, or the transmission where that is more. 1: it reflects nothing.
+        scattering: share of the rest that is not reflected as by a mirror, likewise.
         is_enabled: a part that is not hides nothing.
 
     close(), or losing the object, removes it with the next commit. Raises ClamorError for numbers
@@ -34,13 +37,19 @@ class Part(_InContext, LevelPart):
 
     def __init__(self, context: Context, half_extents_m: Optional[Sequence[float]] = None, *,
                  vertices_m: Any = None, triangles: Any = None, pose: Any = (0.0, 0.0, 0.0),
-                 level: Optional[Level] = None, transmission: Any = 0.0, is_enabled: bool = True):
+                 level: Optional[Level] = None, transmission: Any = 0.0, absorption: Any = 0.0,
+                 scattering: Any = 0.0, is_enabled: bool = True):
         if (half_extents_m is None) == (vertices_m is None):
             raise ValueError("a part is a box or a mesh: give half_extents_m or vertices_m")
-        bands = np.broadcast_to(np.asarray(transmission, float), 8).tolist()
+
+        def bands(share):
+            return (c_double * 8)(*np.broadcast_to(np.asarray(share, float), 8).tolist())
+
         options = native.clamor_part_options(is_disabled=not is_enabled,
                                              level=level._handle if level else 0, pose=_pose(pose),
-                                             transmission=(c_double * 8)(*bands))
+                                             transmission=bands(transmission),
+                                             absorption=bands(absorption),
+                                             scattering=bands(scattering))
         if half_extents_m is not None:
             if len(half_extents_m) != 3:
                 raise ValueError(f"half_extents_m must have three numbers, not {len(half_extents_m)}")
