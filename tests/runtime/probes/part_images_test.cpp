@@ -11,7 +11,7 @@
 namespace clamor {
 namespace {
 
-constexpr Vec3 kListener_m(3, 0.2, 0.3);
+constexpr Vec3 kNearPart_m(3, 0.2, 0.3);
 
 // Emitters, moving sources, and a door of 1 x 2 m across x = 0 that reflects 0.9.
 class Stage {
@@ -37,7 +37,7 @@ class Stage {
     parts_.commit();
     scene_.update(parts_.latest());
   }
-  const std::vector<FoundSource>& keyframe(double time_s, const Vec3& listener_m = kListener_m,
+  const std::vector<FoundSource>& keyframe(double time_s, const Vec3& listener_m = kNearPart_m,
                                            double threshold = 0) {
     (void)list_.refresh();
     list_.begin(time_s);
@@ -138,7 +138,7 @@ TEST(PartImages, HaveUpperBoundsOfTheirPriorities) {
   ASSERT_EQ(all.size(), 2u);
   double highest = 0;
   for (const FoundSource& one : all) {
-    const Bands intensity = stage.radiation().intensity(*one.source, kListener_m);
+    const Bands intensity = stage.radiation().intensity(*one.source, kNearPart_m);
     double priority = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
       priority += 0.9 * static_cast<double>(intensity[b]) *
@@ -148,7 +148,7 @@ TEST(PartImages, HaveUpperBoundsOfTheirPriorities) {
     highest = std::max(highest, one.upper_bound);
   }
   EXPECT_EQ(stage.images().upper_bound(), highest);
-  EXPECT_TRUE(stage.keyframe(0.02, kListener_m, 1.01 * highest).empty());
+  EXPECT_TRUE(stage.keyframe(0.02, kNearPart_m, 1.01 * highest).empty());
 }
 
 TEST(PartImages, AreThoseOfTheLoudestInACrowd) {
