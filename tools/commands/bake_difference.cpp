@@ -144,15 +144,20 @@ void compare_settings(const BakeSettings& a, const BakeSettings& b, Differences&
 
 // Hash of the contents of all pages, in the order of the trees, independent of how they are packed.
 Result<std::uint64_t> hash_of_pages(const BakeFile& file) {
-  static_assert(sizeof(Source) == 3 * sizeof(Vec3f) + sizeof(Bands) + 20);  // no padding
+  static_assert(sizeof(Source) == 3 * sizeof(Vec3f) + sizeof(Bands) + 20);  // no bytes of padding
   std::vector<std::byte> bytes(sizeof(std::uint64_t));
   const auto read = file.for_each_page([&](const PageEntry& entry, const OctreePage& page,
                                            std::size_t tree, std::size_t depth) -> Result<void> {
     const std::array<std::uint64_t, 4> place = {tree, depth, entry.octant, entry.source_count};
     const auto head = std::as_bytes(std::span(place));
-    const auto sources = std::as_bytes(std::span(page.sources));
     bytes.insert(bytes.end(), head.begin(), head.end());
-    bytes.insert(bytes.end(), sources.begin(), sources.end());
+    for (const Source& source : page.sources) {
+      const auto of_source = std::as_bytes(std::span(&source, 1));
+      bytes.insert(bytes.end(), of_source.begin(), of_source.end());
+      // Six bits of the last byte belong to no member, so they may be anything.
+      bytes.back() =
+          static_cast<std::byte>((source.is_emitter ? 1 : 0) | (source.is_image ? 2 : 0));
+    }
     for (const Instance& instance : page.links.instances) put_instance(instance, bytes);
     const std::uint64_t so_far = hash_of(bytes);
     bytes.resize(sizeof so_far);
