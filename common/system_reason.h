@@ -11,7 +11,7 @@ namespace clamor {
 // reached, they name it and how to raise it.
 std::string system_reason(int code);
 
-// The same for an exception: its text, and the limit where threads or files could not be had.
+// The text of an exception, with the limit where threads or files could not be had.
 std::string system_reason(const std::exception& thrown);
 
 }  // namespace clamor

@@ -57,8 +57,7 @@ std::vector<std::string> coincident_emitters(std::span<const Emitter> emitters,
     const Vec3 at_m = group.first->position_m + origin_m;
     sentences.push_back(fmt::format(
         "{} emitters sound alike at one place and time, ({:.1f}, {:.1f}, {:.1f}), the first of "
-        "them "
-        "{}: their direct sound adds up in amplitude, but their reflections in power, so that "
+        "them {}: their direct sound adds up in amplitude, but their reflections in power, so that "
         "the direct sound is {:.1f} dB too loud; make them one emitter of gain x{:.3g}, or give "
         "them other places or starts",
         group.count, at_m.x, at_m.y, at_m.z, in_quotes(group.first->name), group.excess_db(),

@@ -52,7 +52,7 @@ void PortalCrossings::add_group(std::span<const Portal> portals,
     const Portal& portal = portals[i];
     const std::size_t lane = group.count++;
     group.portal[lane] = i;
-    const Vec3 normal = normalize(cross(portal.half_u_m, portal.half_v_m));
+    const Vec3 normal = normal_of(portal);
     const auto put = [&](Function& function, const Vec3& gradient) {
       for (std::size_t axis = 0; axis < 3; ++axis)
         function.factor[axis][lane] = static_cast<float>(gradient[static_cast<int>(axis)]);

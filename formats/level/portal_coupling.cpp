@@ -23,7 +23,7 @@ constexpr std::size_t kMaxNamed = 8;  // portals in the report
 
 // Whether the part covers a good deal of the rectangle, as a closed door or a leaf of one does.
 bool covers(const Portal& portal, const MovablePart& part, const PartPose& pose) {
-  const Vec3 normal = normalize(cross(portal.half_u_m, portal.half_v_m));
+  const Vec3 normal = normal_of(portal);
   const Matrix to_world = pose.scale * glm::mat3_cast(Quaternion(pose.rotation));
   Bounds bounds;
   for (const Vec3f& corner : part.mesh.vertices_m) {

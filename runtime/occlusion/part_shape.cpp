@@ -59,22 +59,18 @@ std::vector<Patch> patches_of(const Mesh& mesh, std::span<const OccluderPlane> p
 }
 
 PartShape::Face face_of(const Patch& patch, const Mesh& mesh) {
-  PartShape::Face face{patch.normal,
-                       patch.offset_m,
+  PartShape::Face face{{patch.normal, patch.offset_m},
                        0.5 * (patch.bounds.low_m + patch.bounds.high_m),
                        patch.bounds.diagonal_m() / 2,
                        patch.area_m2,
                        patch.mirrored};
   double lowest_m = 0, highest_m = 0;
   for (const Vec3f& vertex : mesh.vertices_m) {
-    const double height_m = dot(face.normal, Vec3(vertex)) - face.offset_m;
+    const double height_m = face.height_m(Vec3(vertex));
     lowest_m = std::min(lowest_m, height_m);
     highest_m = std::max(highest_m, height_m);
   }
-  if (highest_m > kSameOffset_m && lowest_m > -kSameOffset_m) {
-    face.normal = -face.normal;
-    face.offset_m = -face.offset_m;
-  }
+  if (highest_m > kSameOffset_m && lowest_m > -kSameOffset_m) face.turn_round();
   face.is_outside = (highest_m > kSameOffset_m) != (lowest_m < -kSameOffset_m);
   return face;
 }

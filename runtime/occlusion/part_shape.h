@@ -16,6 +16,7 @@
 #include "common/vec.h"
 #include "formats/level/mesh.h"
 #include "runtime/occlusion/diffracting_edges.h"
+#include "runtime/occlusion/mirror_plane.h"
 #include "runtime/occlusion/occluder_plane.h"
 
 namespace clamor {
@@ -49,13 +50,11 @@ class PartShape {
   bool transmits() const { return transmits_; }  // whether any material does
 
   // Coplanar triangles that are mirrors, of 0.1 m2 or more: the largest 12.
-  struct Face {
-    Vec3 normal{};  // unit; outwards, if it has an outer side
-    double offset_m = 0;
+  struct Face : MirrorPlane {  // the normal is outwards, if it has an outer side
     Vec3 centre_m{};
     double radius_m = 0;  // of a sphere around it
     double area_m2 = 0;
-    float mirrored = 0;      // share of the power, in the loudest band
+    float reflected = 0;     // share of the power, in the loudest band
     bool is_outside = true;  // all of the part is behind it; otherwise both sides count
   };
   const std::vector<Face>& faces() const { return faces_; }

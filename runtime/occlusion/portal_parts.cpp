@@ -33,7 +33,7 @@ class LinesThrough {
         slots_(slots),
         geometry_(geometry),
         scene_(scene),
-        normal_(normalize(cross(portal.half_u_m, portal.half_v_m))),
+        normal_(normal_of(portal)),
         reach_m_(kReachPerSide * std::max(length(portal.half_u_m), length(portal.half_v_m))) {}
 
   double openness() const {
@@ -73,7 +73,7 @@ class LinesThrough {
     return !has_met_part;
   }
 
-  // What the portal's parts on the straight line transmit.
+  // Returns the share of the power that the portal's parts on the straight line let through.
   double through(const Vec3& at_m, const Vec3& along) const {
     const Vec3f from_m(at_m - reach_m_ * along), to_m(at_m + reach_m_ * along);
     Bands through = same_in_all_bands(1);

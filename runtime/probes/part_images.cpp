@@ -20,27 +20,6 @@ constexpr double kMinHeight_m = 1e-3;
 constexpr double kMaxStep_s = 0.1;  // between keyframes, for velocities
 constexpr double kMaxSpeed_mps = 100;
 
-// Identifies the voice of an image.
-std::uint64_t number_of(std::uint64_t original, std::uint32_t slot, std::uint32_t face) {
-  std::uint64_t mixed =
-      (original * 0x9e3779b97f4a7c15u) ^ (std::uint64_t{slot} << 8 | face) * 0xd6e8feb86659fd93u;
-  mixed = (mixed ^ mixed >> 32) * 0xd6e8feb86659fd93u;
-  mixed ^= mixed >> 32;
-  return mixed | kMovingSourceBit;
-}
-
-Vec3 mirrored(const Vec3& direction, const PartShape::Face& face) {
-  return direction - 2 * dot(direction, face.normal) * face.normal;
-}
-
-double height_m(const PartShape::Face& face, const Vec3& point_m) {
-  return dot(face.normal, point_m) - face.offset_m;
-}
-
-Vec3 image_of(const Vec3& point_m, const PartShape::Face& face) {
-  return point_m - 2 * height_m(face, point_m) * face.normal;
-}
-
 }  // namespace
 
 PartImages::PartImages(const PartScene& scene, std::span<const Emitter> emitters,
@@ -98,13 +77,11 @@ void PartImages::list_faces() {
   take_over_parts();
   faces_.clear();
   for (const Face& face : all_faces_) {
-    const double height = height_m(face, place_m_);
+    const double height = face.height_m(place_m_);
     if (std::abs(height) < kMinHeight_m || (height < 0 && face.is_outside)) continue;
     Face& before = faces_.emplace_back(face);
     before.to_listener_m = std::abs(height);
-    if (height > 0) continue;
-    before.normal = -face.normal;
-    before.offset_m = -face.offset_m;
+    if (height < 0) before.turn_round();
   }
 }
 
@@ -132,9 +109,9 @@ void PartImages::list_originals() {
 
 void PartImages::add_image(std::uint32_t o, const Face& face) {
   const Original& original = originals_[o];
-  const double height = height_m(face, original.place_m);
+  const double height = face.height_m(original.place_m);
   if (!(height > kMinHeight_m)) return;
-  const Vec3 image_m = image_of(original.place_m, face);
+  const Vec3 image_m = face.image_of(original.place_m);
   const double straight_m = length(image_m - place_m_);
   // The point of the disc around the face that is next to where the straight path is reflected.
   const Vec3 from_centre_m =
@@ -145,7 +122,7 @@ void PartImages::add_image(std::uint32_t o, const Face& face) {
   const double touching_m = length(original.place_m - at_m) + length(place_m_ - at_m);
   if (touching_m > straight_m + kMaxDetour_m) return;
   const double r_m = std::max(straight_m, kEmitterRadius_m);
-  const double upper_bound = original.at_1m * static_cast<double>(face.mirrored) / (r_m * r_m);
+  const double upper_bound = original.at_1m * static_cast<double>(face.reflected) / (r_m * r_m);
   images_.push_back({o, face, 0, upper_bound});
 }
 
@@ -170,13 +147,15 @@ void PartImages::place(Image& image) {
   const Face& face = image.face;
   const std::uint64_t of_original =
       original.is_moving ? moving_->number(original.index) : original.index;
-  image.number = number_of(of_original, face.slot, face.index);
+  // Far from the numbers of probes' sources.
+  image.number =
+      voice_number(of_original, (std::uint64_t{face.slot} << 8 | face.index) * 0xd6e8feb86659fd93u);
   Source& source = image.source;
   if (original.is_moving) {
     const MovingSourceList::Heard heard =
-        moving_->heard_at(original.index, image_of(place_m_, face));
+        moving_->heard_at(original.index, face.image_of(place_m_));
     source = heard.source;
-    image.velocity_mps = Vec3f(mirrored(Vec3(heard.velocity_mps), face));
+    image.velocity_mps = Vec3f(face.mirrored(Vec3(heard.velocity_mps)));
     image.cell = heard.cell;
     const float gain = moving_->settings(original.index).reverberation;
     for (float& power : source.power) power *= gain * gain;
@@ -187,8 +166,8 @@ void PartImages::place(Image& image) {
   source.is_image = true;
   source.patch_radius_m = static_cast<float>(face.radius_m);
   source.mirror = source.position_m;
-  source.position_m = Vec3f(image_of(Vec3(source.position_m), face));
-  source.normal = Vec3f(mirrored(Vec3(source.normal), face));
+  source.position_m = Vec3f(face.image_of(Vec3(source.position_m)));
+  source.normal = Vec3f(face.mirrored(Vec3(source.normal)));
   image.is_placed = true;
   // A part that moves takes its images along.
   const auto before = std::ranges::find(before_, image.number, &Before::number);

@@ -27,14 +27,6 @@ std::vector<Vec3> places_of(const StoredProbes& probes) {
   return places_m;
 }
 
-// Identifies the voice of a copy's source.
-std::uint64_t voice_number(std::uint64_t moving_source, std::uint64_t probe_source) {
-  std::uint64_t mixed = moving_source * 0x9e3779b97f4a7c15u ^ probe_source;
-  mixed = (mixed ^ mixed >> 32) * 0xd6e8feb86659fd93u;
-  mixed ^= mixed >> 32;
-  return mixed | kMovingSourceBit;
-}
-
 // Multiples of the golden ratio: of n consecutive numbers, no two neighbouring hashes are further
 // apart than 2.7 / n of the range, so that no copy is left without a source of the top page.
 std::uint32_t hash_of(std::uint64_t probe_source) {

@@ -16,22 +16,10 @@
 #include <vector>
 
 #include "common/vec.h"
+#include "runtime/occlusion/mirror_plane.h"
 #include "runtime/probes/first_reflection_tracer.h"
 
 namespace clamor {
-
-// A plane, as the points p with dot(normal, p) = offset_m.
-struct MirrorPlane {
-  Vec3 normal{0, 1, 0};  // unit, towards the source
-  double offset_m = 0;
-
-  Vec3 image_of(const Vec3& point_m) const {
-    return point_m - 2 * (dot(normal, point_m) - offset_m) * normal;
-  }
-  Vec3 mirrored(const Vec3& direction) const {
-    return direction - 2 * dot(normal, direction) * normal;
-  }
-};
 
 class SourceMirrors {
  public:
@@ -39,7 +27,7 @@ class SourceMirrors {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   struct Mirror {
-    MirrorPlane plane;
+    MirrorPlane plane;                // its normal is towards the source
     float reflected = 0;              // share of the power, in the loudest band
     float u = 1;                      // permanent random number of its image
     std::uint32_t number = 0;         // identifies it for as long as rays find it

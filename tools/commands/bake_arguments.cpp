@@ -9,9 +9,8 @@ namespace clamor {
 void add_import_options(Arguments& parser, ImportOptions& options) {
   parser.option("--emitter", options.emitters,
                 "add an emitter, as in signal=FILE,at=X,Y,Z; the signal may also be noise or "
-                "impulse; further "
-                "fields: name=NAME, facing=X,Y,Z, gain=-6dB, directivity=P, delay=S, loop=no; may "
-                "be repeated");
+                "impulse; further fields: name=NAME, facing=X,Y,Z, gain=-6dB, directivity=P, "
+                "delay=S, loop=no; may be repeated");
   parser.option("--acoustics", options.sidecar,
                 "sidecar file to use instead of LEVEL.acoustics.json");
   parser.option("--material", options.material,

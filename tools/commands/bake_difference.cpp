@@ -256,15 +256,14 @@ std::array<double, kBandCount> level_difference_db(const Bands& a, const Bands& 
   return difference;
 }
 
+bool is_same_scene(const BakeFile& a, const BakeFile& b) {
+  return a.settings().air == b.settings().air && a.materials() == b.materials() &&
+         a.emitters() == b.emitters() && a.movable_parts() == b.movable_parts() &&
+         a.portals() == b.portals();
+}
+
 Result<bool> sound_identical(const BakeFile& a, const BakeFile& b) {
-  const Air &air_a = a.settings().air, &air_b = b.settings().air;
-  if (air_a.temperature_c != air_b.temperature_c ||
-      air_a.humidity_percent != air_b.humidity_percent || air_a.pressure_kpa != air_b.pressure_kpa)
-    return false;
-  if (a.materials() != b.materials() || a.emitters() != b.emitters() ||
-      a.movable_parts() != b.movable_parts())
-    return false;
-  if (!(a.portals() == b.portals())) return false;
+  if (!is_same_scene(a, b)) return false;
   const auto sources = same_sources(a, b);
   if (!sources.ok() || !*sources) return sources;
   const auto signals = same_signals(a, b);

@@ -19,7 +19,10 @@ std::vector<BakeDifference> differences_of(const BakeFile& a, const BakeFile& b)
 // Power of all of B's sources relative to A's, per band; 0 dB if either has none.
 std::array<double, kBandCount> level_difference_db(const Bands& a, const Bands& b);
 
-// Returns whether both sound the same, to the last bit: sources, signals, surfaces and air are
+// Whether emitters, portals, movable parts, materials and air of both are equal.
+bool is_same_scene(const BakeFile& a, const BakeFile& b);
+
+// Returns whether both sound the same, to the last bit: scene, sources, signals and surfaces are
 // equal.
 Result<bool> sound_identical(const BakeFile& a, const BakeFile& b);
 

@@ -6,8 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "formats/bake_file/baked_portals.h"
-#include "formats/level/movable_part.h"
 #include "tools/commands/bake_difference.h"
 #include "tools/report/bake_overview.h"
 #include "tools/report/report_words.h"
@@ -25,17 +23,6 @@ struct Step {
   double noticeable = 0;         // in just-noticeable differences
   std::optional<double> errors;  // in standard errors of the difference; nothing: unknown
 };
-
-// Hears the same thing in both, apart from what photons find.
-bool is_same_scene(const BakeFile& a, const BakeFile& b) {
-  const Air &air_a = a.settings().air, &air_b = b.settings().air;
-  return a.emitters() == b.emitters() && a.portals() == b.portals() &&
-         a.movable_parts() == b.movable_parts() && a.materials() == b.materials() &&
-         a.provenance().input_hash == b.provenance().input_hash &&
-         air_a.temperature_c == air_b.temperature_c &&
-         air_a.humidity_percent == air_b.humidity_percent &&
-         air_a.pressure_kpa == air_b.pressure_kpa;
-}
 
 std::vector<Step> steps_of(const BakeFile& a, const BakeFile& b) {
   const DecaySummary &decay_a = a.statistics().decay, &decay_b = b.statistics().decay;
@@ -63,7 +50,8 @@ std::vector<Step> steps_of(const BakeFile& a, const BakeFile& b) {
 }  // namespace
 
 BakeVerdict verdict_on(const BakeFile& a, const BakeFile& b) {
-  if (!is_same_scene(a, b)) return {Audible::kYes, "They do not sound the same."};
+  if (!is_same_scene(a, b) || a.provenance().input_hash != b.provenance().input_hash)
+    return {Audible::kYes, "They do not sound the same."};
   const std::vector<Step> steps = steps_of(a, b);
   const Step& most = *std::ranges::max_element(steps, {}, &Step::noticeable);
   if (most.noticeable < 1)

@@ -22,7 +22,7 @@ struct BakeVerdict {
   std::string sentence;
 };
 
-// Of bakes that are not the same to the last bit.
+// Judges two bakes that are not the same to the last bit.
 BakeVerdict verdict_on(const BakeFile& a, const BakeFile& b);
 
 }  // namespace clamor

@@ -9,7 +9,7 @@ inline constexpr int kBadUsage = 2;  // words that make no command
 // Ended by SIGINT, SIGTERM or SIGHUP before the work was done, as shells say of SIGINT.
 inline constexpr int kInterrupted = 130;
 
-// Those of clamor diff, as of diff and cmp, with an own code for files that cannot be used.
+// clamor diff ends as diff and cmp do, with a code of its own for files that cannot be used.
 inline constexpr int kDiffers = 1, kDiffBadInput = 3;
 
 }  // namespace clamor

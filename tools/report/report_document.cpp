@@ -31,8 +31,8 @@ std::string setting(const ReportContents& contents) {
                      counted(overview.secondary, "secondary source"), file.provenance().tool);
 }
 
-// What printable() replaces is replaced here too, because the page shows the strings: also where it
-// is escaped. "</script>" in a name would end the script.
+// Replaces what printable() replaces, escapes included, because the page shows the strings. "<" is
+// escaped, since "</script>" in a name would end the script.
 std::string json_for_html(const std::string& json) {
   std::string text;
   for (std::size_t i = 0; i < json.size(); ++i) {

@@ -25,8 +25,8 @@ std::optional<double> middle_value(std::span<const RoomResponse> responses,
 // that it booms (L. Beranek. Concert Halls and Opera Houses, 2004).
 std::optional<double> bass_ratio(std::span<const RoomResponse> responses);
 
-// What the photons of a bake met of a material. Surfaces that no sound reaches (outer faces, parts
-// that the bake leaves out) therefore do not count, however large they are.
+// The power that photons brought to a material. Surfaces that no sound reaches (outer faces, parts
+// that the bake leaves out) do not count, however large they are.
 struct MetMaterial {
   std::string name;
   Bands absorption{}, transmission{};
@@ -38,8 +38,8 @@ struct MetMaterial {
   }
 };
 
-// Those that absorb most first. Materials of equal values are one (bake_overview.h). Empty for a
-// file of an older program, which does not know them.
+// Lists the materials, those that absorb most first. Materials of equal values are one
+// (bake_overview.h). A file of an older program does not know them: the list is empty.
 std::vector<MetMaterial> met_materials(const BakeFile& file);
 
 // By material.

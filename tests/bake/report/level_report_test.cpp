@@ -285,7 +285,7 @@ TEST(LevelReport, WarnsOfOpeningsUnlessMostSoundLeaves) {
   EXPECT_EQ(enclosure_of(findings_in(prepare_level(room))), Enclosure::kClosed);
 }
 
-// Its two ends are one opening whose mean direction vanishes, or two.
+// The two ends of a tunnel are found as two openings, or as one whose mean direction vanishes.
 TEST(LevelReport, DoesNotPutAShortTunnelInTheOpen) {
   for (const double length_m : {4.0, 8.0, 30.0}) {
     Level tunnel = without(kLeft, {length_m, 3, 4}, 0.3f, {length_m / 2, 1.5, 2});

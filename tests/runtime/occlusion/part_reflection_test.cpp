@@ -152,7 +152,7 @@ TEST(PartShapes, KnowTheirLargeFacesWithTheSideThatIsOutside) {
     EXPECT_NEAR(face.area_m2, 2, 1e-6);
     EXPECT_NEAR(face.offset_m, 0.02, 1e-6);
     EXPECT_NEAR(face.radius_m, std::sqrt(1.25), 1e-6);
-    EXPECT_NEAR(face.mirrored, 0.9, 1e-6);
+    EXPECT_NEAR(face.reflected, 0.9, 1e-6);
     EXPECT_NEAR(dot(face.normal, face.centre_m), 0.02, 1e-6);
   }
   const auto sheet = *PartShape::make(rectangle(-1, 1, -1, 1), materials);

@@ -65,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(Each, Experiment,
 TEST(Experiments, OfSeedsJudgeEachParameterOfEnergiesAndOfAWaveform) {
   const Folder folder;
   const std::string report = folder / "report";
-  // Its walls transmit nothing, since what comes through them later decays more slowly.
+  // The walls transmit nothing, since sound that comes back through them decays more slowly.
   const std::string acoustics = folder.write("opaque.json", R"({"materials": {
       "parquet": {"preset": "wood_floor", "transmission": 0},
       "wall_plaster": {"preset": "plaster", "transmission": 0},

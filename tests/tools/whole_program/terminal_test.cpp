@@ -200,7 +200,7 @@ TEST(Terminal, HasHelpThatFitsIt) {
   }
 }
 
-// What is longer than a line has no blank at which it could be broken.
+// Lines may be longer than the terminal is wide only where they have no blank to break at.
 TEST(Help, OfEveryCommandFitsTheColumnsThatThereAre) {
   for (const std::string command :
        {"", "bake", "merge", "farm", "inspect", "report", "diff", "play", "view", "bench", "render",
