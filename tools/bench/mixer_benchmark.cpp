@@ -29,6 +29,18 @@ const std::vector<MixMode>& bench_modes() {
   return kModes;
 }
 
+MixMode mode_like_openal(const std::string& resampler, OpenalOutput output) {
+  const bool is_linear = resampler == "Linear" || resampler == "Nearest";
+  MixMode mode{is_linear ? Interpolation::kLinear : Interpolation::kCubic};
+  if (output == OpenalOutput::kBinaural) {
+    mode.head = true;
+  } else {
+    mode.delays = 1;
+    mode.eight_bands = false;
+  }
+  return mode;
+}
+
 VoiceCost cost_of(const MixMode& mode, std::uint32_t voices) {
   const bool cubic = mode.interpolation == Interpolation::kCubic;
   VoiceCost work{mode.delays * (cubic ? 5.0 : 1.0), mode.delays * (cubic ? 4.0 : 2.0), 0};
@@ -67,7 +79,6 @@ Result<MixerBenchmark> measure_mixer(const BenchRequest&, const std::function<vo
 namespace {
 
 constexpr std::uint32_t kVoicesOfOtherKernels = 2000, kMaxOpenalVoices = 2000;
-constexpr MixMode kLikeOpenal{Interpolation::kLinear, 1, false};
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -147,12 +158,13 @@ void run_profile(benchmark::State& state, KernelProfile* profile, double seconds
 }
 
 // Each round times everything in turn, so that a disturbance affects all figures alike.
-void run_openal(benchmark::State& state, OpenalTiming* figure, double seconds) {
+void run_openal(benchmark::State& state, OpenalTiming* figure, const MixMode& mode,
+                double seconds) {
   const std::uint32_t count = figure->voices;
-  KernelVoices kernel(kLikeOpenal, count);
-  MixerVoices mixer(kLikeOpenal, count);
+  KernelVoices kernel(mode, count);
+  MixerVoices mixer(mode, count);
   const std::array places = {openal_voices_at(0, count), openal_voices_at(1, count)};
-  const auto openal = OpenalVoices::create(bench_samples(), places[0]);
+  const auto openal = OpenalVoices::create(bench_samples(), places[0], figure->output);
   std::vector<float> block(kEars * kBenchFrames);
   std::vector<double> still, moving, times_still, times_moving;
   double energy = 0;
@@ -173,8 +185,10 @@ void run_openal(benchmark::State& state, OpenalTiming* figure, double seconds) {
   if (!openal) return;
   if (!(energy > 0)) state.SkipWithError("OpenAL Soft was silent");
   const double real_time = static_cast<double>(count) * kBenchFrames / kSampleRate_hz;
-  *figure = {count, real_time / median(still), real_time / median(moving), median(times_still),
-             median(times_moving)};
+  figure->still = real_time / median(still);
+  figure->moving = real_time / median(moving);
+  figure->times_still = median(times_still);
+  figure->times_moving = median(times_moving);
 }
 
 // Why a run was skipped, "" if it was not. Google Benchmark 1.8 renamed the members that tell.
@@ -268,16 +282,22 @@ Result<MixerBenchmark> measure_mixer(const BenchRequest& request,
   MixerBenchmark result;
   result.instructions = mix_kernel_target();
   result.figures = wanted(request, result.instructions);
-  if (const auto openal = OpenalVoices::create(bench_samples(), openal_voices_at(0, 1))) {
-    result.openal = openal->version();
-    for (const std::uint32_t voices : request.voices)
-      if (voices <= kMaxOpenalVoices) result.against_openal.push_back({voices});
-  }
+  result.openal = openal_library();
+  const auto like_openal = [&](OpenalOutput output) {
+    return mode_like_openal(result.openal.resampler, output);
+  };
+  for (const OpenalOutput output : {OpenalOutput::kStereo, OpenalOutput::kBinaural})
+    if (const auto one = OpenalVoices::create(bench_samples(), openal_voices_at(0, 1), output)) {
+      if (output == OpenalOutput::kBinaural) result.openal_head = one->head();
+      for (const std::uint32_t voices : request.voices)
+        if (voices <= kMaxOpenalVoices) result.against_openal.push_back({output, voices});
+    }
 
   const std::uint32_t profiled =
       std::min(kVoicesOfOtherKernels, *std::ranges::max_element(request.voices));
   for (const OpenalTiming& figure : result.against_openal)
-    if (figure.voices != profiled) result.profiles.push_back({kLikeOpenal, figure.voices});
+    if (figure.output == OpenalOutput::kStereo && figure.voices != profiled)
+      result.profiles.push_back({like_openal(figure.output), figure.voices});
   for (const MixMode& mode : bench_modes()) result.profiles.push_back({mode, profiled});
 
   const std::size_t first_profile = result.figures.size() + result.against_openal.size();
@@ -298,7 +318,8 @@ Result<MixerBenchmark> measure_mixer(const BenchRequest& request,
           ->Iterations(1);
   for (std::size_t i = 0; i < result.against_openal.size(); ++i)
     benchmark::RegisterBenchmark(std::to_string(result.figures.size() + i).c_str(), run_openal,
-                                 &result.against_openal[i], request.seconds)
+                                 &result.against_openal[i],
+                                 like_openal(result.against_openal[i].output), request.seconds)
         ->Iterations(3 * request.runs);
   const auto rounds = static_cast<std::size_t>(request.runs);
   Collector collector(first_profile + rounds * result.profiles.size(), progress);

@@ -8,10 +8,11 @@
 //   profile    mix_voices() on typical voices, on static ones, on static ones in L1, and on those
 //              in shorter calls: the differences are the cost of sliding, memory and setup
 //   reference  mix_reference(): frame by frame in double
-//   openal     OpenAL Soft (linear, one delay, stereo, no HRTF) on as many voices at the same
-//              pitches, in alternation with Clamor. Static: the kernel against OpenAL Soft's
-//              rendering alone. Moving: the mixer against OpenAL Soft with its sources moved at
-//              every keyframe. Signals are in the caches; figures are medians over the rounds.
+//   openal     OpenAL Soft on as many voices at the same pitches, in alternation with Clamor: in
+//              stereo with its defaults, and with its HRTF against Clamor's binaural mode. Static:
+//              the kernel against OpenAL Soft's rendering alone. Moving: the mixer against OpenAL
+//              Soft with its sources moved at every keyframe. Signals are in the caches; figures
+//              are medians over the rounds.
 #pragma once
 
 #include <cstdint>
@@ -21,6 +22,7 @@
 
 #include "common/result.h"
 #include "runtime/voices/mix_kernel.h"
+#include "tools/bench/openal_voices.h"
 
 namespace clamor {
 
@@ -50,7 +52,13 @@ struct MixerTiming {
   double of_multiply_adds = 0, of_loads = 0;
 };
 
+// The mode of Clamor that is compared with OpenAL Soft: interpolation is linear if that of the
+// library is, and cubic otherwise. Stereo has one delay and the full band, as OpenAL Soft has;
+// binaural mixing has no such mode.
+MixMode mode_like_openal(const std::string& resampler, OpenalOutput output);
+
 struct OpenalTiming {
+  OpenalOutput output = OpenalOutput::kStereo;
   std::uint32_t voices = 0;
   double still = 0, moving = 0;              // voices in real time
   double times_still = 0, times_moving = 0;  // Clamor's voices relative to OpenAL Soft's
@@ -81,7 +89,8 @@ struct MixerBenchmark {
   // For the instruction set in use: first the mode that is compared with OpenAL Soft, at each
   // number of voices, then each mode.
   std::vector<KernelProfile> profiles;
-  std::string openal;  // version; empty if not installed
+  OpenalLibrary openal;     // without a version if it is not installed
+  std::string openal_head;  // the HRTF that it used; empty if it has none
   std::vector<OpenalTiming> against_openal;
 };
 

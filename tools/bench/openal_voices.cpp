@@ -14,14 +14,23 @@ namespace {
 
 constexpr int kRate_hz = 48000;
 
-class Loopback final : public OpenalVoices {
+// A loopback device of stereo floats with a context of its own, which is the current one.
+class Device {
  public:
-  bool open(const std::vector<std::vector<float>>& signals, const std::vector<Voice>& voices) {
+  Device() = default;
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+  ~Device() {
+    alcMakeContextCurrent(nullptr);
+    if (context_ != nullptr) alcDestroyContext(context_);
+    if (device_ != nullptr) alcCloseDevice(device_);
+  }
+
+  // `hrtf` is ALC_TRUE, ALC_FALSE, or ALC_DONT_CARE_SOFT for the library's default.
+  bool open(std::size_t sources, ALCint hrtf) {
     const auto open_device = reinterpret_cast<LPALCLOOPBACKOPENDEVICESOFT>(
         alcGetProcAddress(nullptr, "alcLoopbackOpenDeviceSOFT"));
-    render_ = reinterpret_cast<LPALCRENDERSAMPLESSOFT>(
-        alcGetProcAddress(nullptr, "alcRenderSamplesSOFT"));
-    if (open_device == nullptr || render_ == nullptr) return false;
+    if (open_device == nullptr) return false;
     device_ = open_device(nullptr);
     const ALCint wanted[] = {ALC_FORMAT_CHANNELS_SOFT,
                              ALC_STEREO_SOFT,
@@ -30,12 +39,37 @@ class Loopback final : public OpenalVoices {
                              ALC_FREQUENCY,
                              kRate_hz,
                              ALC_MONO_SOURCES,
-                             static_cast<ALCint>(voices.size()),
+                             static_cast<ALCint>(sources),
                              ALC_HRTF_SOFT,
-                             ALC_FALSE,
+                             hrtf,
                              0};
     if (device_ != nullptr) context_ = alcCreateContext(device_, wanted);
-    if (context_ == nullptr || alcMakeContextCurrent(context_) == ALC_FALSE) return false;
+    return context_ != nullptr && alcMakeContextCurrent(context_) == ALC_TRUE;
+  }
+
+  ALCdevice* device() const { return device_; }
+  ALCcontext* context() const { return context_; }
+  ALCint value(ALCenum of) const {
+    ALCint value = 0;
+    alcGetIntegerv(device_, of, 1, &value);
+    return value;
+  }
+
+ private:
+  ALCdevice* device_ = nullptr;
+  ALCcontext* context_ = nullptr;
+};
+
+class Loopback final : public OpenalVoices {
+ public:
+  bool open(const std::vector<std::vector<float>>& signals, const std::vector<Voice>& voices,
+            bool hrtf) {
+    render_ = reinterpret_cast<LPALCRENDERSAMPLESSOFT>(
+        alcGetProcAddress(nullptr, "alcRenderSamplesSOFT"));
+    if (render_ == nullptr || !device_.open(voices.size(), hrtf ? ALC_TRUE : ALC_FALSE))
+      return false;
+    // A user's alsoft.conf can require an HRTF or forbid it.
+    if ((device_.value(ALC_HRTF_SOFT) == ALC_TRUE) != hrtf) return false;
     alDistanceModel(AL_NONE);
     buffers_.resize(signals.size());
     alGenBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
@@ -64,45 +98,79 @@ class Loopback final : public OpenalVoices {
   ~Loopback() override {
     if (!sources_.empty()) alDeleteSources(static_cast<ALsizei>(sources_.size()), sources_.data());
     if (!buffers_.empty()) alDeleteBuffers(static_cast<ALsizei>(buffers_.size()), buffers_.data());
-    alcMakeContextCurrent(nullptr);
-    if (context_ != nullptr) alcDestroyContext(context_);
-    if (device_ != nullptr) alcCloseDevice(device_);
   }
 
   void move(const std::vector<Voice>& voices) override {
-    alcSuspendContext(context_);  // applies all changes at once
+    alcSuspendContext(device_.context());  // applies all changes at once
     for (std::size_t i = 0; i < voices.size(); ++i) {
       const float right = voices[i].right;
       alSourcef(sources_[i], AL_PITCH, voices[i].pitch);
       alSource3f(sources_[i], AL_POSITION, right, 0, -std::sqrt(1 - right * right));
     }
-    alcProcessContext(context_);
+    alcProcessContext(device_.context());
   }
 
   void render(std::span<float> interleaved) override {
-    render_(device_, interleaved.data(), static_cast<ALCsizei>(interleaved.size() / 2));
+    render_(device_.device(), interleaved.data(), static_cast<ALCsizei>(interleaved.size() / 2));
   }
 
-  // The last word of "1.1 ALSOFT 1.19.1".
-  std::string version() const override {
-    const std::string text = alGetString(AL_VERSION);
-    return text.substr(text.rfind(' ') + 1);
+  std::string head() const override {
+    return device_.value(ALC_HRTF_SOFT) == ALC_TRUE
+               ? alcGetString(device_.device(), ALC_HRTF_SPECIFIER_SOFT)
+               : "";
   }
 
  private:
+  Device device_;
   LPALCRENDERSAMPLESSOFT render_ = nullptr;
-  ALCdevice* device_ = nullptr;
-  ALCcontext* context_ = nullptr;
   std::vector<ALuint> buffers_, sources_;
 };
+
+std::string hrtf_status(ALCint status) {
+  switch (status) {
+    case ALC_HRTF_DISABLED_SOFT:
+      return "disabled";
+    case ALC_HRTF_ENABLED_SOFT:
+      return "enabled";
+    case ALC_HRTF_DENIED_SOFT:
+      return "denied";
+    case ALC_HRTF_REQUIRED_SOFT:
+      return "required";
+    case ALC_HRTF_HEADPHONES_DETECTED_SOFT:
+      return "headphones detected";
+    default:
+      return "unsupported";
+  }
+}
+
+std::string default_resampler() {
+  const auto string_of = reinterpret_cast<LPALGETSTRINGISOFT>(alGetProcAddress("alGetStringiSOFT"));
+  if (string_of == nullptr || alIsExtensionPresent("AL_SOFT_source_resampler") == AL_FALSE)
+    return "unknown";
+  ALuint source = 0;
+  ALint resampler = 0;
+  alGenSources(1, &source);
+  alGetSourcei(source, AL_SOURCE_RESAMPLER_SOFT, &resampler);
+  alDeleteSources(1, &source);
+  return string_of(AL_RESAMPLER_NAME_SOFT, resampler);
+}
 
 }  // namespace
 
 std::unique_ptr<OpenalVoices> OpenalVoices::create(const std::vector<std::vector<float>>& signals,
-                                                   const std::vector<Voice>& voices) {
+                                                   const std::vector<Voice>& voices,
+                                                   OpenalOutput output) {
   auto loopback = std::make_unique<Loopback>();
-  if (!loopback->open(signals, voices)) return nullptr;
+  if (!loopback->open(signals, voices, output == OpenalOutput::kBinaural)) return nullptr;
   return loopback;
+}
+
+OpenalLibrary openal_library() {
+  Device device;
+  if (!device.open(1, ALC_DONT_CARE_SOFT)) return {};
+  const std::string version = alGetString(AL_VERSION);  // such as "1.1 ALSOFT 1.19.1"
+  return {version.substr(version.rfind(' ') + 1), default_resampler(), device.value(ALC_FREQUENCY),
+          hrtf_status(device.value(ALC_HRTF_STATUS_SOFT))};
 }
 
 }  // namespace clamor
@@ -112,9 +180,11 @@ std::unique_ptr<OpenalVoices> OpenalVoices::create(const std::vector<std::vector
 namespace clamor {
 
 std::unique_ptr<OpenalVoices> OpenalVoices::create(const std::vector<std::vector<float>>&,
-                                                   const std::vector<Voice>&) {
+                                                   const std::vector<Voice>&, OpenalOutput) {
   return nullptr;
 }
+
+OpenalLibrary openal_library() { return {}; }
 
 }  // namespace clamor
 

@@ -53,7 +53,12 @@ const char* curve_of(const MixMode& mode) {
   return mode.interpolation == Interpolation::kCubic ? "cubic" : "linear";
 }
 const char* bands_of(const MixMode& mode) { return mode.two_layers() ? "eight" : "full"; }
-const char* output_of(const MixMode& mode) { return mode.head ? "binaural" : "stereo"; }
+const char* output_of(OpenalOutput output) {
+  return output == OpenalOutput::kBinaural ? "binaural" : "stereo";
+}
+const char* output_of(const MixMode& mode) {
+  return output_of(mode.head ? OpenalOutput::kBinaural : OpenalOutput::kStereo);
+}
 std::string name_of(const MixMode& mode) {
   return fmt::format("{:<7}{:<7}{:<7}{:<9}", curve_of(mode), mode.delays == 1 ? "one" : "two",
                      bands_of(mode), output_of(mode));
@@ -161,21 +166,36 @@ void print_profiles(const MixerBenchmark& figures, std::ostream& out) {
 }
 
 void print_openal(const MixerBenchmark& figures, std::ostream& out) {
-  if (figures.against_openal.empty()) {
+  const OpenalLibrary& openal = figures.openal;
+  if (openal.version.empty()) {
     out << "\nOpenAL Soft is not installed, so there is no comparison; install libopenal-dev and "
            "build "
            "again.\n";
     return;
   }
+  const auto like = [&](OpenalOutput output) {
+    return curve_of(mode_like_openal(openal.resampler, output));
+  };
   out << fmt::format(
-      "\nOpenAL Soft {} on the same voices (linear, one delay, full band, stereo), and how many "
-      "times more voices Clamor mixes\n"
-      "{:>10}{:>12}{:>18}{:>12}{:>18}\n",
-      figures.openal, "", "static", "times: kernel", "moving", "times: mixer");
+      "\nOpenAL Soft {} on the same voices, and how many times more voices Clamor mixes. Its "
+      "defaults: resampler {}, output at\n{} Hz, HRTF {}. stereo: with these defaults and no "
+      "HRTF, against Clamor {}, one delay, full band.\n",
+      openal.version, openal.resampler, openal.output_hz, openal.hrtf_by_default,
+      like(OpenalOutput::kStereo));
+  if (figures.openal_head.empty())
+    out << "It has no HRTF here, so binaural mixing is not compared.\n";
+  else
+    out << fmt::format(
+        "binaural: with its HRTF {}, against Clamor {}, two delays, eight bands, and an HRTF in {} "
+        "narrow bands\nfor the {} loudest voices.\n",
+        in_quotes(figures.openal_head), like(OpenalOutput::kBinaural), kHrtfBands,
+        MixMode().narrowband_voices);
+  out << fmt::format("{:<10}{:>10}{:>12}{:>18}{:>12}{:>18}\n", "output", "", "static",
+                     "times: kernel", "moving", "times: mixer");
   for (const OpenalTiming& figure : figures.against_openal)
-    out << fmt::format("{:>10}{:>12}{:>18.1f}{:>12}{:>18.1f}\n", "K=" + grouped(figure.voices),
-                       grouped(figure.still), figure.times_still, grouped(figure.moving),
-                       figure.times_moving);
+    out << fmt::format("{:<10}{:>10}{:>12}{:>18.1f}{:>12}{:>18.1f}\n", output_of(figure.output),
+                       "K=" + grouped(figure.voices), grouped(figure.still), figure.times_still,
+                       grouped(figure.moving), figure.times_moving);
 }
 
 void print_tables(const MixerBenchmark& figures, const std::vector<std::uint32_t>& counts,
@@ -242,10 +262,14 @@ ordered_json to_json(const MixerBenchmark& figures) {
                                 {"usual_ns", profile.usual_ns},
                                 {"mixer_ns", profile.mixer_ns}});
   json["openal"] = nullptr;
-  if (figures.against_openal.empty()) return json;
-  json["openal"] = {{"version", figures.openal}, {"figures", ordered_json::array()}};
+  const OpenalLibrary& openal = figures.openal;
+  if (openal.version.empty()) return json;
+  json["openal"] = {{"version", openal.version},     {"resampler", openal.resampler},
+                    {"output_hz", openal.output_hz}, {"hrtf_by_default", openal.hrtf_by_default},
+                    {"head", figures.openal_head},   {"figures", ordered_json::array()}};
   for (const OpenalTiming& figure : figures.against_openal)
-    json["openal"]["figures"].push_back({{"voices", figure.voices},
+    json["openal"]["figures"].push_back({{"output", output_of(figure.output)},
+                                         {"voices", figure.voices},
                                          {"still", figure.still},
                                          {"moving", figure.moving},
                                          {"times_still", figure.times_still},

@@ -1,14 +1,20 @@
 // Tests that clamor bench prints every figure and that the figures are consistent; times are not
 // checked.
+#include <array>
+#include <cmath>
 #include <map>
 #include <set>
+#include <string>
+#include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "runtime/voices/mix_kernel.h"
 #include "tests/tools/run_clamor.h"
 #include "tools/bench/mixer_benchmark.h"
+#include "tools/bench/openal_voices.h"
 
 namespace clamor {
 namespace {
@@ -73,10 +79,72 @@ TEST(Bench, MeasuresEachWayOfMixingAtEachNumberOfVoicesAndWhatStandsBesideIt) {
   }
 
   if (!has_openal) return;
-  EXPECT_EQ(all["openal"].at("figures").size(), 2u);
-  for (const json& figure : all["openal"]["figures"])
+  const json& openal = all["openal"];
+  // Stereo, and binaural where OpenAL Soft has an HRTF, as Debian's has.
+  const bool has_head = openal.at("head") != "";
+  EXPECT_EQ(openal.at("figures").size(), has_head ? 4u : 2u);
+  for (std::size_t i = 0; i < openal["figures"].size(); ++i) {
+    const json& figure = openal["figures"][i];
+    EXPECT_EQ(figure.at("output"), i < 2 ? "stereo" : "binaural");
+    EXPECT_EQ(figure.at("voices"), i % 2 == 0 ? 20 : 60);
     for (const char* value : {"still", "moving", "times_still", "times_moving"})
       EXPECT_GT(figure.at(value).get<double>(), 0) << figure;
+  }
+}
+
+// Whoever compares with other figures has to know which OpenAL Soft was measured, and how.
+TEST(Bench, NamesTheOpenalSoftThatItMeasured) {
+  const OpenalLibrary library = openal_library();
+  if (library.version.empty()) GTEST_SKIP() << "built without OpenAL Soft";
+  EXPECT_THAT(library.version, ::testing::MatchesRegex("[0-9]+\\.[0-9]+.*"));
+  EXPECT_FALSE(library.resampler.empty());
+  EXPECT_EQ(library.output_hz, 48000);
+
+  const auto outcome =
+      clamor({"bench", "mixer", "--voices", "20", "--cpu-seconds", "0.0005", "--runs", "1"});
+  if (is_without_timer(outcome)) GTEST_SKIP() << outcome.err;
+  EXPECT_THAT(outcome.out, ::testing::HasSubstr("OpenAL Soft " + library.version + " on the same"));
+  EXPECT_THAT(outcome.out,
+              ::testing::HasSubstr("resampler " + library.resampler +
+                                   ", output at\n48000 Hz, HRTF " + library.hrtf_by_default + "."));
+}
+
+// Both rows would measure the same if the library gave stereo for binaural.
+TEST(Bench, ComparesBinauralMixingWithTheHrtfOfOpenalSoft) {
+  std::vector<float> click(4800, 0.0f);
+  click[100] = 1;
+  const std::vector<OpenalVoices::Voice> right = {{0, 0, 1, 1}};
+  if (!OpenalVoices::create({click}, right)) GTEST_SKIP() << "built without OpenAL Soft";
+  const auto onset_frames = [&](OpenalOutput output) {
+    const auto voices = OpenalVoices::create({click}, right, output);
+    std::array<std::ptrdiff_t, 2> at = {-1, -1};
+    if (voices == nullptr) return at;
+    std::vector<float> block(std::size_t{2} * 1024);
+    voices->render(block);
+    for (std::size_t ear = 0; ear < 2; ++ear)
+      for (std::size_t i = 0; i < 1024 && at[ear] < 0; ++i)
+        if (std::abs(block[2 * i + ear]) > 0.02f) at[ear] = static_cast<std::ptrdiff_t>(i);
+    return at;
+  };
+  EXPECT_EQ(onset_frames(OpenalOutput::kStereo)[0], -1);  // panned to the right alone
+  const auto [left, near] = onset_frames(OpenalOutput::kBinaural);
+  if (near < 0) GTEST_SKIP() << "OpenAL Soft has no HRTF here";
+  // Sound takes 0.6 to 0.8 ms round a head.
+  EXPECT_GE(left - near, 20);
+  EXPECT_LE(left - near, 45);
+}
+
+// One row would be unfair if Clamor read its signals by another curve than OpenAL Soft does.
+TEST(Bench, ComparesWithTheInterpolationOfOpenalSoft) {
+  const MixMode stereo = mode_like_openal("Linear", OpenalOutput::kStereo);
+  EXPECT_EQ(stereo.interpolation, Interpolation::kLinear);
+  EXPECT_EQ(stereo.delays, 1);
+  EXPECT_FALSE(stereo.two_layers());
+  EXPECT_EQ(mode_like_openal("Cubic Spline", OpenalOutput::kStereo).interpolation,
+            Interpolation::kCubic);
+  const MixMode binaural = mode_like_openal("Linear", OpenalOutput::kBinaural);
+  EXPECT_TRUE(binaural.head);
+  EXPECT_EQ(binaural.interpolation, Interpolation::kLinear);
 }
 
 // Counted by hand: linear interpolation takes two neighbours and one multiply-add; each ear takes a
