@@ -16,7 +16,6 @@ namespace clamor {
 namespace {
 
 using bake_root::read_bands;
-using bake_root::text;
 using bake_root::write_bands;
 
 class EmitterReader {
@@ -54,7 +53,7 @@ Result<void> EmitterReader::add_emitter(Emitter emitter) {
 
 Result<void> EmitterReader::read_emitter(::Emitter::Reader stored) {
   Emitter emitter;
-  emitter.name = text(stored.getName());
+  emitter.name = bake_root::name(stored.getName());
   emitter.position_m = {stored.getX(), stored.getY(), stored.getZ()};
   emitter.axis = {stored.getAxisX(), stored.getAxisY(), stored.getAxisZ()};
   emitter.gain = stored.getGain();

@@ -51,7 +51,7 @@ Result<BakedPortals> read_portals(BakeRoot::Reader root, std::size_t emitters,
   if (stored.getPortals().size() > kMaxPortals) return Error("it has more than 1024 portals");
   for (const auto one : stored.getPortals()) {
     Portal& portal = portals.portals.emplace_back();
-    portal.name = bake_root::text(one.getName());
+    portal.name = bake_root::name(one.getName());
     const auto centre = read_vector(one.getCentreM(), "a portal");
     const auto half_u = read_vector(one.getHalfUM(), "a portal"),
                half_v = read_vector(one.getHalfVM(), "a portal");

@@ -23,6 +23,7 @@ namespace clamor {
 
 namespace {
 
+using bake_root::name;
 using bake_root::read_bands;
 using bake_root::text;
 
@@ -152,7 +153,7 @@ Result<void> RootReader::read_statistics() {
 Result<void> RootReader::read_materials() {
   for (const auto stored : root_.getMaterials()) {
     Material material;
-    material.name = text(stored.getName());
+    material.name = name(stored.getName());
     const std::string what = "material " + in_quotes(material.name);
     const auto absorption = read_bands(stored.getAbsorption(), 0, 1, what);
     const auto scattering = read_bands(stored.getScattering(), 0, 1, what);
@@ -177,7 +178,7 @@ Result<void> RootReader::read_movables() {
   if (movables.size() > kMaxMovableParts) return Error("it has too many movable parts");
   for (const auto stored : movables) {
     MovablePart& part = contents_.movable_parts.emplace_back();
-    part.name = text(stored.getName());
+    part.name = name(stored.getName());
     part.rest_pose.position_m = {stored.getX(), stored.getY(), stored.getZ()};
     part.rest_pose.rotation = Rotation(stored.getRotationW(), stored.getRotationX(),
                                        stored.getRotationY(), stored.getRotationZ());
@@ -312,7 +313,7 @@ Result<void> RootReader::read_signals() {
     return Error("it has " + std::to_string(stored_signals.size()) + " signals, more than " +
                  std::to_string(kMaxSignals));
   for (const auto stored : stored_signals) {
-    StoredSignal signal{text(stored.getName()),
+    StoredSignal signal{name(stored.getName()),
                         stored.getLoop(),
                         stored.getScale(),
                         stored.getFrames(),

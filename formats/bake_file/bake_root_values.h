@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/bands.h"
+#include "common/name_length.h"
 #include "common/result.h"
 #include "common/vec.h"
 #include "formats/bake_file/bake_root.capnp.h"
@@ -36,7 +37,14 @@ void write_vector(List list, const Vec3& vector) {
   for (unsigned axis = 0; axis < 3; ++axis) list.set(axis, vector[static_cast<int>(axis)]);
 }
 
-inline std::string text(capnp::Text::Reader reader) { return {reader.begin(), reader.size()}; }
+// A sentence, path or argument, at most kMaxTextBytes long.
+inline std::string text(capnp::Text::Reader reader, std::size_t most = kMaxTextBytes) {
+  std::string text(reader.begin(), reader.size());
+  shorten(text, most);
+  return text;
+}
+
+inline std::string name(capnp::Text::Reader reader) { return text(reader, kMaxNameBytes); }
 
 template <class List>
 void write_bands(List list, const Bands& bands) {

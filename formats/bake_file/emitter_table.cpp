@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "common/name_length.h"
 #include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/value_limits.h"
 
@@ -147,6 +148,7 @@ Result<void> NameList::next(std::string& name) {
   for (; !at_end() && at(at_) != '\0'; ++at_) name += at(at_);
   if (at_end()) return Error("the names of its emitters are cut short");
   ++at_;
+  shorten(name);
   return {};
 }
 

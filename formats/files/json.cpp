@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "common/name_length.h"
 #include "common/text.h"
 #include "formats/files/file_kind.h"
 #include "formats/files/level_folder.h"
@@ -170,6 +171,17 @@ Result<Json> parse_json(std::string_view text) {
     return Error("is no valid JSON (" + builder.error + "); correct it or export it again");
   }
   return std::move(builder.root);
+}
+
+void shorten_names(Json& json) {
+  if (std::string* const name = json.string()) shorten(*name);
+  if (json.array() != nullptr)
+    for (Json& element : *json.array()) shorten_names(element);
+  if (json.object() == nullptr) return;
+  for (auto& [key, value] : *json.object()) {
+    if (key != "uri") shorten_names(value);
+    shorten(key);
+  }
 }
 
 std::string dump_json(const Json& value) {

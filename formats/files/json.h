@@ -58,6 +58,9 @@ class Json {
 
 Result<Json> parse_json(std::string_view text);
 
+// Shortens all texts and names of members as names are (name_length.h), but for URIs.
+void shorten_names(Json& json);
+
 // Reads and parses a file. Errors name the file.
 Result<Json> read_json(const std::string& path);
 std::string dump_json(const Json& value);

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "common/printable.h"
 #include "formats/files/file_kind.h"
 #include "formats/gltf/gltf_check.h"
 #include "formats/gltf/required_extensions.h"
@@ -101,30 +100,6 @@ Result<FileBytes> read_buffer(const Json& buffer, std::size_t index, const Conta
   }
   bytes.resize(length);
   return bytes;
-}
-
-constexpr std::size_t kMaxName = 500;
-
-// Cuts the middle out of a long name.
-void shorten(std::string& name) {
-  if (name.size() <= kMaxName) return;
-  std::string begin = name.substr(0, kMaxName / 2), end = name.substr(name.size() - kMaxName / 2);
-  begin.resize(begin.size() - incomplete_bytes(begin));
-  while (!end.empty() && (static_cast<unsigned char>(end.front()) & 0xc0) == 0x80) end.erase(0, 1);
-  name = begin + "..." + end;
-}
-
-// Texts of a level are names, but for URIs. Messages, tables and the bake should not be as long as
-// a forged name is.
-void shorten_names(Json& json) {
-  if (std::string* const name = json.string()) shorten(*name);
-  if (json.array() != nullptr)
-    for (Json& element : *json.array()) shorten_names(element);
-  if (json.object() == nullptr) return;
-  for (auto& [key, value] : *json.object()) {
-    if (key != "uri") shorten_names(value);
-    shorten(key);
-  }
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "common/maths.h"
+#include "common/name_length.h"
 #include "common/text.h"
 #include "formats/level/acoustic_values.h"
 #include "formats/level/level_origin.h"
@@ -18,7 +19,6 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kMaxNameBytes = 500;
 constexpr const char* kExample = "as in \"signal=violin.flac,at=1,1.2,-3\"";
 
 std::string_view trimmed(std::string_view text) {

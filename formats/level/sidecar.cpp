@@ -209,8 +209,9 @@ PartPatterns read_portal_parts(JsonFields& fields) {
 }
 
 Result<Sidecar> parse_sidecar(std::string_view text, const MaterialPresets& presets) {
-  const auto json = parse_json(text);
+  auto json = parse_json(text);
   if (!json.ok()) return Error(json.error().message + ".");
+  shorten_names(*json);
   Sidecar sidecar;
   JsonFields fields(*json, "sidecar");
   for (const char* note : {"$schema", "comment"}) fields.any(note);

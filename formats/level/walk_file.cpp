@@ -24,8 +24,9 @@ double shortest_turn(double from, double to) {
 }  // namespace
 
 Result<Walk> Walk::read(const std::string& path) {
-  const auto json = read_json(path);
+  auto json = read_json(path);
   if (!json.ok()) return json.error();
+  shorten_names(*json);
   return parse(*json, path);
 }
 

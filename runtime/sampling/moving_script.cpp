@@ -25,8 +25,9 @@ std::string folder_of(const std::string& path) {
 }  // namespace
 
 Result<MovingScript> MovingScript::read(const std::string& path) {
-  const auto json = read_json(path);
+  auto json = read_json(path);
   if (!json.ok()) return json.error();
+  shorten_names(*json);
   JsonFields fields(*json, path);
   fields.any("comment");
   const Json* const portals = fields.any("portals");

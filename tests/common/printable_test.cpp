@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/name_length.h"
 #include "common/result.h"
 
 namespace clamor {
@@ -50,6 +51,25 @@ TEST(Printable, DetectsIncompleteCharacters) {
   EXPECT_EQ(incomplete_bytes("a\xc3"), 1u);
   EXPECT_EQ(incomplete_bytes("\xf0\x9f\x8e"), 3u);
   EXPECT_EQ(incomplete_bytes("\x80\x80\x80\x80"), 0u);
+}
+
+TEST(Names, ThatAreLongLoseTheirMiddleBetweenCharacters) {
+  std::string name = "wall";
+  shorten(name, 4);
+  EXPECT_EQ(name, "wall");
+  name = "begin----------end";
+  shorten(name, 11);
+  EXPECT_EQ(name, "begi...-end");
+  for (std::size_t most = 7; most < 20; ++most) {  // of two bytes each
+    std::string umlauts;
+    for (int i = 0; i < 40; ++i) umlauts += "\xc3\xbc";
+    shorten(umlauts, most);
+    EXPECT_LE(umlauts.size(), most);
+    EXPECT_EQ(printable(umlauts), umlauts) << most;
+    const std::string once = umlauts;
+    shorten(umlauts, most);
+    EXPECT_EQ(umlauts, once);  // readers of a file that holds a shortened name change nothing
+  }
 }
 
 TEST(Printable, IsAppliedToErrorsAndQuotes) {

@@ -77,6 +77,15 @@ TEST(EmitterTable, OmitsInheritedNames) {
   EXPECT_FALSE(names.next(name).ok());
 }
 
+TEST(EmitterTable, ShortensLongNames) {
+  const std::string name = "begin" + std::string(10'000, 'x') + "end", list = '\1' + name + '\0';
+  NameList names(std::as_bytes(std::span(list)));
+  std::string read;
+  ASSERT_TRUE(names.next(read).ok());
+  EXPECT_LE(read.size(), 500u);
+  EXPECT_TRUE(read.starts_with("beginx") && read.ends_with("xend")) << read;
+}
+
 TEST(EmitterTable, ThatIsInvalidIsRejected) {
   const Bytes whole = written(contents());
   const struct {
@@ -152,17 +161,17 @@ TEST(EmitterTable, HasLimitsThatDependOnTheSizeOfTheFile) {
 
 // Every instance inherits a long name, which the file stores once and the table once per instance.
 TEST(EmitterTable, CountsInheritedNamesForEveryInstance) {
-  const auto instanced_with_name = [](std::size_t letters) {
+  const auto instanced_with_name = [](std::size_t letters, unsigned times) {
     return with_root(written(contents()), [=](Root root) {
-      constexpr unsigned kTimes = 8;
       root.getEmitters()[0].setName(std::string(letters, 'a'));
-      auto runs = root.initEmitterInstances(kTimes);
-      for (unsigned i = 0; i < kTimes; ++i) fill(runs[i], 1u << i, 0, 1u << i);
-      put_names(root, std::string((1u << kTimes) - 1, '\0'));
+      auto runs = root.initEmitterInstances(times);
+      for (unsigned i = 0; i < times; ++i) fill(runs[i], 1u << i, 0, 1u << i);
+      put_names(root, std::string((1u << times) - 1, '\0'));
     });
   };
-  EXPECT_TRUE(read_whole(instanced_with_name(100)).ok());
-  const auto read = read_whole(instanced_with_name(100'000));
+  EXPECT_TRUE(read_whole(instanced_with_name(100, 8)).ok());
+  EXPECT_TRUE(read_whole(instanced_with_name(100'000, 8)).ok());  // 500 of them are read
+  const auto read = read_whole(instanced_with_name(500, 12));
   ASSERT_FALSE(read.ok());
   EXPECT_NE(read.error().message.find("names of its instanced emitters take more"),
             std::string::npos)

@@ -10,6 +10,7 @@
 #include "formats/bake_file/bake_writer.h"
 #include "tests/baked_room.h"
 #include "tests/build_paths.h"
+#include "tests/portal_rooms.h"
 #include "tests/tools/run_clamor.h"
 #include "tools/report/bake_overview.h"
 
@@ -177,6 +178,44 @@ TEST_F(InspectCommand, ShowsEveryTableAndTheWarnings) {
     EXPECT_NE(text.find(part), std::string::npos) << part << " is not in\n" << text;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120u) << line;
+}
+
+TEST(Names, OfAForgedBakeAreShortenedInEveryOutput) {
+  const Folder folder;
+  const std::string file = folder / "forged.clamor", page = folder / "page.html";
+  const std::string name = "begin" + std::string(1'000'000, 'x') + "end";
+  const std::string too_long(4097, 'x');
+  BakeContents forged = baked_portal_rooms();
+  forged.movable_parts = {{name, box_mesh({0.5, 1, 0.02}, 0), {{6, 1, 2.5}}}};
+  for (Material& material : forged.materials) material.name = name;
+  forged.emitters[0].name = forged.signals[0].name = forged.portals.portals[0].name = name;
+  forged.statistics.warnings = {name, name + "2"};
+  forged.statistics.findings.closedness = name;
+  forged.statistics.findings.list = {
+      {LevelFinding::Kind::kOpening, name, Vec3(1, 2, 3), 0.8, Vec3(0, 0, -1)}};
+  forged.provenance.tool = forged.provenance.level = name;
+  forged.provenance.inputs = {{name, 1, 2}};
+  forged.provenance.arguments = {"--emitter", name};
+  forged.provenance.libraries = {name};
+  const auto written = write_bake(file, forged, 1);
+  ASSERT_TRUE(written.ok()) << written.error().message.substr(0, 1000);
+
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"inspect", file},
+        {"inspect", file, "--json"},
+        {"diff", file, file, "--json"},
+        {"report", file, "-o", page},
+        {"impulse", file, "--listener", "0,1,3", "--from", "nobody"}}) {
+    const Outcome outcome = clamor(words);
+    EXPECT_EQ(outcome.out.find(too_long), std::string::npos) << words[0];
+    EXPECT_EQ(outcome.err.find(too_long), std::string::npos) << words[0];
+    EXPECT_EQ(outcome.code, words[0] == "impulse" ? 1 : 0) << outcome.err.substr(0, 1000);
+  }
+  EXPECT_EQ(read(page).find(too_long), std::string::npos);
+  const auto json = Json::parse(clamor({"inspect", file, "--json"}).out);
+  const std::string shown = json["emitters"][0]["name"];
+  EXPECT_LE(shown.size(), 500u);
+  EXPECT_TRUE(shown.starts_with("beginx") && shown.ends_with("xend")) << shown;
 }
 
 TEST_F(InspectCommand, ListsEveryPageWhenItIsAskedTo) {

@@ -203,6 +203,43 @@ TEST(Names, ThatAreVeryLongAreShortenedInEveryOutput) {
   EXPECT_LT(spec.err.size(), 1000u);
 }
 
+TEST(Names, OfAForgedSidecarOrScriptAreShortenedInEveryOutput) {
+  const Folder folder;
+  const std::string name = "begin" + std::string(1'000'000, 'x') + "end";
+  const std::string too_long(501, 'x');
+  const std::string level = folder.write("level.gltf", kEmptyLevel), file = folder / "a.clamor";
+  using nlohmann::json;
+  for (const json& sidecar :
+       std::vector<json>{{{name, 1}},
+                         {{"materials", {{name, name}}}},
+                         {{"movable", {name}}},
+                         {{"emitters", {{{"name", name}, {"signal", name}, {"at", {0, 1, 0}}}}}},
+                         {{"emitters", {{{"name", name}, {"removed", true}}}}},
+                         {{"listeners", {{{"name", name}, {"at", {0, 1, 0}}}}}},
+                         {{"portals", {{{"name", name}, {"corners", name}}}}}}) {
+    folder.write("level.acoustics.json", sidecar.dump());
+    const Outcome outcome = clamor({"bake", level, "-o", file, "--photons", "10", "--emitter",
+                                    "name=a,signal=noise,at=0,1,0"});
+    EXPECT_EQ(outcome.err.find(too_long), std::string::npos) << sidecar.dump().substr(0, 100);
+  }
+  folder.write("level.acoustics.json", "{}");
+  ASSERT_EQ(clamor({"bake", level, "-o", file, "--photons", "10", "--emitter",
+                    "name=a,signal=noise,at=0,1,0"})
+                .code,
+            0);
+  const json unknown = {
+      {"parts", {{{"name", name}, {"path", {{{"time_s", 0}, {"turn_deg", 0}}}}}}}};
+  const std::string script = folder.write("moving.json", unknown.dump());
+  const std::string walk = folder.write("walk.json", json{{name, 1}}.dump());
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"--moving", script}, {"--walk", walk}}) {
+    const Outcome outcome = clamor({"render", file, "-o", folder / "a.wav", "--seconds", "1",
+                                    "--listener", "0,1,3", words[0], words[1]});
+    EXPECT_NE(outcome.code, 0) << words[0];
+    EXPECT_EQ(outcome.err.find(too_long), std::string::npos) << words[0];
+  }
+}
+
 TEST(Warnings, ThatAreEqualAreOneWithACount) {
   EXPECT_EQ(with_counts({"a", "b", "a", "c", "a"}),
             (std::vector<std::string>{"a (3 times)", "b", "c"}));
