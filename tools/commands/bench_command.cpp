@@ -11,6 +11,7 @@
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
 #include "tools/program/progress.h"
+#include "tools/program/quiet_option.h"
 #include "tools/program/terminal_output.h"
 
 namespace clamor {
@@ -298,6 +299,7 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
   parser.option("--cpu-seconds", request.seconds, "minimum CPU time of each run");
   parser.option("--runs", request.runs, "runs of each figure; the best counts");
   parser.flag("--json", json, "print JSON, with medians as well");
+  QuietOption quiet(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (what != "mixer")
     return parser.bad_usage(err, "only the mixer can be measured, not " + in_quotes(what));
@@ -310,7 +312,7 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
   request.voices = *counts;
 
   Result<MixerBenchmark> figures = [&] {
-    Progress progress(err, "  timing");
+    Progress progress(quiet.notes(err), "  timing");
     return measure_mixer(request, [&](double share) { progress.update(share, {}); });
   }();
   if (!figures) {

@@ -22,6 +22,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
+#include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal_output.h"
 
@@ -210,7 +211,7 @@ void print_json(const Options& options, ordered_json json,
   out << printable_json(json.dump(2, ' ', false, ordered_json::error_handler_t::replace)) << '\n';
 }
 
-Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
+Result<void> run(const Options& options, std::ostream& out, std::ostream& notes) {
   Result<Sound> a = read_sound(options.a);
   if (!a) return a.error();
   Result<Sound> b = read_alike(options.b, options.a, *a);
@@ -230,8 +231,8 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
   };
   const std::size_t frames = std::max(a->frames(), b->frames());
   if (a->frames() != b->frames())
-    err << fmt::format("A has {:.3f} s and B {:.3f} s; the shorter is padded with silence.\n",
-                       seconds(a->frames()), seconds(b->frames()));
+    notes << fmt::format("A has {:.3f} s and B {:.3f} s; the shorter is padded with silence.\n",
+                         seconds(a->frames()), seconds(b->frames()));
   for (Sound* const sound : {&*a, &*b})
     for (auto& channel : sound->channels) channel.resize(frames);
 
@@ -241,7 +242,7 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
     if (!read) return read.error();
     dry = std::move(*read);
   }
-  StageNotice notice(err);
+  StageNotice notice(notes);
   notice.begin("analysing both sounds");
   const SoundAnalysis analysis_a = analyse(std::move(*a), kind);
   const SoundAnalysis analysis_b = analyse(std::move(*b), kind);
@@ -250,9 +251,9 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& err) {
     differences.push_back(compare_time_varying_parts(dry, analysis_a.sound, analysis_b.sound));
   notice.end();
   std::optional<NullDistribution> null;
-  if (options.null_rolls > 0) null = null_of_texture(options, analysis_a, err);
+  if (options.null_rolls > 0) null = null_of_texture(options, analysis_a, notes);
   if (!options.rolls_folder.empty()) {
-    const Result<NullDistribution> of_folder = null_of_folder(options, analysis_a, err);
+    const Result<NullDistribution> of_folder = null_of_folder(options, analysis_a, notes);
     if (!of_folder) return of_folder.error();
     null = *of_folder;
   }
@@ -289,6 +290,7 @@ int run_compare(std::span<const std::string> arguments, std::ostream& out, std::
   parser.option("--dry", options.dry,
                 "signal that both recordings play, for 'changes with time'; repeated if shorter");
   parser.flag("--json", options.json, "print JSON, with every octave, band and source");
+  QuietOption quiet(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (options.kind != "auto" && options.kind != "programme" && options.kind != "response")
     return parser.bad_usage(
@@ -299,7 +301,7 @@ int run_compare(std::span<const std::string> arguments, std::ostream& out, std::
   if (options.null_rolls != 0 && !options.rolls_folder.empty())
     return parser.bad_usage(err, "give either --null N or --rolls FOLDER");
   const ExitOnSignal stop("compare");
-  if (const Result<void> done = run(options, out, err); !done) {
+  if (const Result<void> done = run(options, out, quiet.notes(err)); !done) {
     print_error(err, "compare", done.error().message);
     return kBadInput;
   }

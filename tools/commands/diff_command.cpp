@@ -14,6 +14,7 @@
 #include "tools/commands/bake_verdict.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
+#include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal_output.h"
 #include "tools/program/text_format.h"
@@ -118,6 +119,7 @@ int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.flag("--json", json,
               "print JSON: same, audible (no, maybe, yes), verdict, differences (what, a, b), and "
               "level_db per band");
+  QuietOption quiet(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto fail = [&err](const Error& error) {
     print_error(err, "diff", error.message);
@@ -127,7 +129,7 @@ int run_diff(std::span<const std::string> arguments, std::ostream& out, std::ost
              b = BakeFile::open(path_b, FileAccess::kMap);
   if (!a.ok()) return fail(a.error());
   if (!b.ok()) return fail(b.error());
-  StageNotice notice(err);
+  StageNotice notice(quiet.notes(err));
   notice.begin("comparing the sources");
   const auto comparison = compared(*a, *b);
   notice.end();

@@ -11,6 +11,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
+#include "tools/program/quiet_option.h"
 #include "tools/program/terminal_output.h"
 #include "tools/strategies/strategies.h"
 
@@ -50,20 +51,20 @@ void add_options(Arguments& parser, ExperimentOptions& options, std::string& lis
 }
 
 Result<void> run_and_write(Experiment run, const std::string& name, const std::string& folder,
-                           const ExperimentOptions& options, std::ostream& err) {
+                           const ExperimentOptions& options, std::ostream& notes) {
   InputFiles inputs;
   inputs.add(options.level);
   if (auto can = ReportPage::check_folder(folder, name, inputs); !can.ok()) return can;
-  const Progress progress(err, "  " + name);
+  const Progress progress(notes, "  " + name);
   const auto report = [&] {
     const ExitOnSignal stop("experiment");
-    return run(options, err);
+    return run(options, notes);
   }();
   if (!report.ok()) return report.error();
   const Interrupt until_written;
   if (auto written = report->write(folder); !written.ok()) return written;
-  err << fmt::format("wrote {0}/{1}.html, {1}.json and {2} tables as CSV in {3}\n", folder, name,
-                     report->tables().size(), format_duration(progress.seconds()));
+  notes << fmt::format("wrote {0}/{1}.html, {1}.json and {2} tables as CSV in {3}\n", folder, name,
+                       report->tables().size(), format_duration(progress.seconds()));
   return {};
 }
 
@@ -99,6 +100,7 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   parser.option("-o,--output", folder, "folder to write to");
   parser.required("-o");
   add_options(parser, options, listener);
+  QuietOption quiet(parser);
   std::vector<std::string> names;
   for (const Known& known : kExperiments) names.emplace_back(known.name);
   parser.words("experiment", names);
@@ -124,7 +126,7 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   if (options.listener_m)
     if (const auto file = BakeFile::open(options.level); file.ok())
       *options.listener_m -= file->origin_m();
-  if (const auto done = run_and_write(run, name, folder, options, err); !done.ok()) {
+  if (const auto done = run_and_write(run, name, folder, options, quiet.notes(err)); !done.ok()) {
     print_error(err, "experiment", done.error().message);
     return kBadInput;
   }

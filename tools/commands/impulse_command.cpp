@@ -32,6 +32,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
+#include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal_output.h"
 #include "tools/report/room.h"
@@ -44,8 +45,8 @@ namespace {
 struct Options {
   std::string level, output, emitter;
   std::vector<Vec3> listeners_m;
-  std::uint64_t sources = 0;  // chosen for each listener; 0: all
-  double seconds = 0;         // 0: until the last arrival has decayed
+  std::size_t sample = 0;  // sources chosen for each listener; 0: as `strategy` says
+  double seconds = 0;      // 0: until the last arrival has decayed
   StrategyOptions strategy;
   bool json = false;
   std::string visibility = "on";
@@ -110,13 +111,13 @@ Result<void> check_output(const Options& options) {
 
 // The emitter that sounds.
 Result<std::uint32_t> emitter_of(const Options& options, const std::vector<Emitter>& emitters,
-                                 std::ostream& err) {
+                                 std::ostream& notes) {
   if (emitters.empty())
     return Error("the file has no emitters, so nothing can be heard. Bake it with one.");
   if (!options.emitter.empty()) return find_emitter(emitters, options.emitter);
   if (emitters.size() > 1)
-    err << fmt::format("{} emitters; measuring the first, {}. Choose another with --from.\n",
-                       emitters.size(), in_quotes(emitters[0].name));
+    notes << fmt::format("{} emitters; measuring the first, {}. Choose another with --from.\n",
+                         emitters.size(), in_quotes(emitters[0].name));
   return std::uint32_t{0};
 }
 
@@ -127,7 +128,7 @@ class ResponseSource {
       : file_(file), options_(options), emitter_(emitter) {}
 
   Result<void> read() {
-    if (options_.sources > 0) {
+    if (options_.sample > 0) {
       auto room = Room::read(file_);
       if (!room) return room.error();
       room_ = std::move(*room);
@@ -152,7 +153,7 @@ class ResponseSource {
   }
 
   std::vector<Arrival> arrivals_at(const Vec3& listener_m) const {
-    if (meter_) return meter_->measure(listener_m, options_.sources).arrivals;
+    if (meter_) return meter_->measure(listener_m, options_.sample).arrivals;
     return sampled_response(options_.strategy, sources_, file_.emitters(), file_.materials(),
                             file_.settings().air, listener_m - file_.origin_m(), emitter_,
                             LateBoost(file_.statistics().decay, sources_.size()), &*surfaces_);
@@ -170,7 +171,7 @@ class ResponseSource {
 
 Result<Measured> measure_at(const Vec3& listener_m, const ResponseSource& source,
                             const Options& options, const BakeFile& file, std::uint32_t emitter,
-                            std::ostream& err) {
+                            std::ostream& notes, std::ostream& err) {
   Measured measured;
   measured.listener_m = listener_m;
   measured.warning =
@@ -190,8 +191,8 @@ Result<Measured> measure_at(const Vec3& listener_m, const ResponseSource& source
                           : whole_response_frames(arrivals);
   const std::size_t first = first_response_frame(arrivals);
   if (first > 0)
-    err << fmt::format("The sound travels for {:.1f} s; the waveform begins with its arrival\n",
-                       arrivals.front().time_s);
+    notes << fmt::format("The sound travels for {:.1f} s; the waveform begins with its arrival\n",
+                         arrivals.front().time_s);
   const Bands at_10m = free_field_energy_at_10m(sounding);
   measured.waveform = impulse_response(arrivals, frames, first);
   measured.of_energy = room_parameters(arrivals, at_10m);
@@ -199,21 +200,22 @@ Result<Measured> measure_at(const Vec3& listener_m, const ResponseSource& source
   return measured;
 }
 
-Result<std::vector<Measured>> measure(const Options& options, std::ostream& err) {
+Result<std::vector<Measured>> measure(const Options& options, std::ostream& notes,
+                                      std::ostream& err) {
   const Result<BakeFile> file = BakeFile::open(options.level, FileAccess::kMap);
   if (!file) return file.error();
-  const auto emitter = emitter_of(options, file->emitters(), err);
+  const auto emitter = emitter_of(options, file->emitters(), notes);
   if (!emitter) return emitter.error().in(options.level);
-  StageNotice notice(err);
+  StageNotice notice(notes);
   notice.begin("reading the sources");
   ResponseSource source(*file, options, *emitter);
   if (auto read = source.read(); !read) return read.error();
   notice.begin("measuring at the listeners");
   std::vector<Measured> all;
-  Progress progress(err, "  listeners");
+  Progress progress(notes, "  listeners");
   const double core_s = process_time_s();
   for (const Vec3& listener_m : options.listeners_m) {
-    auto measured = measure_at(listener_m, source, options, *file, *emitter, err);
+    auto measured = measure_at(listener_m, source, options, *file, *emitter, notes, err);
     if (!measured) return measured.error();
     all.push_back(std::move(*measured));
     if (options.listeners_m.size() == 1) continue;
@@ -224,8 +226,8 @@ Result<std::vector<Measured>> measure(const Options& options, std::ostream& err)
   }
   notice.end();
   if (all.size() > 1)
-    err << fmt::format("  measured {} listeners, {:.2f} s of a core each\n", all.size(),
-                       (process_time_s() - core_s) / static_cast<double>(all.size()));
+    notes << fmt::format("  measured {} listeners, {:.2f} s of a core each\n", all.size(),
+                         (process_time_s() - core_s) / static_cast<double>(all.size()));
   return all;
 }
 
@@ -274,7 +276,8 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
       "Measures the impulse response at a listener and the room parameters (ISO 3382-1) "
       "per octave band, from the energy response, which is free of random phases, and "
       "from the waveform. A dash (null in --json) means that the response is too "
-      "short.",
+      "short. Without --voices and --strategy all sources count; with --voices alone, an unbiased "
+      "sample is chosen for each listener, in less time.",
       "clamor impulse hall.clamor -o ir.wav --listener 2,1.7,-3");
   parser.positional("bake", options.level, "the bake file");
   parser.option("-o,--output", options.output,
@@ -286,20 +289,17 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
   parser.option("--seconds", options.seconds, "length of the waveform, at most 60; 0: all of it");
   parser.option("--visibility", options.visibility, "on or off: occlusion of sources by surfaces");
   parser.words("--visibility", {"on", "off"});
-  parser.option("--sources", options.sources,
-                "number of sources that are chosen for each listener, in an unbiased sample that "
-                "takes less time; 0: all");
   parser.flag("--json", options.json, "print the parameters as JSON");
   const StrategyArguments strategy(parser, "all");
+  QuietOption quiet(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto chosen = strategy.read();
   if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
   options.strategy = *chosen;
+  if (parser.given("--voices") && !parser.given("--strategy")) options.sample = chosen->voices;
   if (options.visibility != "on" && options.visibility != "off")
     return parser.bad_usage(err,
                             "--visibility must be on or off, not " + in_quotes(options.visibility));
-  if (options.sources > 0 && options.strategy.strategy != "all")
-    return parser.bad_usage(err, "--sources chooses itself; it cannot be combined with --strategy");
   for (const std::string& listener : listeners) {
     const auto pose = parse_listener(listener);
     if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
@@ -320,7 +320,7 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
   if (const auto can = check_output(options); !can) return fail(can.error());
   const auto measured = [&] {
     const ExitOnSignal stop("impulse");
-    return measure(options, err);
+    return measure(options, quiet.notes(err), err);
   }();
   if (!measured) return fail(measured.error());
   if (!options.output.empty()) {

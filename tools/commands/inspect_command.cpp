@@ -12,6 +12,7 @@
 #include "tools/commands/inspect_tables.h"
 #include "tools/commands/level_inspection.h"
 #include "tools/program/arguments.h"
+#include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal_output.h"
 #include "tools/report/bake_overview.h"
@@ -36,6 +37,7 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
   parser.flag("--verify", whole,
               "decode every page, signal and triangle, and name the first damaged one");
   add_import_options(parser, import);
+  QuietOption quiet(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
   const auto fail = [&err](const Error& error) {
@@ -49,7 +51,7 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
   const auto file = BakeFile::open(path, FileAccess::kMap);
   if (!file.ok()) return fail(file.error());
   if (whole) {
-    StageNotice notice(err);
+    StageNotice notice(quiet.notes(err));
     notice.begin("decoding every page, signal and triangle");
     if (const auto good = verify(*file); !good.ok()) return fail(good.error());
   }

@@ -22,6 +22,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
+#include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/stop_deadline.h"
 #include "tools/program/terminal_output.h"
@@ -36,7 +37,6 @@ double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1
 struct RenderRequest {
   std::string level, output, listener, walk_path, format;
   double seconds = 0;
-  bool quiet = false;
   AuralizerOptions options;
   Walk walk;
   SampleFormat samples = SampleFormat::kFloat32;
@@ -57,7 +57,6 @@ void RenderRequest::add_options(Arguments& parser) {
 }
 
 void RenderRequest::add_output_options(Arguments& parser) {
-  parser.flag("--quiet", quiet, "print only warnings and errors");
   parser.option("--format", format,
                 "sample format: float, 32, 24 or 16 [unset: float, or 24 for .flac]");
   parser.words("--format", {"float", "32", "24", "16"});
@@ -181,14 +180,12 @@ void print_warnings(const RenderRequest& request, const RenderSink& sink,
 }
 
 Result<void> render_to_file(RenderRequest& request, BakeFile file, const std::string& output_note,
-                            std::ostream& err) {
+                            std::ostream& notes, std::ostream& err) {
   AuralizerOptions& options = request.options;
   const Interrupt interrupt;
   const Error stopped("stopped; nothing was written. Run the same command again.");
   std::optional<StopDeadline> deadline("clamor render: " + stopped.message);
   options.stop = &Interrupt::requested();
-  std::ostream silent(nullptr);
-  std::ostream& notes = request.quiet ? silent : err;
   StageNotice notice(notes);
   notice.begin("preparing the level's surfaces");
   auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(file)), options);
@@ -226,6 +223,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   const StrategyArguments strategy(parser);
   const MixArguments mix(parser);
   const OutputArguments output(parser);
+  QuietOption quiet(parser);
   request.add_output_options(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   if (const auto right = interpret(request, strategy, mix, output); !right.ok())
@@ -244,8 +242,8 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
       print_warning(err, *warning);
   if (const auto warning = reverberation_warning(*file, request.options.moving))
     print_warning(err, *warning);
-  if (const auto rendered =
-          render_to_file(request, std::move(*file), output.default_output_note(), err);
+  if (const auto rendered = render_to_file(request, std::move(*file), output.default_output_note(),
+                                           quiet.notes(err), err);
       !rendered.ok())
     return fail(rendered.error());
   return kSuccess;

@@ -13,6 +13,7 @@
 #include "tools/program/interrupt.h"
 #include "tools/program/output_ending.h"
 #include "tools/program/progress.h"
+#include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal_output.h"
 #include "tools/program/text_format.h"
@@ -28,7 +29,7 @@ constexpr std::size_t kMaxListeners = 9;  // colours of a chart
 struct ReportOptions {
   std::string level, output, other, emitter;
   std::vector<Vec3> listeners_m;
-  bool exact = false, quiet = false;
+  bool exact = false;
 };
 
 struct OpenRoom {
@@ -143,7 +144,7 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
                 "another bake, to be shown beside it at the same places");
   parser.flag("--exact", options.exact,
               "measure at listeners with all sources, as clamor impulse does (slower)");
-  parser.flag("--quiet", options.quiet, "print only warnings and errors");
+  QuietOption quiet(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   for (const std::string& text : listeners) {
     const auto pose = parse_listener(text);
@@ -164,8 +165,7 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
     return fail(target.error());
   if (const auto right = check_ending(options.output, ".html", "report pages"); !right.ok())
     return fail(right.error());
-  std::ostream silent(nullptr);
-  std::ostream& notes = options.quiet ? silent : err;
+  std::ostream& notes = quiet.notes(err);
   const Progress whole(notes, "");
   const auto page = [&] {
     const ExitOnSignal stop("report");

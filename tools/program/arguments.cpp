@@ -175,6 +175,10 @@ std::optional<int> Arguments::parse(std::span<const std::string> words, std::ost
   }
 }
 
+bool Arguments::given(const std::string& name) const {
+  return state_->app.get_option(name)->count() > 0;
+}
+
 std::string Arguments::unknown_option() const {
   std::vector<std::string> names;
   for (const CLI::Option* option : state_->app.get_options())

@@ -56,6 +56,9 @@ class Arguments {
   std::optional<int> parse(std::span<const std::string> words, std::ostream& out,
                            std::ostream& err);
 
+  // Whether an option is on the command line. Call after parse().
+  bool given(const std::string& name) const;
+
   // Prints "clamor inspect: PROBLEM; see 'clamor inspect --help'" and returns kBadUsage, for errors
   // that only the command can find. A final full stop of the problem is left out.
   int bad_usage(std::ostream& err, const std::string& problem) const;

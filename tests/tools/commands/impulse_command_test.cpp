@@ -31,11 +31,11 @@ class ImpulseCommand : public ::testing::Test {
 
 TEST_F(ImpulseCommand, MeasuresManyPlacesAsOneAfterTheOther) {
   const std::string a = "0,1.7,2", b = "2,1.5,-1", wav = folder_ / "both.wav";
-  const auto both = measured({"--listener", a, "--listener", b, "-o", wav, "--sources", "1000"});
+  const auto both = measured({"--listener", a, "--listener", b, "-o", wav, "--voices", "1000"});
   ASSERT_EQ(both["places"].size(), 2u);
   EXPECT_EQ(both["places"][1]["listener_m"], nlohmann::json({2, 1.5, -1}));
   for (const std::size_t place : {0, 1}) {
-    const auto alone = measured({"--listener", place == 0 ? a : b, "--sources", "1000"});
+    const auto alone = measured({"--listener", place == 0 ? a : b, "--voices", "1000"});
     EXPECT_EQ(both["places"][place]["energy"], alone["energy"]);
     EXPECT_EQ(both["places"][place]["waveform"], alone["waveform"]);
   }
@@ -46,7 +46,7 @@ TEST_F(ImpulseCommand, MeasuresManyPlacesAsOneAfterTheOther) {
 
 TEST_F(ImpulseCommand, AgreesWithAllSourcesFromASample) {
   const auto all = measured({"--listener", "0,1.7,2"})["energy"],
-             some = measured({"--listener", "0,1.7,2", "--sources", "8000"})["energy"];
+             some = measured({"--listener", "0,1.7,2", "--voices", "8000"})["energy"];
   // 8000 sources know a level to 4.34 / sqrt(8000) = 0.05 dB, or less well by as much as their
   // weights differ.
   for (std::size_t band = 1; band < 7; ++band) {
@@ -59,10 +59,22 @@ TEST_F(ImpulseCommand, AgreesWithAllSourcesFromASample) {
   }
 }
 
-TEST_F(ImpulseCommand, RefusesToChooseSourcesTwice) {
-  const Outcome outcome = clamor(
-      {"impulse", bake_, "--listener", "0,1.7,2", "--sources", "10", "--strategy", "priority"});
+TEST_F(ImpulseCommand, PrintsNoProgressWhenItIsToBeQuiet) {
+  const std::vector<std::string> words = {"impulse",    bake_,     "--listener", "0,1.7,2",
+                                          "--listener", "2,1.5,0", "--voices",   "100"};
+  EXPECT_NE(clamor(words).err.find("measured 2 listeners"), std::string::npos);
+  std::vector<std::string> quiet = words;
+  quiet.emplace_back("--quiet");
+  const Outcome outcome = clamor(quiet);
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_EQ(outcome.out, clamor(words).out);
+}
+
+TEST_F(ImpulseCommand, SaysWhichOptionAsksForASampleNow) {
+  const Outcome outcome = clamor({"impulse", bake_, "--listener", "0,1.7,2", "--sources", "10"});
   EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("no option '--sources'; the nearest is '--voices'"), std::string::npos)
+      << outcome.err;
 }
 
 }  // namespace

@@ -102,8 +102,10 @@ TEST(Experiments, OfSeedsJudgeEachParameterOfEnergiesAndOfAWaveform) {
 TEST(Experiments, OfAWalkFindThatAdaptiveDiffusionExchangesNoMoreThanItsRuleAsksFor) {
   const Folder folder;
   const std::string report = folder / "report";
-  const Outcome run = clamor({"experiment", "walk", baked_level(folder), "-o", report, "--quick"});
+  const Outcome run =
+      clamor({"experiment", "walk", baked_level(folder), "-o", report, "--quick", "--quiet"});
   ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.err, "");
   const auto rows = nlohmann::json::parse(read(report + "/walk.json"))["tables"]["adaptive"];
   ASSERT_EQ(rows.size(), 3u);
   for (const auto& row : rows) {

@@ -56,8 +56,7 @@ std::map<std::string, Commands> options() {
 TEST(Options, TakeTheSameKindOfValueInEveryCommand) {
   for (const auto& [option, commands] : options()) {
     if (option == "--voices") continue;  // bench takes a list of them
-    // Whole numbers, of which those of a bake may be unset.
-    if (option == "--seed" || option == "--sources") continue;
+    if (option == "--seed") continue;  // whole numbers, of which that of a bake may be unset
     for (const auto& [command, value] : commands)
       EXPECT_EQ(value, commands.begin()->second)
           << option << " of " << command << " and of " << commands.begin()->first;
