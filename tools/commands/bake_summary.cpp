@@ -8,6 +8,7 @@
 #include <fmt/ostream.h>
 
 #include "bake/bake_plan.h"
+#include "bake/report/lost_power.h"
 #include "tools/program/shell_quote.h"
 
 namespace clamor {
@@ -32,15 +33,10 @@ void print_energy(const BakeContents& contents, std::ostream& err) {
                                   : fmt::format("{:.1f} bounces each, {:.2f} m apart",
                                                 static_cast<double>(statistics.bounces) / photons,
                                                 statistics.mean_free_path_m);
-  double emitted = 0, escaped = 0;
-  for (std::size_t b = 0; b < kBandCount; ++b) {
-    emitted += static_cast<double>(statistics.power_emitted[b]);
-    escaped += static_cast<double>(statistics.power_escaped[b]);
-  }
-  fmt::print(err, "  traced   {}, {}; {:.1f} % escaped with {:.1f} % of the power\n",
+  fmt::print(err, "  traced   {}, {}; {:.1f} % escaped with {}\n",
              counted(statistics.photons_traced, "photon"), bounces,
              100 * static_cast<double>(statistics.photons_escaped) / photons,
-             emitted > 0 ? 100 * escaped / emitted : 0);
+             in_words(lost_power(statistics, contents.materials)));
 }
 
 // Prints T30 per band and its error.

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "bake/report/lost_power.h"
 #include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/image_source.h"
 #include "formats/level/movable_part.h"
@@ -88,10 +89,11 @@ void add_making(const BakeFile& file, const BakeOverview& overview, nlohmann::or
 
 void add_sound(const BakeFile& file, const BakeOverview& overview, nlohmann::ordered_json& json) {
   const BakeStatistics& statistics = file.statistics();
-  json["power"] = {{"emitted", statistics.power_emitted},
-                   {"in_sources", overview.power},
-                   {"escaped", statistics.power_escaped},
-                   {"unfinished", statistics.power_unfinished}};
+  const LostPower lost = lost_power(statistics, file.materials());
+  json["power"] = {
+      {"emitted", statistics.power_emitted},       {"in_sources", overview.power},
+      {"escaped", statistics.power_escaped},       {"unfinished", statistics.power_unfinished},
+      {"through_openings", lost.through_openings}, {"through_walls", lost.through_walls}};
   const DecaySummary& decay = statistics.decay;
   json["decay"] = {{"places", decay.places}, {"error_db", rounded(decay.error_db)}};
   for (const char* key : {"t30_s", "t30_error_s"})

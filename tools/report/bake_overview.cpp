@@ -13,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include "bake/report/lost_power.h"
 #include "common/air.h"
 #include "common/version.h"
 #include "formats/bake_file/signal_envelope.h"
@@ -240,10 +241,11 @@ std::vector<MakingLine> making_lines(const BakeFile& file, const BakeOverview& o
       {"air", fmt::format("{} C, {} % humidity, {} kPa: sound travels at {:.1f} m/s",
                           settings.air.temperature_c, settings.air.humidity_percent,
                           settings.air.pressure_kpa, speed_of_sound_mps(settings.air))},
-      {"traced", fmt::format("{}, {}, mean free path {:.2f} m, {:.1f} % escaped",
+      {"traced", fmt::format("{}, {}, mean free path {:.2f} m, {:.1f} % escaped with {}",
                              counted(statistics.photons_traced, "photon"),
                              counted(statistics.bounces, "bounce"), statistics.mean_free_path_m,
-                             100 * escaped_share(statistics))},
+                             100 * escaped_share(statistics),
+                             in_words(lost_power(statistics, file.materials())))},
   };
 }
 

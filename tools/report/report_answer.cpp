@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "bake/report/lost_power.h"
 #include "tools/program/text_format.h"
 #include "tools/report/report_words.h"
 
@@ -49,14 +50,12 @@ void write_answer(const ReportContents& contents, ReportPage& page) {
   const bool is_crowd = !contents.measured.meter->excitation().emitter;
   const Enclosure enclosure = enclosure_of(contents.measured.file().statistics().findings);
   std::string text = described(responses, enclosure, is_crowd);
-  const double escaped_power = [&] {
-    const double emitted = sum_of(contents.measured.file().statistics().power_emitted);
-    return emitted > 0 ? sum_of(contents.measured.file().statistics().power_escaped) / emitted : 0;
-  }();
+  const LostPower lost =
+      lost_power(contents.measured.file().statistics(), contents.measured.file().materials());
   const std::size_t wrong = problems(contents);
   text += wrong == 0 && enclosure == Enclosure::kMostlyOpen
               ? fmt::format(" {:.0f} % of the power left it. The bake warns of nothing else.",
-                            100 * escaped_power)
+                            100 * lost.all())
           : wrong == 0 ? " The bake found nothing wrong with the level."
                        : fmt::format(" The bake warns of {}.",
                                      wrong == 1 ? "one thing" : fmt::format("{} things", wrong));
@@ -81,7 +80,9 @@ void write_answer(const ReportContents& contents, ReportPage& page) {
   }
   if (const auto ratio = bass_ratio(responses))
     fact(fmt::format("{:.2f}", *ratio), "bass ratio: T30 below 350 Hz over that above");
-  fact(fmt::format("{:.1f} %", 100 * escaped_power), "of the power left the level");
+  const std::string ways = ways_of(lost);
+  fact(fmt::format("{:.1f} %", 100 * lost.all()),
+       "of the power left the level" + (ways.empty() ? "" : ", " + ways));
   page.markup(facts + "</ul>\n");
   page.markup(fmt::format(
       "<p class=\"note\">Means over {} and the octaves of 500 Hz and 1 kHz, for an "

@@ -95,7 +95,7 @@ std::string report_html(const ReportContents& contents) {
   write_listeners(contents, page);
   write_floor(contents, page);
   write_doors(contents.measured.file(), page);
-  write_materials(contents.measured.file().statistics(), materials, page);
+  write_materials(contents.measured.file(), materials, page);
   write_file(contents, page);
   page.markup("<script type=\"application/json\" id=\"level\">" +
               json_for_html(contents.view.json) + "</script>\n<script>\n" + kViewScript +

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "bake/report/lost_power.h"
 #include "tools/analysis/chart.h"
 #include "tools/program/text_format.h"
 #include "tools/report/report_words.h"
@@ -21,8 +22,9 @@ constexpr int kAirColour = 7, kLeftColour = 8;
 
 }  // namespace
 
-void write_materials(const BakeStatistics& statistics, std::span<const MetMaterial> materials,
+void write_materials(const BakeFile& file, std::span<const MetMaterial> materials,
                      ReportPage& page) {
+  const BakeStatistics& statistics = file.statistics();
   page.heading("What absorbs the sound");
   if (materials.empty()) {
     page.paragraph(
@@ -92,9 +94,13 @@ void write_materials(const BakeStatistics& statistics, std::span<const MetMateri
   // The photons are a sample, so that what is left for the air may be a little below nothing.
   for (double& share : in_air) share = std::max(0.0, share);
   bars.parts.push_back({.name = "air", .values = std::move(in_air), .colour = kAirColour});
-  if (std::ranges::any_of(left, [](double share) { return share > 0; }))
-    bars.parts.push_back(
-        {.name = "left the level", .values = std::move(left), .colour = kLeftColour});
+  const LostPower lost = lost_power(statistics, file.materials());
+  if (lost.all() > 0)
+    bars.parts.push_back({.name = !(lost.through_walls > 0)      ? "left through openings"
+                                  : !(lost.through_openings > 0) ? "left through walls"
+                                                                 : "left the level",
+                          .values = std::move(left),
+                          .colour = kLeftColour});
   const std::string caption = fmt::format(
       "The {} that absorb most. Right: where the power of the emitters went, as the photons of the "
       "bake met surfaces.",

@@ -7,7 +7,7 @@
 
 namespace clamor {
 
-void write_materials(const BakeStatistics& statistics, std::span<const MetMaterial> materials,
+void write_materials(const BakeFile& file, std::span<const MetMaterial> materials,
                      ReportPage& page);
 
 }  // namespace clamor

@@ -8,7 +8,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bake/bake.h"
 #include "bake/report/enclosure.h"
+#include "bake/report/lost_power.h"
 #include "bake/trace/photon_tracer.h"
 #include "tests/bake/mesh/mesh_shapes.h"
 #include "tests/bake/report/open_box.h"
@@ -305,6 +307,59 @@ TEST(LevelReport, WarnsOfEmittersThatSoundAlikeAtOnePlaceAndTime) {
                                         HasSubstr("one emitter of gain x100"))));
   for (std::size_t i = 0; i < 100; ++i) level.emitters[i].delay_s = 0.01 * static_cast<double>(i);
   EXPECT_THAT(report_warnings(prepare_level(level)), IsEmpty());
+}
+
+// lost_power.h: which way power left a level.
+double escaped_share(const BakeStatistics& statistics) {
+  return sum_of(statistics.power_escaped) / sum_of(statistics.power_emitted);
+}
+
+BakeContents baked(Level level, float transmission) {
+  level.materials[0].transmission = same_in_all_bands(transmission);
+  const LevelReport report = prepare_level(level);
+  BakeOptions options;
+  options.settings.photons = 4000;
+  BakeContents contents = *bake(level, options);
+  contents.statistics.findings = findings_in(report);
+  return contents;
+}
+
+// No line leaves it, but its walls let half of what they do not reflect out; air takes a quarter of
+// the highest octave, and 4 % of all.
+TEST(LostPower, OfAClosedLevelPassedItsWalls) {
+  const BakeContents closed = baked(shoebox({6, 4, 3}, uniform_material(0.2f), {1, 1, 1}), 0.1f);
+  const LostPower lost = lost_power(closed.statistics, closed.materials);
+  EXPECT_EQ(lost.through_openings, 0);
+  EXPECT_NEAR(lost.through_walls, 0.48, 0.015);
+  EXPECT_EQ(ways_of(lost), "through walls");
+}
+
+TEST(LostPower, LeftThroughOpeningsWhereWallsTransmitNothing) {
+  const BakeContents open = baked(without(kCeiling, {6, 4, 3}, 0.3f, {2, 1, 1}), 0);
+  const LostPower lost = lost_power(open.statistics, open.materials);
+  EXPECT_EQ(lost.through_walls, 0);
+  EXPECT_DOUBLE_EQ(lost.through_openings, escaped_share(open.statistics));
+  EXPECT_EQ(ways_of(lost), "through openings");
+}
+
+TEST(LostPower, IsSharedOutAmongOpeningsAndWalls) {
+  const BakeContents both = baked(without(kCeiling, {6, 4, 3}, 0.3f, {2, 1, 1}), 0.15f);
+  const LostPower lost = lost_power(both.statistics, both.materials);
+  // The openings take what they take where walls absorb what they transmit here.
+  const BakeContents opaque = baked(without(kCeiling, {6, 4, 3}, 0.3f, {2, 1, 1}), 0);
+  const double through_openings = escaped_share(opaque.statistics);
+  EXPECT_NEAR(lost.through_openings, through_openings, 0.03 * through_openings);
+  EXPECT_NEAR(lost.through_walls, (1 - through_openings) / 2, 0.03);
+  EXPECT_DOUBLE_EQ(lost.through_openings + lost.through_walls, escaped_share(both.statistics));
+}
+
+TEST(LostPower, IsNotDividedWhereTheFileDoesNotKnowItsOpenings) {
+  BakeContents older = baked(shoebox({6, 4, 3}, uniform_material(0.2f), {1, 1, 1}), 0.1f);
+  older.statistics.findings = {};
+  EXPECT_EQ(lost_power(older.statistics, older.materials).through_walls, 0);
+  EXPECT_EQ(in_words(LostPower{}), "0.0 % of the power");
+  EXPECT_EQ(in_words(LostPower{0.2, 0.1}),
+            "30.0 % of the power, 20.0 % through openings and 10.0 % through walls");
 }
 
 }  // namespace

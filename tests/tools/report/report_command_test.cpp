@@ -111,6 +111,26 @@ TEST(LevelFigures, AreTheSameOfBakeInspectAndReport) {
   EXPECT_EQ(html.find("more; "), std::string::npos) << "there are no others";
 }
 
+// Its walls let sound out, which is no reason to look for a hole.
+TEST(LevelFigures, OfAClosedLevelSayThatPowerPassedItsWalls) {
+  Level level = shoebox({6, 3, 4}, uniform_material(0.2f), {2, 1, 1});
+  level.materials[0].transmission = same_in_all_bands(0.1f);
+  const ReportedRoom closed(level, 300, 5000);
+  const std::string page = closed.folder() / "page.html";
+  ASSERT_EQ(clamor({"report", closed.path(), "-o", page, "--listener", "4,1.5,2"}).code, 0);
+  const std::string html = read(page);
+  EXPECT_THAT(html, HasSubstr("closed: none of"));
+  EXPECT_THAT(html, HasSubstr("of the power left the level, through walls"));
+  EXPECT_THAT(html, HasSubstr(">left through walls<"));
+  const std::string tables = clamor({"inspect", closed.path()}).out;
+  EXPECT_THAT(tables, HasSubstr("closed: none of"));
+  EXPECT_THAT(tables, HasSubstr("% of the power, through walls"));
+  const auto power =
+      nlohmann::json::parse(clamor({"inspect", closed.path(), "--json"}).out)["power"];
+  EXPECT_EQ(power["through_openings"], 0);
+  EXPECT_NEAR(power["through_walls"].get<double>(), 0.5, 0.06);
+}
+
 TEST_F(ReportCommand, SetsAnotherBakeBesideIt) {
   Level dry = shoebox({6, 3, 4}, uniform_material(0.6f), {2, 1, 1});
   const ReportedRoom other(dry, 300, 5000);
