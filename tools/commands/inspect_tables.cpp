@@ -160,10 +160,11 @@ void print_portals(const BakeFile& file, std::ostream& out) {
   for (std::size_t i = 0; i < shown; ++i) {
     const Portal& portal = baked.portals[i];
     const Vec3 centre_m = portal.centre_m + file.origin_m();
-    fmt::print(out, "  {:<24}{:>8} {:>8}  {:.2f} {:.2f} {:.2f}\n", shortened(portal.name, 24),
+    const std::string opened_by = names_of_parts(portal, file.movable_parts());
+    fmt::print(out, "  {:<24}{:>8} {:>8}  {:.2f} {:.2f} {:.2f}{}\n", shortened(portal.name, 24),
                fmt::format("{:.2f} m", 2 * length(portal.half_u_m)),
                fmt::format("{:.2f} m", 2 * length(portal.half_v_m)), centre_m.x, centre_m.y,
-               centre_m.z);
+               centre_m.z, opened_by.empty() ? "" : "  opened by " + shortened(opened_by, 40));
   }
   if (baked.portals.size() > shown)
     fmt::print(out, "  and {} more (--json has all)\n", baked.portals.size() - shown);

@@ -18,6 +18,8 @@
 #include "common/version.h"
 #include "formats/bake_file/signal_envelope.h"
 #include "formats/level/mesh.h"
+#include "formats/level/movable_part.h"
+#include "formats/level/portal.h"
 #include "formats/level/signal.h"
 #include "tools/program/shell_quote.h"
 #include "tools/program/text_format.h"
@@ -142,6 +144,13 @@ double escaped_share(const BakeStatistics& statistics) {
   return statistics.photons_traced == 0 ? 0
                                         : static_cast<double>(statistics.photons_escaped) /
                                               static_cast<double>(statistics.photons_traced);
+}
+
+std::string names_of_parts(const Portal& portal, std::span<const MovablePart> parts) {
+  std::string names;
+  for (const std::uint16_t part : portal.parts)
+    names += (names.empty() ? "" : ", ") + in_quotes(parts[part].name);
+  return names;
 }
 
 std::vector<EmitterGroup> groups_of(std::span<const Emitter> emitters) {

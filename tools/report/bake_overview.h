@@ -17,6 +17,9 @@
 
 namespace clamor {
 
+struct MovablePart;
+struct Portal;
+
 // Emitters with the same signal, gain and directivity whose names differ only in a final number.
 struct EmitterGroup {
   std::string name;
@@ -88,6 +91,9 @@ Result<void> verify(const BakeFile& file);
 
 // Share of the traced photons.
 double escaped_share(const BakeStatistics& statistics);
+
+// The parts that open and close a portal, as "'Left', 'Right'"; "" if it has none.
+std::string names_of_parts(const Portal& portal, std::span<const MovablePart> parts);
 
 // Returns "fan" for "fan #12", "fan.012" and "fan_12".
 std::string without_number(const std::string& name);

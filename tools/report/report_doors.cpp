@@ -1,5 +1,6 @@
 #include "tools/report/report_doors.h"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
@@ -12,6 +13,7 @@
 #include "formats/bake_file/baked_portals.h"
 #include "formats/level/movable_part.h"
 #include "tools/program/text_format.h"
+#include "tools/report/bake_overview.h"
 #include "tools/report/report_words.h"
 
 namespace clamor {
@@ -63,18 +65,25 @@ void write_doors(const BakeFile& file, ReportPage& page) {
                     "Movable parts and portals: the place of their middle, and their size",
                     {"name", "kind", "place (m)", "size (m)", "what it is"},
                     {}};
-  for (const MovablePart& part : parts) {
+  for (std::size_t p = 0; p < parts.size(); ++p) {
+    const MovablePart& part = parts[p];
+    std::vector<std::string> what = materials_of(file, part);
+    for (const Portal& portal : portals)
+      if (std::ranges::find(portal.parts, p) != portal.parts.end())
+        what.push_back("opens and closes " + in_quotes(portal.name));
     const PartBox box = box_of(part);
     std::vector<double> sides_m;
     for (const Vec3& half_m : box.half_m) sides_m.push_back(2 * length(half_m));
     table.rows.push_back({part.name, "movable part", place_text(box.centre_m + file.origin_m()),
-                          size_text(sides_m),
-                          fmt::format("{}", fmt::join(materials_of(file, part), ", "))});
+                          size_text(sides_m), fmt::format("{}", fmt::join(what, ", "))});
   }
-  for (const Portal& portal : portals)
+  for (const Portal& portal : portals) {
+    const std::string opened_by = names_of_parts(portal, parts);
     table.rows.push_back({portal.name, "portal", place_text(portal.centre_m + file.origin_m()),
                           size_text({2 * length(portal.half_u_m), 2 * length(portal.half_v_m)}),
-                          portal.is_baked_closed ? "baked open and closed" : "baked open"});
+                          (portal.is_baked_closed ? "baked open and closed" : "baked open") +
+                              (opened_by.empty() ? "" : ", opened and closed by " + opened_by)});
+  }
   table.folded = table.rows.size() > 12;
   page.table(std::move(table));
 }

@@ -109,7 +109,12 @@ void write_portal(Json& entry, const PortalSpec& spec, const Vec3& origin_m) {
   set(entry, "size",
       Json(Json::Array{number(2 * length(portal.half_u_m)), number(2 * length(portal.half_v_m))}));
   set(entry, "facing", vector(normal_of(portal)));
-  for (const char* const key : {"baked", "material"}) unset(entry, key);
+  for (const char* const key : {"baked", "material", "parts"}) unset(entry, key);
+  if (spec.parts) {
+    Json::Array names;
+    for (const std::string& name : *spec.parts) names.emplace_back(name);
+    set(entry, "parts", Json(std::move(names)));
+  }
   if (!portal.is_baked_closed) return;
   set(entry, "baked", Json(std::string("both")));
   set(entry, "material", Json(spec.material));

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <locale>
+#include <optional>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -18,6 +19,7 @@ struct Number {
   const char* name = nullptr;
   double least = 0, most = 0;
   bool is_whole = false;
+  std::optional<double> usual{};  // where it is left out
 };
 
 struct Form {
@@ -29,6 +31,7 @@ struct Form {
 
 constexpr double kMostPixels = 8192, kMostFrames = 100'000, kMostSeconds = 3600;
 constexpr double kMostSteps = 1000;  // of a wheel
+const Number kWaitLimit{"number of seconds", 0, kMostSeconds, false, kMostSeconds};
 constexpr double kFar_m = kMaxWorldCoordinate_m;
 
 // Longer forms precede those that they begin with.
@@ -53,10 +56,10 @@ const std::vector<Form>& forms() {
       {"drop", Kind::kDrop, true},
       {"wait frames", Kind::kWaitFrames, false, {{"number of frames", 0, kMostFrames, true}}},
       {"wait seconds", Kind::kWaitSeconds, false, {{"number of seconds", 0, kMostSeconds}}},
-      {"wait sound", Kind::kWaitSound},
-      {"wait quick", Kind::kWaitQuick},
-      {"wait final", Kind::kWaitFinal},
-      {"wait rebaked", Kind::kWaitRebaked},
+      {"wait sound", Kind::kWaitSound, false, {kWaitLimit}},
+      {"wait quick", Kind::kWaitQuick, false, {kWaitLimit}},
+      {"wait final", Kind::kWaitFinal, false, {kWaitLimit}},
+      {"wait rebaked", Kind::kWaitRebaked, false, {kWaitLimit}},
       {"screenshot", Kind::kScreenshot, true},
       {"print edit", Kind::kPrint},
       {"print doors", Kind::kPrintDoors},
@@ -96,6 +99,7 @@ Result<ViewEvent> parse_key(const std::string& rest) {
 }
 
 Result<double> read_number(const std::string& word, const Number& number) {
+  if (word.empty() && number.usual) return *number.usual;
   const auto expected = fmt::format("the {} must be a {}number from {} to {}", number.name,
                                     number.is_whole ? "whole " : "", number.least, number.most);
   std::istringstream in(word);

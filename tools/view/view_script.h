@@ -10,15 +10,19 @@
 //   key W down, key W up, key Ctrl+Z
 //   type TEXT
 //   drop FILE                as if it were dropped on the window
-//   wait frames N            or: wait seconds S, wait sound, wait quick, wait final, wait rebaked
+//   wait frames N            or: wait seconds S
+//   wait rebaked             another program's bake; or: wait sound, wait quick, wait final. Each
+//                            may be followed by the number of seconds after which it is an error
 //   screenshot FILE.ppm
-//   print doors              each door and portal, and how open it is
+//   print doors              each door, how far it has moved, and each portal, how open it is or
+//                            which doors open it
 //   print edit               time from the edit to the sound, what plays, time and error of the
 //                            first bake, and whether it was re-weighed
 //   quit
 //
-// One event a line, one a frame; # begins a comment. Waits last an hour or 100 000 frames at most;
-// one for what cannot come, such as a bake that nothing has asked for, is an error.
+// One event a line, one a frame; # begins a comment. Waits last an hour or 100 000 frames at most,
+// and one that ends without what it waits for is an error. So is one for what cannot come, such as
+// a bake that nothing has asked for.
 #pragma once
 
 #include <string>

@@ -180,6 +180,20 @@ TEST_F(InspectCommand, ShowsEveryTableAndTheWarnings) {
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120u) << line;
 }
 
+TEST(InspectDoors, SaysWhichPartOpensWhichPortal) {
+  BakeContents rooms = baked_portal_rooms();
+  rooms.movable_parts = {{"Door", box_mesh({0.5, 1, 0.02}, 0), {{6, 1, 2.5}}}};
+  rooms.portals.portals[0].name = "gate";
+  const Folder folder;
+  const std::string file = folder / "rooms.clamor";
+  ASSERT_TRUE(write_bake(file, rooms, 1).ok());
+  EXPECT_EQ(clamor({"inspect", file}).out.find("opened by"), std::string::npos);
+  rooms.portals.portals[0].parts = {0};
+  ASSERT_TRUE(write_bake(file, rooms, 1).ok());
+  const std::string out = clamor({"inspect", file}).out;
+  EXPECT_NE(out.find("2.00 m  6.00 1.00 2.50  opened by 'Door'\n"), std::string::npos) << out;
+}
+
 TEST(Names, OfAForgedBakeAreShortenedInEveryOutput) {
   const Folder folder;
   const std::string file = folder / "forged.clamor", page = folder / "page.html";

@@ -101,6 +101,8 @@ Level with_door() {
   level.materials.back().name = "oak";
   level.materials.back().transmission = same_in_all_bands(0.001f);
   level.movable_parts = {door(0, 1)};
+  level.portals[0].name = "gate";
+  level.portals[0].parts = {0};
   return level;
 }
 
@@ -114,6 +116,8 @@ TEST(ReportDoors, AreListedWithTheirPlaceSizeAndWhatTheyTransmit) {
   EXPECT_THAT(html, HasSubstr("oak (lets -30 dB through at 1 kHz)"));
   EXPECT_THAT(html, HasSubstr("6.0, 1.0, 2.5"));
   EXPECT_THAT(html, HasSubstr("0.90 x 2.00"));
+  EXPECT_THAT(html, HasSubstr("baked open, opened and closed by 'Door'"));
+  EXPECT_THAT(html, HasSubstr("opens and closes 'gate'"));
 }
 
 TEST(ReportDoors, AreInTheViewAndThePlan) {
@@ -121,7 +125,7 @@ TEST(ReportDoors, AreInTheViewAndThePlan) {
   const auto view = view_of(reported.room(), {}, {}, {}, {});
   ASSERT_TRUE(view.ok());
   EXPECT_THAT(view->json, HasSubstr(R"("parts":[{"name":"Door","centre":[5.05,2.0,1.0])"));
-  EXPECT_THAT(view->json, HasSubstr(R"("portals":[{"name":"Door")"));
+  EXPECT_THAT(view->json, HasSubstr(R"("portals":[{"name":"gate")"));
 }
 
 TEST(ReportDoors, LeaveNoSectionWithoutAny) {

@@ -255,6 +255,28 @@ TEST_F(EditedLevelTest, UndoesEditsOfPortals) {
   EXPECT_EQ(level.now().portals.size(), 1u);
 }
 
+// A portal beside the door, which its place does not couple with it.
+TEST_F(EditedLevelTest, ChoosesThePartsThatOpenAPortal) {
+  path_ = door_level(folder_);
+  folder_.write("rooms.acoustics.json", R"({"movable": ["Door"], "emitters": [
+    {"name": "hiss", "signal": "noise", "at": [2, 1.5, 1.2]}]})");
+  EditedLevel level = opened();
+  PortalSpec spec = doorway("gate", {2, 1, 2.5});
+  level.add_portal(spec);
+  ASSERT_TRUE(level.autosave().ok());
+  EXPECT_TRUE(baked(level).portals[0].parts.empty());
+  spec.parts = {{"Door"}};
+  level.set_portal(0, spec);
+  EXPECT_THAT(level.sidecar_text(), HasSubstr(R"("parts":["Door"])"));
+  ASSERT_TRUE(level.autosave().ok());
+  EXPECT_EQ(baked(level).portals[0].parts, std::vector<std::uint16_t>{0});
+  spec.parts = std::nullopt;
+  level.set_portal(0, spec);
+  EXPECT_THAT(level.sidecar_text(), ::testing::Not(HasSubstr("parts")));
+  level.undo();
+  EXPECT_EQ(level.now().portals[0].parts, (PartPatterns{{"Door"}}));
+}
+
 TEST_F(EditedLevelTest, MakesADoorOfANodeAndASurfaceOfItAgain) {
   path_ = door_level(folder_);
   EditedLevel level = opened();

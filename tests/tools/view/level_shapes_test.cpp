@@ -140,6 +140,14 @@ TEST(ViewScript, NamesTheLineThatItDoesNotUnderstand) {
   EXPECT_NE(wrong.error().message.find("line 2"), std::string::npos);
 }
 
+TEST(ViewScript, WaitsNoLongerThanItSaysOrAnHour) {
+  const auto events = parse_view_script("wait rebaked\nwait final 2.5\nwait sound 0\n");
+  ASSERT_TRUE(events.ok()) << events.error().message;
+  EXPECT_EQ((*events)[0].x, 3600);
+  EXPECT_EQ((*events)[1].x, 2.5);
+  EXPECT_EQ((*events)[2].x, 0);
+}
+
 TEST(ViewScript, NamesTheValueAndItsRangeInAnAbsurdLine) {
   const auto why = [](const std::string& line) {
     const auto events = parse_view_script("wait sound\n" + line + "\n");
@@ -163,6 +171,7 @@ TEST(ViewScript, NamesTheValueAndItsRangeInAnAbsurdLine) {
   EXPECT_NE(why("move nan 5").find("has 'nan'"), std::string::npos);
   EXPECT_NE(why("scroll 1e9").find("from -1000 to 1000"), std::string::npos);
   EXPECT_NE(why("click twice").find("has 'twice' too many"), std::string::npos);
+  EXPECT_NE(why("wait rebaked 3601").find("from 0 to 3600"), std::string::npos);
   EXPECT_EQ(why("size 480 360"), "");
   EXPECT_EQ(why("wait seconds 0.5"), "");
 }

@@ -248,10 +248,13 @@ TEST_F(ViewWindow, OpensADoorWithTheMouseAndSavesThePortalInItsDoorway) {
           "print doors\nscreenshot " + before + "\nmove \"Open Door\"\nclick\nwait seconds 1\n" +
               "print doors\nscreenshot " + after + "\nmove \"door Door\"\nclick\nwait frames 2\n" +
               "move \"Add portal in its doorway\"\nclick\nwait frames 2\nkey Ctrl+S\n" +
-              "wait frames 2\nprint doors\n");
+              "wait frames 2\nprint doors\n" +
+              "move \"opened by Door\"\nclick\nwait frames 2\nprint doors\nkey Ctrl+S\n" +
+              "wait frames 2\n");
   EXPECT_THAT(said, HasSubstr("part 'Door' moved 0 %"));
   EXPECT_THAT(said, HasSubstr("part 'Door' moved 100 %"));
-  EXPECT_THAT(said, HasSubstr("portal 'Door'"));
+  EXPECT_THAT(said, HasSubstr("portal 'Door' opened by 'Door'"));
+  EXPECT_THAT(said, HasSubstr("portal 'Door' open 100 %")) << "after it was uncoupled";
   const Picture closed = read_picture(before), open = read_picture(after);
   std::size_t changed = 0;
   const View view;
@@ -264,6 +267,7 @@ TEST_F(ViewWindow, OpensADoorWithTheMouseAndSavesThePortalInItsDoorway) {
   ASSERT_TRUE(sidecar.ok()) << sidecar.error().message;
   ASSERT_EQ(sidecar->portals.size(), 1u);
   EXPECT_EQ(sidecar->portals[0].portal.name, "Door");
+  EXPECT_EQ(sidecar->portals[0].parts, PartPatterns(std::in_place));
   EXPECT_LT(length(sidecar->portals[0].portal.centre_m - Vec3(6, 1, 2.5)), 0.01);
 }
 
@@ -272,13 +276,17 @@ TEST_F(ViewWindow, SaysThatAScriptWaitsForWhatCannotCome) {
   ASSERT_EQ(
       clamor({"bake", level_, "-o", bake, "--quiet", "--photons", "100", "--sources", "100"}).code,
       0);
-  folder_.write("script.txt", "wait sound\nwait final\nquit\n");
-  const std::string out = folder_ / "out.txt";
-  const std::string command = "xvfb-run -a -s '-screen 0 1280x1024x24' " + std::string(kProgram) +
-                              " view " + bake + " --device none --script " +
-                              (folder_ / "script.txt") + " > " + out + " 2>&1";
-  EXPECT_NE(std::system(command.c_str()), 0);
-  EXPECT_THAT(read(out), HasSubstr("script, line 2: no bake comes"));
+  const auto said = [&](const std::string& wait) {
+    folder_.write("script.txt", "wait sound\n" + wait + "\nquit\n");
+    const std::string out = folder_ / "out.txt";
+    const std::string command = "xvfb-run -a -s '-screen 0 1280x1024x24' " + std::string(kProgram) +
+                                " view " + bake + " --device none --script " +
+                                (folder_ / "script.txt") + " > " + out + " 2>&1";
+    EXPECT_NE(std::system(command.c_str()), 0);
+    return read(out);
+  };
+  EXPECT_THAT(said("wait final"), HasSubstr("script, line 2: no bake comes"));
+  EXPECT_THAT(said("wait rebaked 0.1"), HasSubstr("script, line 2: it waited for 0.1 s in vain"));
 }
 
 TEST(ViewCommand, SaysHowToGetTheWindowOrWhatIsWrong) {

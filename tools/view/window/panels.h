@@ -69,6 +69,7 @@ class Panels {
   void draw_portals_of_part(std::size_t part);
   void draw_portal();
   void edit_portal(std::size_t index);
+  bool edit_parts_of(std::size_t portal, PartPatterns& patterns);
   void draw_nodes();
   static bool drag_share(const char* label, double& share);
 

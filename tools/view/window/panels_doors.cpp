@@ -169,6 +169,41 @@ void Panels::draw_portal() {
   if (session_.is_editable()) edit_portal(index);
 }
 
+// Which parts open and close a portal: those that name and place tell, or chosen ones.
+bool Panels::edit_parts_of(std::size_t portal, PartPatterns& patterns) {
+  const std::vector<MovablePart>& parts = session_.parts();
+  if (parts.empty()) return false;
+  const auto opening = session_.parts_of(portal);
+  caption("Opened and closed by");
+  bool by_place = !patterns.has_value();
+  bool changed = ImGui::Checkbox("the parts of its name or place", &by_place);
+  control_places().add("the parts of its name or place");
+  std::set<std::string> chosen, names;
+  for (const std::size_t part : opening) chosen.insert(parts[part].name);
+  for (const MovablePart& part : parts) names.insert(part.name);
+  constexpr std::size_t kMostNames = 100;
+  std::size_t lines = 0;
+  for (const std::string& name : names) {
+    if (name.empty() || ++lines > kMostNames) continue;
+    bool opens = chosen.contains(name);
+    const bool toggled = ImGui::Checkbox(fmt::format("{}##opens", name).c_str(), &opens);
+    control_places().add("opened by " + name);
+    if (!toggled) continue;
+    changed = true;
+    by_place = false;
+    if (opens)
+      chosen.insert(name);
+    else
+      chosen.erase(name);
+  }
+  if (lines > kMostNames) caption("The sidecar names the others.");
+  if (changed) {
+    patterns.reset();
+    if (!by_place) patterns.emplace(chosen.begin(), chosen.end());
+  }
+  return changed;
+}
+
 void Panels::edit_portal(std::size_t index) {
   PortalSpec spec = session_.level().now().portals[index];
   const std::string why = session_.level().why_portal_fixed(index);
@@ -212,6 +247,7 @@ void Panels::edit_portal(std::size_t index) {
     spec.portal.is_baked_closed = is_baked_closed;
     changed = true;
   }
+  at_once |= edit_parts_of(index, spec.parts);
   at_once |= ImGui::Checkbox("Bake it closed, too", &spec.portal.is_baked_closed);
   control_places().add("Bake it closed, too");
   if (spec.portal.is_baked_closed) {

@@ -69,7 +69,14 @@ Result<void> ScriptInput::play_events(ViewSession& session, std::ostream& out) {
   const auto done = play(event, session, out);
   if (!done.ok())
     return Error(fmt::format("script, line {}: {}", event.line, done.error().message));
-  if (*done) ++next_;
+  if (*done) {
+    ++next_;
+    waits_since_.reset();
+    return {};
+  }
+  if (!waits_since_) waits_since_ = Clock::now();
+  if (Clock::now() - *waits_since_ >= std::chrono::duration<double>(event.x))
+    return Error(fmt::format("script, line {}: it waited for {:g} s in vain", event.line, event.x));
   return {};
 }
 
@@ -175,8 +182,13 @@ Result<bool> ScriptInput::play(const ViewEvent& event, ViewSession& session, std
     case Kind::kPrintDoors:
       for (const LevelDoors::Part& part : session.doors().parts())
         fmt::print(out, "part '{}' moved {:.0f} %\n", part.name, 100 * part.share);
-      for (const LevelDoors::Opening& portal : session.doors().portals())
-        fmt::print(out, "portal '{}' open {:.0f} %\n", portal.name, 100 * portal.openness);
+      for (std::size_t p = 0; p < session.portals().size(); ++p) {
+        const LevelDoors::Opening& portal = session.doors().portals()[p];
+        if (session.parts_of(p).empty())
+          fmt::print(out, "portal '{}' open {:.0f} %\n", portal.name, 100 * portal.openness);
+        for (const std::size_t part : session.parts_of(p))
+          fmt::print(out, "portal '{}' opened by '{}'\n", portal.name, session.parts()[part].name);
+      }
       return true;
     case Kind::kQuit:
       quits_ = true;

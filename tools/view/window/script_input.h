@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <iosfwd>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,7 @@ class ScriptInput {
   std::size_t next_ = 0;
   int waits_frames_ = 0, idle_frames_ = 0;
   Clock::time_point waits_until_{};
+  std::optional<Clock::time_point> waits_since_;  // for what the event waits for
   ImVec2 mouse_{-1, -1};
   std::array<bool, 2> buttons_{};
   int click_frames_ = 0;  // of a click in progress
