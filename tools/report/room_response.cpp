@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <utility>
 
 #include "formats/bake_file/bake_metadata.h"
+#include "runtime/occlusion/mirror_path.h"
 
 namespace clamor {
 
@@ -109,8 +111,22 @@ RoomParameters RoomMeter::quick(const Vec3& listener_m, std::size_t count) const
         source.is_emitter ? std::optional(source.position_m) : room_.surfaces->ray_origin(source);
     return !origin_m || !room_.surfaces->is_free(*origin_m, Vec3f(listener_m));
   });
+  std::vector<Source> direct;
+  std::uint64_t rays = 0;
+  for (const Source& source : exact_) {
+    if (!source.is_image) {
+      direct.push_back(source);
+      continue;
+    }
+    const PathEnd image(Vec3(source.position_m), Vec3(source.mirror));
+    const auto path = mirror_path(*room_.surfaces, listener_m, image, rays);
+    if (!path) continue;
+    Source& mirrored = seen.emplace_back(source);
+    mirrored.is_image = false;  // its mirrors have been seen
+    for (std::size_t b = 0; b < kBandCount; ++b) mirrored.power[b] *= path->reflected[b];
+  }
   std::vector<Arrival> arrivals =
-      energy_response(exact_, room_.emitters(), materials, air, listener_m, excitation_.emitter,
+      energy_response(direct, room_.emitters(), materials, air, listener_m, excitation_.emitter,
                       room_.surfaces.get());
   const std::vector<Arrival> others =
       energy_response(seen, room_.emitters(), materials, air, listener_m, excitation_.emitter);

@@ -42,8 +42,8 @@ class RoomMeter {
   // cores.
   RoomResponse measure(const Vec3& place_m, std::size_t count) const;  // a place in the world
 
-  // The parameters in a hundredth of the time: surfaces hide a reflection or do not, and only
-  // direct sound is diffracted, unless it is that of a crowd.
+  // The parameters in a hundredth of the time: surfaces hide a reflection or do not, those by
+  // mirrors too, and only direct sound is diffracted, unless it is that of a crowd.
   RoomParameters quick(const Vec3& listener_m, std::size_t count) const;
 
  private:

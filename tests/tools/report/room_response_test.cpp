@@ -1,6 +1,7 @@
 // Tests the responses of a report against those of all sources.
 #include "tools/report/room_response.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "formats/bake_file/bake_metadata.h"
@@ -60,6 +61,28 @@ TEST_F(RoomMeterTest, QuickGivesTheSameWhereNothingIsHidden) {
   for (std::size_t b = 1; b < 7; ++b) {
     EXPECT_NEAR(*quick.t30_s[b], *fine.t30_s[b], 0.01 * *fine.t30_s[b]);
     EXPECT_NEAR(*quick.g_db[b], *fine.g_db[b], 0.1);
+  }
+}
+
+// Images are as loud as their mirrors make them, and those without a path are silent.
+TEST(RoomMeter, QuickHearsTheImagesThatAPathLeadsTo) {
+  Level level = shoebox({6, 4, 3}, uniform_material(0.2f, 0, kMirrorExponent), {2, 1, 1});
+  // A wall across half of the room hides some.
+  for (const double z : {0.0, 1.0})
+    add_quad(level.mesh, {Vec3f(3, 0, z), Vec3f(3, 3, z), Vec3f(3, 3, z + 1), Vec3f(3, 0, z + 1)});
+  const ReportedRoom reported(level);
+  const Room room = reported.room();
+  ASSERT_GT(std::ranges::count_if(room.sources, [](const Source& one) { return one.is_image; }),
+            20);
+  const RoomMeter meter(room, *excitation_of(room, ""));
+  for (const Vec3& place_m : {Vec3(4.5, 1.7, 2.5), Vec3(1, 1.5, 2.5), Vec3(4, 3, 1)}) {
+    const RoomParameters quick = meter.quick(place_m, RoomMeter::kAll);
+    const RoomParameters fine = meter.measure(place_m, RoomMeter::kAll).parameters;
+    // Only diffraction is missing, which is least at high frequencies.
+    for (std::size_t b = 4; b < 8; ++b) {
+      EXPECT_NEAR(*quick.g_db[b], *fine.g_db[b], 0.5) << b;
+      EXPECT_NEAR(*quick.c80_db[b], *fine.c80_db[b], 1) << b;
+    }
   }
 }
 
