@@ -174,7 +174,7 @@ bool Panels::edit_parts_of(std::size_t portal, PartPatterns& patterns) {
   const std::vector<MovablePart>& parts = session_.parts();
   if (parts.empty()) return false;
   const auto opening = session_.parts_of(portal);
-  caption("Opened and closed by");
+  caption("Parts that open and close it");
   bool by_place = !patterns.has_value();
   bool changed = ImGui::Checkbox("the parts of its name or place", &by_place);
   control_places().add("the parts of its name or place");
@@ -197,6 +197,7 @@ bool Panels::edit_parts_of(std::size_t portal, PartPatterns& patterns) {
       chosen.erase(name);
   }
   if (lines > kMostNames) caption("The sidecar names the others.");
+  ImGui::Spacing();
   if (changed) {
     patterns.reset();
     if (!by_place) patterns.emplace(chosen.begin(), chosen.end());
