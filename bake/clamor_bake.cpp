@@ -30,6 +30,7 @@ using clamor::fail;
 using clamor::guarded;
 using clamor::refuse;
 using clamor::Result;
+using clamor::size_refusal;
 using clamor::text_of;
 
 static_assert(CLAMOR_BAKE_BANDS == clamor::kBandCount);
@@ -66,7 +67,8 @@ const char* clamor_bake_result_text(clamor_bake_result result) {
     case CLAMOR_BAKE_OK:
       return "no error";
     case CLAMOR_BAKE_ERROR_ARGUMENT:
-      return "an argument is null, not finite or out of range";
+      return "an argument is null, not finite or out of range, or a structure's bytes is not its "
+             "size";
     case CLAMOR_BAKE_ERROR_FILE:
       return "a file cannot be read or written, or is damaged";
     case CLAMOR_BAKE_ERROR_MEMORY:
@@ -99,7 +101,7 @@ clamor_bake_result clamor_bake_read_level(const char* path,
     clamor_bake_level_options chosen;
     if (path == nullptr || level == nullptr || !copy_from_caller(options, chosen) ||
         (chosen.emitters == nullptr && chosen.emitter_count > 0))
-      return fail(error, CLAMOR_BAKE_ERROR_ARGUMENT);
+      return refuse(error, size_refusal(options));
     clamor::ImportOptions import;
     import.hidden_meshes = chosen.hidden_meshes != 0;
     import.sidecar = optional_text(chosen.acoustics);
@@ -135,7 +137,7 @@ clamor_bake_result clamor_bake_add_material(clamor_bake_level* level,
     clamor_bake_material given;
     if (level == nullptr || values == nullptr || material == nullptr ||
         !copy_from_caller(values, given))
-      return fail(error, CLAMOR_BAKE_ERROR_ARGUMENT);
+      return refuse(error, size_refusal(values));
     const auto added = level->level.add_material(
         {text_of(given.name), text_of(given.preset), optional_bands(given.absorption),
          optional_bands(given.scattering), optional_bands(given.phong),
@@ -179,7 +181,7 @@ clamor_bake_result clamor_bake_add_sound(clamor_bake_level* level, const clamor_
     clamor_bake_sound given;
     if (level == nullptr || values == nullptr || sound == nullptr ||
         !copy_from_caller(values, given))
-      return fail(error, CLAMOR_BAKE_ERROR_ARGUMENT);
+      return refuse(error, size_refusal(values));
     if ((given.path != nullptr) == (given.samples != nullptr))
       return refuse(error, "a sound has either a path or samples");
     const bool loop = given.plays_once == 0;
@@ -204,7 +206,7 @@ clamor_bake_result clamor_bake_add_emitter(clamor_bake_level* level,
   return guarded(error, [&] {
     clamor_bake_emitter given;
     if (level == nullptr || values == nullptr || !copy_from_caller(values, given))
-      return fail(error, CLAMOR_BAKE_ERROR_ARGUMENT);
+      return refuse(error, size_refusal(values));
     clamor::Emitter emitter;
     emitter.name = text_of(given.name);
     emitter.position_m = vector_of(given.position_m);
@@ -226,7 +228,7 @@ clamor_bake_result clamor_bake_set_air(clamor_bake_level* level, const clamor_ba
   return guarded(error, [&] {
     clamor_bake_air given;
     if (level == nullptr || air == nullptr || !copy_from_caller(air, given))
-      return fail(error, CLAMOR_BAKE_ERROR_ARGUMENT);
+      return refuse(error, size_refusal(air));
     const auto set =
         level->level.set_air({given.temperature_c, given.humidity_percent, given.pressure_kpa});
     return set.ok() ? CLAMOR_BAKE_OK : refuse(error, set.error().message);

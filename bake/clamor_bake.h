@@ -57,7 +57,7 @@ extern "C" {
 typedef int32_t clamor_bake_result;
 enum {
   CLAMOR_BAKE_OK = 0,
-  CLAMOR_BAKE_ERROR_ARGUMENT = -1, /* null, not finite, or out of range */
+  CLAMOR_BAKE_ERROR_ARGUMENT = -1, /* null, not finite, out of range, or without its size */
   CLAMOR_BAKE_ERROR_FILE = -3,     /* cannot be read or written, or is damaged */
   CLAMOR_BAKE_ERROR_MEMORY = -4,   /* there is not enough, or options.memory_bytes is too low */
   CLAMOR_BAKE_ERROR_INTERNAL = -8, /* a fault of the library; please report it */

@@ -28,8 +28,10 @@ using clamor::copy_to_caller;
 using clamor::Error;
 using clamor::fail;
 using clamor::guarded;
+using clamor::is_structure_size;
 using clamor::refuse;
 using clamor::Result;
+using clamor::size_refusal;
 using clamor::text_of;
 
 constexpr std::uint32_t kMaxThreads = 1024;
@@ -170,9 +172,9 @@ clamor_bake_result run_bake(const clamor_bake_level* level, const clamor_bake_op
                             std::vector<std::byte>* bytes, clamor_bake_error* error) {
   clamor_bake_options chosen;
   if (level == nullptr || !copy_from_caller(options, chosen))
-    return fail(error, CLAMOR_BAKE_ERROR_ARGUMENT);
-  if (report != nullptr && report->bytes < sizeof(report->bytes))
-    return refuse(error, "the report's bytes are not set");
+    return refuse(error, size_refusal(options));
+  if (report != nullptr && !is_structure_size(report->bytes))
+    return refuse(error, size_refusal(report));
   if (const char* const wrong = complaint(chosen)) return refuse(error, wrong);
   const ApplicationLevel& made = clamor::level_of(*level);
   if (made.emitters() == 0)

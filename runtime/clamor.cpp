@@ -29,6 +29,7 @@ using clamor::Orientation;
 using clamor::OutputFormat;
 using clamor::Quaternion;
 using clamor::Result;
+using clamor::size_refusal;
 using clamor::Vec3;
 using clamor::WorldListener;
 using clamor::interface::entered;
@@ -38,6 +39,7 @@ using clamor::interface::hand_out;
 using clamor::interface::is_missing;
 using clamor::interface::kMaxPosition_m;
 using clamor::interface::Loan;
+using clamor::interface::refuse;
 
 constexpr std::uint32_t kMinRate_hz = 8000, kMaxRate_hz = 192'000;
 constexpr std::uint32_t kMaxVoices = 100'000;
@@ -138,7 +140,8 @@ const char* clamor_result_text(clamor_result result) {
     case CLAMOR_OK:
       return "no error";
     case CLAMOR_ERROR_ARGUMENT:
-      return "an argument is null, not finite or out of range";
+      return "an argument is null, not finite or out of range, or a structure's bytes is not its "
+             "size";
     case CLAMOR_ERROR_HANDLE:
       return "the handle names no object of this context";
     case CLAMOR_ERROR_FILE:
@@ -177,7 +180,8 @@ clamor_result clamor_create(const clamor_options* options, clamor_context** cont
                   "this process was forked from one that had used Clamor, and has none of its "
                   "threads; make contexts after fork() alone, or exec() in the child");
     clamor_options chosen;
-    if (!copy_from_caller(options, chosen)) return fail(error, CLAMOR_ERROR_ARGUMENT);
+    if (!copy_from_caller(options, chosen))
+      return fail(error, CLAMOR_ERROR_ARGUMENT, size_refusal(options));
     if (chosen.update_period_s == 0) chosen.update_period_s = 1.0 / 30;
     if (!(chosen.update_period_s > 0 && chosen.update_period_s <= kMaxUpdatePeriod_s))
       return fail(error, CLAMOR_ERROR_ARGUMENT, "update_period_s must lie between 0 and 0.1 s");
@@ -222,7 +226,7 @@ clamor_result clamor_open_level_with(clamor_context* context, const clamor_reade
     if (is_missing(context) || level == nullptr || reader == nullptr ||
         !copy_from_caller(reader, chosen) ||
         (chosen.read == nullptr && (chosen.memory == nullptr || chosen.size > SIZE_MAX)))
-      return fail(error, CLAMOR_ERROR_ARGUMENT);
+      return fail(error, CLAMOR_ERROR_ARGUMENT, size_refusal(reader));
     Loan loan(chosen.user, chosen.release);
     clamor::SuppliedBytes bytes;
     bytes.size = chosen.size;
@@ -261,7 +265,7 @@ clamor_result clamor_get_level_info(clamor_context* context, clamor_level level,
     filled.sounds = static_cast<uint32_t>(file->signal_count());
     filled.sources = file->source_count();
     filled.parts = static_cast<uint32_t>(file->movable_parts().size());
-    return copy_to_caller(filled, info) ? CLAMOR_OK : CLAMOR_ERROR_ARGUMENT;
+    return copy_to_caller(filled, info) ? CLAMOR_OK : refuse(context, info);
   });
 }
 
@@ -273,7 +277,7 @@ clamor_result clamor_create_listener(clamor_context* context, clamor_level level
     WorldListener::Options made;
     if (is_missing(context) || listener == nullptr || !copy_from_caller(options, chosen) ||
         !complete(chosen) || !read_pose(chosen.pose, made.listener))
-      return fail(error, CLAMOR_ERROR_ARGUMENT);
+      return fail(error, CLAMOR_ERROR_ARGUMENT, size_refusal(options));
     if (chosen.offline != 0 && !context->caller_updates)
       return fail(error, CLAMOR_ERROR_STATE,
                   "an offline listener needs a context with caller_updates");
@@ -364,7 +368,7 @@ clamor_result clamor_get_listener_statistics(clamor_context* context, clamor_lis
     filled.sound_bytes = counted.sounds.bytes;
     filled.failures = counted.pages.failed + counted.sounds.failed;
     filled.unseen_sources = counted.unseen_sources;
-    return copy_to_caller(filled, statistics) ? CLAMOR_OK : CLAMOR_ERROR_ARGUMENT;
+    return copy_to_caller(filled, statistics) ? CLAMOR_OK : refuse(context, statistics);
   });
 }
 

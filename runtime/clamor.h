@@ -35,7 +35,8 @@
  *
  * STRUCTURES begin with `bytes`, their size as the caller knows it, at most 4096: later versions
  * append members. Members that are 0 mean the default. Options that the library does not know are
- * CLAMOR_ERROR_ARGUMENT unless they are 0, and results that it does not know become 0.
+ * CLAMOR_ERROR_ARGUMENT unless they are 0, and results that it does not know become 0. A structure
+ * without its size is CLAMOR_ERROR_ARGUMENT, too: the sentence, or the context's log, names it.
  *
  * LIMITS, beyond which calls return CLAMOR_ERROR_ARGUMENT: listeners 1e9 m, sources and parts 1e8 m
  * from the origin, 10 km/s, 5e6 s for clamor_commit(), 1e6 s for `played_s`, 1e4 for directivity
@@ -71,7 +72,7 @@ extern "C" {
 typedef int32_t clamor_result;
 enum {
   CLAMOR_OK = 0,
-  CLAMOR_ERROR_ARGUMENT = -1, /* null, not finite, or out of range */
+  CLAMOR_ERROR_ARGUMENT = -1, /* null, not finite, out of range, or without its size */
   CLAMOR_ERROR_HANDLE = -2,   /* no such object in this context */
   CLAMOR_ERROR_FILE = -3,     /* cannot be read, or is damaged; see the sentence */
   CLAMOR_ERROR_MEMORY = -4,
@@ -110,9 +111,9 @@ typedef struct clamor_options {
   uint32_t max_sounds;  /* at a time, 1 to 4096 [256] */
   /* Callbacks, each called with `user`; any may be null. */
   void* user;
-  /* Receives a UTF-8 sentence for each failure that no function can return: a page or a part of a
-   * sound that cannot be read, a keyframe that could not be made. Called by any thread but the audio
-   * thread, several at a time. */
+  /* Receives a UTF-8 sentence for what no function can return: a page or a part of a sound that cannot
+   * be read, a keyframe that could not be made, a structure's `bytes` that is not its size where the
+   * function has no clamor_error. Called by any thread but the audio thread, several at a time. */
   void (*log)(void* user, const char* sentence);
   /* Called on each thread that the library keeps, as it begins and as it ends, so that it can be
    * registered, counted or bound to cores: "sampler", "page loader", "sound loader". Not called for

@@ -86,6 +86,16 @@ inline clamor_result fail(clamor_error* error, clamor_result code,
   return write_failure(error, code, sentence.empty() ? clamor_result_text(code) : sentence);
 }
 
+// ARGUMENT of a function without a clamor_error: if a structure's size is to blame, the log is
+// told.
+template <class T>
+clamor_result refuse(const clamor_context* context, const T* structure) {
+  const std::string sentence = size_refusal(structure);
+  if (!sentence.empty() && !is_missing(context) && context->report)
+    context->report(sentence.c_str());
+  return CLAMOR_ERROR_ARGUMENT;
+}
+
 // Runs what an interface function does; no exception leaves it.
 template <class Act>
 clamor_result guarded(clamor_error* error, const Act& act) noexcept {

@@ -15,6 +15,7 @@ using clamor::BakeFile;
 using clamor::Emitter;
 using clamor::WorldEmitter;
 using clamor::interface::in_level;
+using clamor::interface::refuse;
 
 }  // namespace
 
@@ -33,7 +34,7 @@ clamor_result clamor_get_emitter_info(clamor_context* context, clamor_level leve
     filled.position_m[2] = place_m.z;
     filled.gain = asked.gain;
     filled.name = asked.name.c_str();
-    return clamor::copy_to_caller(filled, info) ? CLAMOR_OK : CLAMOR_ERROR_ARGUMENT;
+    return clamor::copy_to_caller(filled, info) ? CLAMOR_OK : refuse(context, info);
   });
 }
 
@@ -55,7 +56,7 @@ clamor_result clamor_change_emitter(clamor_context* context, clamor_level level,
   return in_level(context, level, [&](const BakeFile& file) -> clamor_result {
     clamor_emitter_options chosen;
     if (options == nullptr || !clamor::copy_from_caller(options, chosen))
-      return CLAMOR_ERROR_ARGUMENT;
+      return refuse(context, options);
     if (chosen.has_gain == 0) chosen.gain = 1;
     if (emitter >= file.emitters().size() || !(chosen.gain >= 0 && chosen.gain <= 1))
       return CLAMOR_ERROR_ARGUMENT;

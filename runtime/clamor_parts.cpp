@@ -159,7 +159,8 @@ clamor_result clamor_get_part_info(clamor_context* context, clamor_part part,
     filled.pose = pose_of(found->pose);
     filled.is_disabled = found->enabled ? 0 : 1;
     filled.name = found->name;
-    return clamor::copy_to_caller(filled, info) ? CLAMOR_OK : CLAMOR_ERROR_ARGUMENT;
+    return clamor::copy_to_caller(filled, info) ? CLAMOR_OK
+                                                : clamor::interface::refuse(context, info);
   });
 }
 
@@ -171,7 +172,7 @@ clamor_result clamor_add_part(clamor_context* context, const clamor_part_options
     if (is_missing(context) || part == nullptr || options == nullptr ||
         !clamor::copy_from_caller(options, chosen) ||
         !read_part_pose(chosen.pose, true, added.pose))
-      return fail(error, CLAMOR_ERROR_ARGUMENT);
+      return fail(error, CLAMOR_ERROR_ARGUMENT, clamor::size_refusal(options));
     const auto material = material_of(chosen);
     if (!material.ok()) return fail(error, CLAMOR_ERROR_ARGUMENT, material.error().message);
     if (chosen.level != 0 && context->world.level(chosen.level) == nullptr)

@@ -35,7 +35,8 @@ clamor_result clamor_get_portal_info(clamor_context* context, clamor_level level
     put(asked.half_u_m, filled.half_u_m);
     put(asked.half_v_m, filled.half_v_m);
     filled.name = asked.name.c_str();
-    return clamor::copy_to_caller(filled, info) ? CLAMOR_OK : CLAMOR_ERROR_ARGUMENT;
+    return clamor::copy_to_caller(filled, info) ? CLAMOR_OK
+                                                : clamor::interface::refuse(context, info);
   });
 }
 

@@ -23,6 +23,7 @@ using clamor::copy_from_caller;
 using clamor::LiveFeed;
 using clamor::Result;
 using clamor::Signal;
+using clamor::size_refusal;
 using clamor::SourceMotion;
 using clamor::Vec3;
 using clamor::WorldGroup;
@@ -35,6 +36,7 @@ using clamor::interface::guarded;
 using clamor::interface::hand_out;
 using clamor::interface::is_missing;
 using clamor::interface::Loan;
+using clamor::interface::refuse;
 
 constexpr std::uint32_t kMinStreamRate_hz = 8000, kMaxStreamRate_hz = 192'000;
 constexpr double kMaxSpeed_mps = 1e4, kMaxPlayed_s = 1e6, kMaxExponent = 1e4;
@@ -73,7 +75,7 @@ clamor_result read_source(clamor_context& context, const clamor_source_options* 
   clamor_source_options options;
   if (given == nullptr || !copy_from_caller(given, options) ||
       !read_motion(options.motion, source.motion))
-    return CLAMOR_ERROR_ARGUMENT;
+    return refuse(&context, given);
   if (options.gain == 0) options.gain = 1;
   if (options.has_reverberation == 0) options.reverberation = 1;
   if (!(options.gain > 0 && options.gain <= clamor::kMaxWorldGain) ||
@@ -130,7 +132,7 @@ clamor_result clamor_add_sound(clamor_context* context, const float* samples, ui
     constexpr std::uint64_t kMaxFrames = std::uint64_t{1} << 30;
     if (is_missing(context) || sound == nullptr || samples == nullptr || frames == 0 ||
         frames > kMaxFrames || !copy_from_caller(options, chosen))
-      return fail(error, CLAMOR_ERROR_ARGUMENT);
+      return fail(error, CLAMOR_ERROR_ARGUMENT, size_refusal(options));
     if (chosen.rate_hz == 0) chosen.rate_hz = clamor::kSampleRate_hz;
     const std::span given(samples, static_cast<std::size_t>(frames));
     for (const float sample : given)
@@ -152,7 +154,7 @@ clamor_result clamor_read_sound(clamor_context* context, const char* path,
     clamor_sound_options chosen;
     if (is_missing(context) || sound == nullptr || path == nullptr ||
         !copy_from_caller(options, chosen))
-      return fail(error, CLAMOR_ERROR_ARGUMENT);
+      return fail(error, CLAMOR_ERROR_ARGUMENT, size_refusal(options));
     return add_samples(*context, clamor::read_audio(path), chosen.loops != 0, sound, error);
   });
 }
@@ -176,7 +178,7 @@ clamor_result clamor_add_stream(clamor_context* context, const clamor_stream* st
     clamor_stream chosen;
     if (is_missing(context) || sound == nullptr || stream == nullptr ||
         !copy_from_caller(stream, chosen))
-      return fail(error, CLAMOR_ERROR_ARGUMENT);
+      return fail(error, CLAMOR_ERROR_ARGUMENT, size_refusal(stream));
     if (chosen.rate_hz == 0) chosen.rate_hz = clamor::kSampleRate_hz;
     if (chosen.rate_hz < kMinStreamRate_hz || chosen.rate_hz > kMaxStreamRate_hz)
       return fail(error, CLAMOR_ERROR_ARGUMENT, "a stream's rate lies between 8000 and 192000 Hz");
@@ -221,7 +223,7 @@ clamor_result clamor_add_group(clamor_context* context, const clamor_group_optio
   return guarded(nullptr, [&]() -> clamor_result {
     WorldGroup made;
     if (is_missing(context) || group == nullptr || !read_group(options, made))
-      return CLAMOR_ERROR_ARGUMENT;
+      return refuse(context, options);
     return hand_out(context->world.sources().add(made), group);
   });
 }
@@ -230,7 +232,7 @@ clamor_result clamor_change_group(clamor_context* context, clamor_group group,
                                   const clamor_group_options* options) {
   return guarded(nullptr, [&]() -> clamor_result {
     WorldGroup changed;
-    if (is_missing(context) || !read_group(options, changed)) return CLAMOR_ERROR_ARGUMENT;
+    if (is_missing(context) || !read_group(options, changed)) return refuse(context, options);
     return context->world.sources().set_group(group, changed) ? CLAMOR_OK : CLAMOR_ERROR_HANDLE;
   });
 }

@@ -15,6 +15,7 @@ using clamor::copy_from_caller;
 using clamor::copy_to_caller;
 using clamor::interface::guarded;
 using clamor::interface::is_missing;
+using clamor::interface::refuse;
 
 constexpr std::uint32_t kNoLevelSound = 0xffffffff;
 
@@ -43,7 +44,7 @@ extern "C" clamor_result clamor_get_voices(clamor_context* context, clamor_liste
     clamor_voices chosen;
     if (is_missing(context) || voices == nullptr || !copy_from_caller(voices, chosen) ||
         (chosen.capacity > 0 && chosen.voices == nullptr))
-      return CLAMOR_ERROR_ARGUMENT;
+      return refuse(context, voices);
     const auto asked = context->world.listener(listener);
     if (asked == nullptr) return CLAMOR_ERROR_HANDLE;
     if (!asked->reports_voices()) return CLAMOR_ERROR_STATE;
@@ -60,6 +61,6 @@ extern "C" clamor_result clamor_get_voices(clamor_context* context, clamor_liste
         if (!is_of_level) made.sound = sound_of((voice.signal - first_slot) / 2);
       }
     });
-    return copy_to_caller(chosen, voices) ? CLAMOR_OK : CLAMOR_ERROR_ARGUMENT;
+    return copy_to_caller(chosen, voices) ? CLAMOR_OK : refuse(context, voices);
   });
 }

@@ -54,7 +54,8 @@ TEST_F(BakeLibraryErrors, SaysWhyItCannotBakeAndLeavesNoFile) {
   refused(level, path, CLAMOR_BAKE_ERROR_FILE, "cannot be written", plain);
   refused(level, folder_ + "/tone.wav", CLAMOR_BAKE_ERROR_FILE, "cannot be written", plain);
   refused(empty, out, CLAMOR_BAKE_ERROR_LEVEL, "no emitter", plain);
-  refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "null", [](auto& o) { o.bytes = 3; });
+  refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "clamor_bake_options.bytes is 3",
+          [](auto& o) { o.bytes = 3; });
   refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "threads", [](auto& o) { o.threads = 1025; });
   refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "photons", [](auto& o) { o.photons = ~0ull; });
   refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "goal", [](auto& o) { o.goal_s = 1; });

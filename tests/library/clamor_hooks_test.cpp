@@ -4,8 +4,6 @@
 #include <atomic>
 #include <fstream>
 #include <iterator>
-#include <map>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -14,44 +12,16 @@
 
 #include "runtime/clamor.h"
 #include "tests/library/library_room.h"
+#include "tests/library/telling_context.h"
 
 namespace clamor {
 namespace {
 
 using testing::add_listener;
 using testing::Context;
+using testing::context_that_tells;
 using testing::open_level;
-
-struct Told {
-  std::mutex mutex;
-  std::map<std::string, int> begun, ended;
-  std::vector<std::string> sentences;
-};
-
-Context context_that_tells(Told& told, bool caller_updates) {
-  clamor_options options{};
-  options.bytes = sizeof(options);
-  options.caller_updates = caller_updates;
-  options.user = &told;
-  options.log = [](void* user, const char* sentence) {
-    auto& into = *static_cast<Told*>(user);
-    const std::lock_guard lock(into.mutex);
-    into.sentences.emplace_back(sentence);
-  };
-  options.thread_begins = [](void* user, const char* name) {
-    auto& into = *static_cast<Told*>(user);
-    const std::lock_guard lock(into.mutex);
-    ++into.begun[name];
-  };
-  options.thread_ends = [](void* user, const char* name) {
-    auto& into = *static_cast<Told*>(user);
-    const std::lock_guard lock(into.mutex);
-    ++into.ended[name];
-  };
-  clamor_context* context = nullptr;
-  EXPECT_EQ(clamor_create(&options, &context, nullptr), CLAMOR_OK);
-  return Context(context);
-}
+using testing::Told;
 
 TEST(ClamorHooks, TellOfEachThreadThatBeginsAndEnds) {
   Told told;
