@@ -42,6 +42,9 @@
  * from the origin, 10 km/s, 5e6 s for clamor_commit(), 1e6 s for `played_s`, 1e4 for directivity
  * exponents, 1e6 for gains of sources and groups, and 100 for the reverberation of sources.
  *
+ * OUTSIDE a level, which the context's log warns of, is what lies beyond the bounds of its surfaces and
+ * emitters, by more than their diagonal if sound leaves it. It costs nothing but is usually a mistake.
+ *
  * UNITS. Metres and seconds. The frame is that of glTF: +X right, +Y up, and a listener whose
  * orientation is the identity looks along -Z. Samples are amplitudes, 1 at full scale.
  */
@@ -113,7 +116,9 @@ typedef struct clamor_options {
   void* user;
   /* Receives a UTF-8 sentence for what no function can return: a page or a part of a sound that cannot
    * be read, a keyframe that could not be made, a structure's `bytes` that is not its size where the
-   * function has no clamor_error. Called by any thread but the audio thread, several at a time. */
+   * function has no clamor_error, and, once for each listener and level, a listener or a source that is
+   * outside the level, and once for each clamor_measure_responses() a place. Called by any thread but
+   * the audio thread, several at a time. */
   void (*log)(void* user, const char* sentence);
   /* Called on each thread that the library keeps, as it begins and as it ends, so that it can be
    * registered, counted or bound to cores: "sampler", "page loader", "sound loader". Not called for

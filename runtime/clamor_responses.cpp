@@ -8,6 +8,7 @@
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/expanded_sources.h"
+#include "formats/bake_file/level_extent.h"
 #include "formats/bake_file/mesh_at_rest.h"
 #include "runtime/clamor.h"
 #include "runtime/clamor_context.h"
@@ -41,17 +42,22 @@ extern "C" clamor_result clamor_measure_responses(clamor_context* context, clamo
     const auto mesh = clamor::read_mesh_at_rest(*file);
     if (!mesh.ok()) return fail(error, CLAMOR_ERROR_FILE, mesh.error().message);
     const clamor::OcclusionGeometry surfaces(*mesh, file->materials());
-    std::size_t longest = 0;
+    const clamor::LevelExtent extent(*file, *mesh);
+    std::size_t longest = 0, outside = 0;
     for (std::uint32_t i = 0; i < places; ++i) {
       const double* const at = positions_m + std::size_t{3} * i;
+      const clamor::Vec3 place_m(at[0], at[1], at[2]);
+      if (const auto complaint = extent.complaint("the receiver", place_m);
+          complaint && context->report && outside++ == 0)
+        context->report((file->path() + ": " + *complaint).c_str());
       const auto arrivals = clamor::energy_response(
           all->sources, file->emitters(), file->materials(), file->settings().air,
-          clamor::Vec3(at[0], at[1], at[2]) - file->origin_m(),
+          place_m - file->origin_m(),
           emitter == kAll ? std::nullopt : std::optional<std::uint32_t>(emitter), &surfaces);
       longest = std::max(longest, clamor::first_response_frame(arrivals) +
                                       clamor::whole_response_frames(arrivals));
-      const auto response = clamor::impulse_response(arrivals, static_cast<std::size_t>(frames));
-      std::copy(response.begin(), response.end(), samples + frames * i);
+      clamor::write_impulse_response(arrivals, 0,
+                                     {samples + frames * i, static_cast<std::size_t>(frames)});
     }
     if (whole_frames != nullptr) *whole_frames = longest;
     return CLAMOR_OK;

@@ -1,27 +1,17 @@
 #include "bake/report/audibility_messages.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <fmt/format.h>
 
 #include "common/result.h"
+#include "formats/level/level_origin.h"
 
 namespace clamor {
 
 namespace {
 
 constexpr std::size_t kShownEmitters = 3;
-
-std::string place_in_words(const Vec3& place_m) {
-  std::string text;
-  for (int i = 0; i < 3; ++i) {
-    const double at_m = place_m[i] + 0.0;
-    text += i > 0 ? "," : "";
-    text += std::abs(at_m) < 1000 ? fmt::format("{:.6g}", at_m) : fmt::format("{:.2f}", at_m);
-  }
-  return text;
-}
 
 std::string width_in_words(double width_m) {
   return width_m < 0.995 ? fmt::format("{:.0f} cm", std::max(1.0, 100 * width_m))

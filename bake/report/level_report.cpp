@@ -10,10 +10,10 @@
 #include "bake/mesh/triangle_tree.h"
 #include "bake/report/audibility_messages.h"
 #include "bake/report/coincident_emitters.h"
-#include "bake/report/enclosure.h"
 #include "bake/trace/scene.h"
 #include "common/bounds.h"
 #include "common/result.h"
+#include "formats/bake_file/enclosure.h"
 #include "formats/level/level.h"
 
 namespace clamor {

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "bake/report/enclosure.h"
+#include "formats/bake_file/enclosure.h"
 
 namespace clamor {
 

@@ -7,6 +7,8 @@
 // runtime (auralizer.h), and places in messages and tables regain it where they are printed.
 #pragma once
 
+#include <string>
+
 #include "common/vec.h"
 
 namespace clamor {
@@ -18,6 +20,9 @@ inline constexpr double kMaxWorldCoordinate_m = 1e8;
 // as far as numbers in a level go: nothing is heard from there. What is no place in the world stays
 // out of range.
 Vec3 in_level(const Vec3& place_m, const Vec3& origin_m);
+
+// A place as messages tell it and options take it: "1,1.7,-3".
+std::string place_in_words(const Vec3& place_m);
 
 // The origin of a level with this middle: whole hundreds of metres, so that a level that is moved
 // by whole hundreds keeps its numbers. 0 within 500 m, and for a middle out of range.

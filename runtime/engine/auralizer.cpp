@@ -4,12 +4,14 @@
 #include <atomic>
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
 
 #include "common/text.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/level_extent.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
@@ -118,6 +120,8 @@ struct Auralizer::State {
         const AuralizerOptions& options)
       : input(std::move(from)),
         file(std::move(opened)),
+        report(options.report),
+        extent(file != nullptr && report ? LevelExtent(*file, input.mesh) : LevelExtent()),
         output(options),
         store(file.get(), input, output.mode, options),
         slots(options.moving.signal_slots, static_cast<std::uint32_t>(store.signals().size()),
@@ -191,6 +195,9 @@ struct Auralizer::State {
 
   AuralizerInput input;
   const std::shared_ptr<const BakeFile> file;  // or null
+  const std::function<void(const char* sentence)> report;
+  const LevelExtent extent;
+  bool reported_listener = false, reported_source = false;  // as outside of the level
   const OutputStage output;
   SignalStore store;
 
@@ -344,6 +351,16 @@ void Auralizer::warm_up(const Listener& at) {
 void Auralizer::skip(std::uint64_t frames) {
   assert(state_->made == 0);
   state_->mixer.skip(frames);
+}
+
+void Auralizer::check_place(PlaceOf thing, const Vec3& place_m) {
+  const bool is_source = thing == PlaceOf::kSource;
+  bool& is_reported = is_source ? state_->reported_source : state_->reported_listener;
+  if (is_reported) return;
+  const auto complaint = state_->extent.complaint(is_source ? "a source" : "the listener", place_m);
+  if (!complaint) return;
+  is_reported = true;
+  state_->report((state_->file->path() + ": " + *complaint).c_str());
 }
 
 bool Auralizer::load() {

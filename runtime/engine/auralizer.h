@@ -28,6 +28,7 @@
 
 #include "common/bands.h"
 #include "common/result.h"
+#include "common/vec.h"
 #include "runtime/realtime/realtime.h"
 
 namespace clamor {
@@ -67,6 +68,12 @@ class Auralizer {
   bool wants_keyframe() const;
   double next_keyframe_time_s() const;
   void make_keyframe(const Listener& at);
+
+  // Reports the first listener and the first source, each once, at a place of the world that is
+  // outside the level (level_extent.h). Needs AuralizerOptions::report, and surfaces that occlude.
+  // Sampler thread; nanoseconds.
+  enum class PlaceOf { kListener, kSource };
+  void check_place(PlaceOf thing, const Vec3& place_m);
 
   // Before the first keyframe, for an auralizer that another one hands over to. warm_up() samples
   // what the first keyframes will, until all pages have arrived and new sources are tested for

@@ -52,8 +52,8 @@ struct AuralizerOptions {
   // Loads pages and sounds on threads of the auralizer's own. Otherwise the caller calls load().
   bool own_threads = true;
   ThreadHooks thread_hooks{};
-  // Tells in a sentence that a page or a piece of a sound cannot be read. Called by the thread that
-  // loads, several at a time.
+  // Tells in a sentence that a page or a piece of a sound cannot be read, or a place is outside the
+  // level. Called by the thread that loads or makes keyframes, several at a time.
   std::function<void(const char* sentence)> report{};
   // Load shedding: sample and mix fewer sources if time is short (load_control.h). For real time
   // only, since the output then depends on the machine. Each clock is read on its own thread, the

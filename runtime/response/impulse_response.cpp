@@ -74,18 +74,18 @@ std::size_t whole_response_frames(std::span<const Arrival> arrivals) {
   return static_cast<std::size_t>(std::min(frames, kMaxResponse_s * kSampleRate_hz)) + 1;
 }
 
-std::vector<float> impulse_response(std::span<const Arrival> arrivals, std::size_t frames,
-                                    std::size_t first) {
-  std::vector<float> response(frames);
-  if (arrivals.empty()) return response;
+void write_impulse_response(std::span<const Arrival> arrivals, std::size_t first,
+                            std::span<float> response) {
+  std::ranges::fill(response, 0.0f);
+  if (arrivals.empty()) return;
   // The part that sounds, with the ringing of filters before and after it.
   const auto frame_at = [&](double time_s, double ring) {
     const double frame = std::floor(time_s * kSampleRate_hz) + ring - static_cast<double>(first);
-    return static_cast<std::size_t>(std::clamp(frame, 0.0, static_cast<double>(frames)));
+    return static_cast<std::size_t>(std::clamp(frame, 0.0, static_cast<double>(response.size())));
   };
   const std::size_t begin = frame_at(arrivals.front().time_s, -double{kOctaveRing});
   const std::size_t count = frame_at(arrivals.back().time_s, kOctaveRing) - begin;
-  if (count == 0) return response;
+  if (count == 0) return;
   const PulseTable pulses;
   // Padding on both sides for the taps of the first and the last pulse.
   std::array<std::vector<double>, kBandCount> bands;
@@ -104,6 +104,12 @@ std::vector<float> impulse_response(std::span<const Arrival> arrivals, std::size
   const std::vector<double> sum = sum_of_bands(bands);
   std::copy_n(sum.begin() + PulseTable::kBefore, count,
               response.begin() + static_cast<std::ptrdiff_t>(begin));
+}
+
+std::vector<float> impulse_response(std::span<const Arrival> arrivals, std::size_t frames,
+                                    std::size_t first) {
+  std::vector<float> response(frames);
+  write_impulse_response(arrivals, first, response);
   return response;
 }
 

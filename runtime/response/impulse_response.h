@@ -26,9 +26,13 @@ std::size_t first_response_frame(std::span<const Arrival> arrivals);
 // ringing; at most kMaxResponse_s.
 std::size_t whole_response_frames(std::span<const Arrival> arrivals);
 
-// The `frames` samples from frame `first` after emission on. An emitter of gain 1 at 1 m on its
-// axis gives one sample of 1. Costs 0.3 us per arrival and, from the first to the last one, 1 s per
-// 10 s and 90 bytes per frame; 4 bytes per frame of silence.
+// Overwrites `response` with the samples from frame `first` after emission on. An emitter of gain 1
+// at 1 m on its axis gives one sample of 1. Costs 0.3 us per arrival and, from the first to the
+// last one, 1 s per 10 s and 86 bytes per frame.
+void write_impulse_response(std::span<const Arrival> arrivals, std::size_t first,
+                            std::span<float> response);
+
+// The same into `frames` samples of its own.
 std::vector<float> impulse_response(std::span<const Arrival> arrivals, std::size_t frames,
                                     std::size_t first = 0);
 

@@ -48,6 +48,12 @@ class MovingScript {
   PortalScript& portals() { return portals_; }
   const PartScript& parts() const { return parts_; }
 
+  // Calls visit(name, path, from_s, until_s) for each source.
+  template <class Visit>
+  void for_each_path(const Visit& visit) const {
+    for (const ScriptedSource& one : sources_) visit(one.name, one.path, one.from_s, one.until_s);
+  }
+
   // Commits the state of sources and parts at a time. Times must not decrease from call to call.
   // `moving` may be null if there are no sources.
   Result<void> apply(MovingSources* moving, const PartScript::Stage& stage, double time_s);

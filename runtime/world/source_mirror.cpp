@@ -131,8 +131,10 @@ bool SourceMirror::add(std::size_t i, const WorldSources::Committed& source, dou
       return true;
     slot.position_m = source.position_m;
     slot.velocity_mps = source.velocity_mps;
+    auralizer_.check_place(Auralizer::PlaceOf::kSource, source.position_m);
     return moving.move(slot.handle, source.position_m, source.velocity_mps).ok();
   }
+  auralizer_.check_place(Auralizer::PlaceOf::kSource, source.position_m);
   if (is_new && moving.size() == moving.max_sources()) return false;
   MovingSource moved;
   // Each slot of the auralizer has a kind, so that a source that was removed dies away with its

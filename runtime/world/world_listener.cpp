@@ -106,6 +106,8 @@ bool WorldListener::make_keyframes() {
   bool made = false;
   for (Ears* const heard : {&current_, &outgoing_})
     made = (heard->auralizer != nullptr && make_keyframe(*heard, listener)) || made;
+  // The first keyframes are made before the application may have moved its listener into the level.
+  if (made) current_.auralizer->check_place(Auralizer::PlaceOf::kListener, listener.position_m);
   return made;
 }
 

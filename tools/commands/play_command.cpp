@@ -16,13 +16,13 @@
 #include "runtime/player/player_statistics.h"
 #include "runtime/realtime/thread_cpu_usage.h"
 #include "tools/analysis/spectrogram.h"
-#include "tools/commands/audibility_warnings.h"
 #include "tools/commands/bake_follower.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/device_options.h"
 #include "tools/commands/keyboard_walk.h"
 #include "tools/commands/mix_options.h"
 #include "tools/commands/output_options.h"
+#include "tools/commands/place_warnings.h"
 #include "tools/commands/play_history.h"
 #include "tools/commands/play_status.h"
 #include "tools/commands/play_summary.h"
@@ -266,13 +266,8 @@ int run_play(std::span<const std::string> arguments, std::ostream& out, std::ost
   auto file = read_inputs(request, mix, output);
   if (!file.ok()) return fail(file.error());
   const PlayerOptions& options = request.options;
-  if (!options.auralizer.script)
-    if (const auto warning = audibility_warning(
-            *file, options.walk.value_or(Walk::standing(options.listener)),
-            {.seconds = options.seconds, .with_occlusion = options.auralizer.visibility}))
-      print_warning(err, *warning);
-  if (const auto warning = reverberation_warning(*file, options.auralizer.moving))
-    print_warning(err, *warning);
+  print_place_warnings(*file, options.walk.value_or(Walk::standing(options.listener)),
+                       options.seconds, options.auralizer, err);
   if (const auto played = play(request, std::move(*file), mix, output.default_output_note(), err);
       !played.ok())
     return fail(played.error());

@@ -14,10 +14,10 @@
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/player/render.h"
-#include "tools/commands/audibility_warnings.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/mix_options.h"
 #include "tools/commands/output_options.h"
+#include "tools/commands/place_warnings.h"
 #include "tools/commands/strategy_options.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
@@ -235,13 +235,7 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   };
   auto file = read_inputs(request, mix, output);
   if (!file.ok()) return fail(file.error());
-  if (!request.options.script)
-    if (const auto warning = audibility_warning(
-            *file, request.walk,
-            {.seconds = request.seconds, .with_occlusion = request.options.visibility}))
-      print_warning(err, *warning);
-  if (const auto warning = reverberation_warning(*file, request.options.moving))
-    print_warning(err, *warning);
+  print_place_warnings(*file, request.walk, request.seconds, request.options, err);
   if (const auto rendered = render_to_file(request, std::move(*file), output.default_output_note(),
                                            quiet.notes(err), err);
       !rendered.ok())

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "bake/report/enclosure.h"
 #include "common/bands.h"
 #include "common/material.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_metadata.h"
+#include "formats/bake_file/enclosure.h"
 #include "formats/level/mesh.h"
 #include "tools/report/room.h"
 #include "tools/report/room_response.h"

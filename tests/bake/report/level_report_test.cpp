@@ -9,9 +9,9 @@
 #include <gtest/gtest.h>
 
 #include "bake/bake.h"
-#include "bake/report/enclosure.h"
 #include "bake/report/lost_power.h"
 #include "bake/trace/photon_tracer.h"
+#include "formats/bake_file/enclosure.h"
 #include "tests/bake/mesh/mesh_shapes.h"
 #include "tests/bake/report/open_box.h"
 

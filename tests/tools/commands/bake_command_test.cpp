@@ -271,6 +271,42 @@ TEST(BakeCommand, RemovesTheJournalOfACompleteBakeAndSaysSo) {
   EXPECT_EQ(clamor(words).code, 2);
 }
 
+TEST(ListenerWarnings, SayWithMovingSourcesWhoIsOutsideTheLevel) {
+  const Folder folder;
+  const std::string bake = folder / "room.clamor";
+  ASSERT_EQ(clamor({"bake", testing::violin_room(), "-o", bake, "--photons", "300", "--sources",
+                    "1000", "--quiet", "--no-journal"})
+                .code,
+            0);
+  const auto warnings = [&](const std::string& listener, const std::string& source_m) {
+    const std::string script = folder.write(
+        "moving.json", R"({"sources": [{"name": "car", "path": {"points": [)"
+                       R"({"time_s": 0, "position_m": [0, 1, 2]}, {"time_s": 0.1, "position_m": )" +
+                           source_m + "}]}}]}");
+    const auto rendered =
+        clamor({"render", bake, "-o", folder / "out.wav", "--receivers", "omni", "--seconds", "0.1",
+                "--listener", listener, "--moving", script});
+    EXPECT_EQ(rendered.code, 0) << rendered.err;
+    const auto played =
+        clamor({"play", bake, "--device", "none", "--seconds", "0.1", "--receivers", "omni",
+                "--listener", listener, "--moving", script});
+    std::string lines, line;
+    for (std::istringstream all(rendered.err); std::getline(all, line);)
+      if (line.find("outside") != std::string::npos) {
+        lines += line;
+        EXPECT_NE(played.err.find(line), std::string::npos) << played.err;
+      }
+    return lines;
+  };
+  EXPECT_EQ(warnings("0,1.7,3", "[1, 1, 2]"), "");
+  EXPECT_NE(warnings("44,1.5,0", "[1, 1, 2]")
+                .find("warning: the listener at 44,1.5,0 is outside the level, which lies between"),
+            std::string::npos);
+  const std::string source = warnings("0,1.7,3", "[0, 64, 2]");
+  EXPECT_NE(source.find("warning: moving source 'car' at 0,"), std::string::npos) << source;
+  EXPECT_NE(source.find("s into the script)"), std::string::npos) << source;
+}
+
 TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {
   const Folder folder;
   const std::string bake = folder / "room.clamor";

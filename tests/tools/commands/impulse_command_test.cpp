@@ -1,6 +1,10 @@
 // Tests that clamor impulse measures many places in one call, and with a sample of the sources.
 #include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <tuple>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -9,6 +13,10 @@
 
 namespace clamor::testing {
 namespace {
+
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 class ImpulseCommand : public ::testing::Test {
  protected:
@@ -44,6 +52,63 @@ TEST_F(ImpulseCommand, MeasuresManyPlacesAsOneAfterTheOther) {
   EXPECT_GT(sound->frames(), 24000u);
 }
 
+TEST_F(ImpulseCommand, WritesAFileForEachPlaceOfATableIntoAFolder) {
+  const std::string table =
+      folder_.write("grid.csv", "x,y,z,name\n0,1.7,2,front\n2,1.5,-1\n0,1.7,-2\n");
+  const std::string wav = folder_ / "all.wav", responses = folder_ / "deep/responses";
+  const Outcome outcome = clamor({"impulse", bake_, "--places", table, "--voices", "1000",
+                                  "--seconds", "0.5", "--json", "-o", responses + "/"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, ContainsRegex("3 places in [0-9.]+ s: [0-9.e+-]+ core-seconds a place"));
+  const auto json = nlohmann::json::parse(outcome.out);
+  ASSERT_EQ(json["places"].size(), 3u);
+  const auto one_file = measured({"--listener", "0,1.7,2", "--listener", "2,1.5,-1", "--listener",
+                                  "0,1.7,-2", "--voices", "1000", "--seconds", "0.5", "-o", wav});
+  const auto channels = read_channels(wav, 3);
+  ASSERT_TRUE(channels.ok()) << channels.error().message;
+  const char* const names[] = {"front", "2", "3"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(json["places"][i]["name"], names[i]);
+    EXPECT_EQ(json["places"][i]["energy"], one_file["places"][i]["energy"]);
+    const auto alone = read_channels(responses + "/" + names[i] + ".wav", 1);
+    ASSERT_TRUE(alone.ok()) << alone.error().message;
+    EXPECT_EQ(alone->channels[0], channels->channels[i]) << names[i];
+  }
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(responses), {}), 3);
+}
+
+TEST_F(ImpulseCommand, WarnsOfTheFirstPlacesOutsideAndCountsTheRest) {
+  std::string table;
+  for (int i = 0; i < 7; ++i) table += std::to_string(100 + i) + ",1.7,3\n";
+  const Outcome outcome =
+      clamor({"impulse", bake_, "--places", folder_.write("far.csv", table), "--voices", "100"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("warning: 5: hardly anything is heard at 104,1.7,3"));
+  EXPECT_THAT(outcome.err, Not(HasSubstr("105,1.7,3")));
+  EXPECT_THAT(outcome.err, HasSubstr("2 more places have such a warning"));
+}
+
+TEST_F(ImpulseCommand, RefusesPlacesAndOutputsThatCannotBe) {
+  const std::string table = folder_.write("grid.csv", "0,1.7,2,a\n0,1.7,3,a\n");
+  std::string many;
+  for (int i = 0; i < 1025; ++i) many += "0,1.7," + std::to_string(0.001 * i) + "\n";
+  for (const auto& [more, code, says] :
+       {std::tuple<std::vector<std::string>, int, std::string>{{}, 2, "--places FILE"},
+        {{"--places", table}, 1, "two places have the name 'a'"},
+        {{"--places", folder_ / "none.csv"}, 1, "none.csv: cannot be read"},
+        {{"--places", folder_.write("many.csv", many), "-o", folder_ / "ir.wav"},
+         2,
+         "name a folder"},
+        {{"--listener", "0,1.7,2", "-o", folder_ / "ir"}, 2, "A folder, as in responses/"},
+        {{"--listener", "0,1.7,2", "-o", bake_ + "/"}, 1, "the folder cannot be made"}}) {
+    std::vector<std::string> command = {"impulse", bake_};
+    command.insert(command.end(), more.begin(), more.end());
+    const Outcome outcome = clamor(command);
+    EXPECT_EQ(outcome.code, code) << says;
+    EXPECT_THAT(outcome.err, HasSubstr(says));
+  }
+}
+
 TEST_F(ImpulseCommand, AgreesWithAllSourcesFromASample) {
   const auto all = measured({"--listener", "0,1.7,2"})["energy"],
              some = measured({"--listener", "0,1.7,2", "--voices", "8000"})["energy"];
@@ -62,7 +127,7 @@ TEST_F(ImpulseCommand, AgreesWithAllSourcesFromASample) {
 TEST_F(ImpulseCommand, PrintsNoProgressWhenItIsToBeQuiet) {
   const std::vector<std::string> words = {"impulse",    bake_,     "--listener", "0,1.7,2",
                                           "--listener", "2,1.5,0", "--voices",   "100"};
-  EXPECT_NE(clamor(words).err.find("measured 2 listeners"), std::string::npos);
+  EXPECT_NE(clamor(words).err.find("2 places in"), std::string::npos);
   std::vector<std::string> quiet = words;
   quiet.emplace_back("--quiet");
   const Outcome outcome = clamor(quiet);

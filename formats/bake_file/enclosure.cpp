@@ -1,4 +1,4 @@
-#include "bake/report/enclosure.h"
+#include "formats/bake_file/enclosure.h"
 
 #include <algorithm>
 
