@@ -30,8 +30,8 @@ class PythonBinding : public ::testing::Test {
     if (python_.empty()) GTEST_SKIP() << "not on this machine: Python 3 with numpy";
   }
 
-  static void check(const std::string& arguments) {
-    run_with_libraries(python_ + " " + testing::kSourceDir + "/tests/library/python_binding.py " +
+  static void check(const std::string& arguments, const std::string& script = "python_binding.py") {
+    run_with_libraries(python_ + " " + testing::kSourceDir + "/tests/library/" + script + " " +
                        arguments);
   }
 
@@ -90,6 +90,17 @@ TEST_F(PythonBakeBinding, BakesTheBytesOfTheProgramAndTheTrianglesOfArrays) {
 TEST_F(PythonBakeBinding, GivesImpulseResponsesWithDirectSoundOfTheRightDelayAndAmplitude) {
   const testing::EmptyFolder folder;
   check("respond " + folder.path());
+}
+
+TEST_F(PythonBakeBinding, WritesIntoTheCallersArraysWithoutCopies) {
+  const testing::EmptyFolder folder;
+  check("arrays " + folder.path());
+}
+
+TEST_F(PythonBinding, WarnsOfPlacesOutsideTheLevel) { check("outside " + testing::violin_room()); }
+
+TEST_F(PythonBakeBinding, NamesTheArgumentThatIsWrongInEveryPublicCall) {
+  check(testing::rooms_with_door(), "python_arguments.py");
 }
 
 TEST_F(PythonBinding, OpensBytesRendersInRealTimeAndRaisesErrors) {

@@ -5,9 +5,9 @@
 
 Positions are metres in the frame of glTF: +X right, +Y up; listeners look along -Z at first.
 Samples are amplitudes, 1 at full scale. Functions raise ClamorError, whose text says what is wrong
-and what to do, and ValueError or TypeError for arguments of a wrong shape or type.
+and what to do, and ValueError or TypeError for arguments of a wrong value, shape or type.
 """
-from ._library import ClamorError
+from ._library import ClamorError, ClamorWarning
 from .baking import BakeLevel, BakeProgress, BakeReport, bake, presets
 from .impulse import impulse_responses, spatial_impulse_responses
 from .offline import open, render_walk
@@ -18,7 +18,8 @@ from .walk import Pose, Walk, orientation
 from .world import (Context, EmitterInfo, Level, LevelInfo, LevelPart, Listener, PartInfo,
                     PortalInfo, Statistics)
 
-__all__ = ["BakeLevel", "BakeProgress", "BakeReport", "ClamorError", "Context", "EmitterInfo",
+__all__ = ["BakeLevel", "BakeProgress", "BakeReport", "ClamorError", "ClamorWarning",
+           "Context", "EmitterInfo",
            "Group", "Level", "LevelInfo", "LevelPart", "Listener", "Part", "PartInfo", "PortalInfo",
            "Pose", "Sound", "Source", "Statistics", "Stream", "Walk", "bake", "impulse_responses",
            "open", "orientation", "presets", "render_walk", "spatial_impulse_responses",

@@ -24,6 +24,8 @@ CLAMOR_ERROR_STATE = -7
 CLAMOR_ERROR_INTERNAL = -8
 CLAMOR_ERROR_NOT_FOUND = -12
 
+CLAMOR_PORTAL_BY_PARTS = -1.0
+
 CLAMOR_OUTPUT_BINAURAL = 0
 CLAMOR_OUTPUT_LOUDSPEAKERS = 1
 CLAMOR_OUTPUT_AMBISONICS = 2
@@ -202,7 +204,7 @@ SIGNATURES: Signatures = {
                                            c_void_p, c_uint64, POINTER(c_uint64), _error]),
     "clamor_get_voices": (c_int32, [_context, _handle, POINTER(clamor_voices)]),
     "clamor_render": (c_int32, [_context, _handle, c_void_p, c_uint32]),
-    "clamor_render_planar": (c_int32, [_context, _handle, POINTER(POINTER(c_float)), c_uint32]),
+    "clamor_render_planar": (c_int32, [_context, _handle, c_void_p, c_uint32]),
 }
 
 

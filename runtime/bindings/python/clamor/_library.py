@@ -2,13 +2,16 @@
 from __future__ import annotations
 
 import ctypes
-import numbers
 import os
 from pathlib import Path
 from typing import Any, Callable, Dict, List, Tuple
 
 # Return type and argument types of each function of a header.
 Signatures = Dict[str, Tuple[Any, List[Any]]]
+
+
+class ClamorWarning(UserWarning):
+    """Something that no call can return, such as a listener who is outside the level."""
 
 
 class ClamorError(RuntimeError):
@@ -72,20 +75,6 @@ class Structure(ctypes.Structure):
         super().__init__(**members)
         if self._fields_[0][0] == "bytes":
             self.bytes = ctypes.sizeof(self)
-
-
-def frame_count(seconds: Any, rate_hz: int) -> int:
-    """Frames of a duration. Raises TypeError or ValueError with a sentence for what is none."""
-    if isinstance(seconds, bool) or not isinstance(seconds, numbers.Real):
-        raise TypeError(f"seconds must be a number, as in 0.5, not {seconds!r}")
-    if not 0 <= seconds <= 86_400:
-        raise ValueError(f"seconds is {seconds}, but must be from 0 to 86400, a day")
-    return round(seconds * rate_hz)
-
-
-def utf8(text: Any) -> Any:
-    """A path or string as the libraries take it; None stays None."""
-    return None if text is None else os.fsencode(text)
 
 
 def checker(text_of: Callable[[], Any]) -> Callable[..., None]:

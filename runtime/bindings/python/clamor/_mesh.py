@@ -5,16 +5,21 @@ from typing import Any, Tuple
 
 import numpy as np
 
+from ._arguments import array
+
 
 def mesh_arrays(vertices_m: Any, triangles: Any) -> Tuple[np.ndarray, np.ndarray]:
     """Returns vertices (n, 3) float32 and triangles (m, 3) uint32, C-contiguous.
 
-    Without triangles, three vertices each make one. Raises ValueError for other shapes and for
-    numbers of no vertex.
+    Without triangles, three vertices each make one. Raises TypeError for what are no numbers,
+    ValueError for other shapes, places that are not finite, and numbers of no vertex.
     """
-    vertices = np.ascontiguousarray(vertices_m, np.float32)
+    vertices = array(vertices_m, "vertices_m", "(n, 3)", np.float32)
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise ValueError(f"vertices_m must have the shape (n, 3), not {vertices.shape}")
+    if not np.isfinite(vertices).all():
+        raise ValueError("vertices_m must be finite, but vertex "
+                         f"{np.argmin(np.isfinite(vertices).all(1))} is not")
     if triangles is None:
         if len(vertices) % 3:
             raise ValueError("vertices_m must have three vertices for each triangle")

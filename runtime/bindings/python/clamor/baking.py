@@ -9,9 +9,9 @@ from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple, U
 
 import numpy as np
 
+from . import _arguments as given
 from . import _bake_interface as native
 from ._bake_interface import check, library
-from ._library import utf8
 from ._mesh import mesh_arrays
 from .world import _Owner
 
@@ -59,10 +59,12 @@ def presets() -> List[str]:
 def _bands(values: Any, name: str) -> Optional[np.ndarray]:
     if values is None:
         return None
-    array = np.asarray(values, np.float32)
+    array = given.array(values, name, "() or (8,)", np.float32)
     if array.shape not in ((), (native.CLAMOR_BAKE_BANDS,)):
         raise ValueError(f"{name} must be a number or {native.CLAMOR_BAKE_BANDS} of them, one for "
                          f"each band, not {array.shape}")
+    if not np.isfinite(array).all() or not np.all(array >= 0):
+        raise ValueError(f"{name} must be finite and not negative, not {given.shown(values)}")
     return np.ascontiguousarray(np.broadcast_to(array, native.CLAMOR_BAKE_BANDS))
 
 
@@ -89,15 +91,21 @@ class BakeLevel(_Owner):
                  emitters: Sequence[str] = (), hidden_meshes: bool = False):
         level, error = c_void_p(), native.clamor_bake_error()
         if path is None:
-            check(library().clamor_bake_create_level(utf8(name), byref(level), byref(error)), error)
+            check(library().clamor_bake_create_level(given.text(name, "name"), byref(level),
+                                                     byref(error)), error)
         else:
-            texts = (c_char_p * max(len(emitters), 1))(*(utf8(text) for text in emitters))
+            if isinstance(emitters, str):
+                raise TypeError("emitters must be a list of strings, not one string")
+            fields = [given.text(one, "emitters") for one in emitters]
+            texts = (c_char_p * max(len(fields), 1))(*fields)
             options = native.clamor_bake_level_options(
-                hidden_meshes=hidden_meshes, acoustics=utf8(acoustics), material=utf8(material),
-                emitters=ctypes.cast(texts, POINTER(c_char_p)) if emitters else None,
-                emitter_count=len(emitters))
-            check(library().clamor_bake_read_level(utf8(path), byref(options), byref(level),
-                                                   byref(error)), error)
+                hidden_meshes=given.flag(hidden_meshes, "hidden_meshes"),
+                acoustics=given.text(acoustics, "acoustics"),
+                material=given.text(material, "material"),
+                emitters=ctypes.cast(texts, POINTER(c_char_p)) if fields else None,
+                emitter_count=len(fields))
+            check(library().clamor_bake_read_level(given.text(path, "path"), byref(options),
+                                                   byref(level), byref(error)), error)
         self._pointer = level
         self._finalizer = weakref.finalize(self, library().clamor_bake_destroy_level, level)
 
@@ -116,12 +124,13 @@ class BakeLevel(_Owner):
         absorption: share of the incident power that is not reflected, 0 to 1. scattering: share of
         the reflected power that is diffuse, 0 to 1. phong: exponent of the specular lobe, 0 to
         1000. transmission: share of the incident power, at most the absorption. None is the
-        preset's. Raises ClamorError for values out of range and unknown presets.
+        preset's. Raises ClamorError for values above their range and unknown presets.
         """
         bands = {key: _bands(values, key)
                  for key, values in (("absorption", absorption), ("scattering", scattering),
                                      ("phong", phong), ("transmission", transmission))}
-        values = native.clamor_bake_material(name=utf8(name), preset=utf8(preset),
+        values = native.clamor_bake_material(name=given.text(name, "name"),
+                                             preset=given.text(preset, "preset"),
                                              **{key: _floats(a) for key, a in bands.items()})
         number, error = c_uint32(), native.clamor_bake_error()
         check(library().clamor_bake_add_material(self._open, byref(values), byref(number),
@@ -139,10 +148,11 @@ class BakeLevel(_Owner):
         error = native.clamor_bake_error()
         check(library().clamor_bake_add_triangles(
             self._open, vertices.ctypes.data, len(vertices), corners.ctypes.data, len(corners),
-            material, byref(error)), error)
+            given.whole(material, "material"), byref(error)), error)
 
     def add_box(self, low_m: Sequence[float], high_m: Sequence[float], material: int) -> None:
         """Adds the twelve triangles of a box between two corners in metres: a shoebox room."""
+        low_m, high_m = given.vector(low_m, "low_m"), given.vector(high_m, "high_m")
         corners = np.array([[(high_m if i >> axis & 1 else low_m)[axis] for axis in range(3)]
                             for i in range(8)], np.float32)
         sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -157,16 +167,17 @@ class BakeLevel(_Owner):
         which are resampled from rate_hz to 48 kHz. plays_once: it does not loop.
         Raises ClamorError if the file cannot be read.
         """
-        values = native.clamor_bake_sound(name=utf8(name), plays_once=plays_once)
+        values = native.clamor_bake_sound(name=given.text(name, "name"),
+                                          plays_once=given.flag(plays_once, "plays_once"))
         samples = None
         if isinstance(sound, (str, os.PathLike)):
-            values.path = utf8(sound)
+            values.path = given.text(sound, "sound")
         else:
-            samples = np.ascontiguousarray(sound, np.float32)
+            samples = given.array(sound, "sound", "(frames,)", np.float32)
             if samples.ndim != 1:
                 raise ValueError(f"sound must have the shape (frames,), not {samples.shape}")
             values.samples, values.frames = _floats(samples), len(samples)
-            values.rate_hz = rate_hz
+            values.rate_hz = given.whole(rate_hz, "rate_hz", 1000, 768_000)
         number, error = c_uint32(), native.clamor_bake_error()
         check(library().clamor_bake_add_sound(self._open, byref(values), byref(number),
                                               byref(error)), error)
@@ -183,18 +194,21 @@ class BakeLevel(_Owner):
         """
         bands = None if np.ndim(directivity) == 0 else _bands(directivity, "directivity")
         values = native.clamor_bake_emitter(
-            sound=sound, name=utf8(name), position_m=(ctypes.c_double * 3)(*position_m),
-            facing=(ctypes.c_double * 3)(*facing), gain=gain,
-            directivity=directivity if bands is None else 0, directivity_bands=_floats(bands),
-            delay_s=delay_s)
+            sound=given.whole(sound, "sound"), name=given.text(name, "name"),
+            position_m=given.vector(position_m, "position_m"), facing=given.vector(facing, "facing"),
+            gain=given.number(gain, "gain", 0),
+            directivity=given.number(directivity, "directivity", 0) if bands is None else 0,
+            directivity_bands=_floats(bands), delay_s=given.number(delay_s, "delay_s", 0))
         error = native.clamor_bake_error()
         check(library().clamor_bake_add_emitter(self._open, byref(values), byref(error)), error)
 
     def set_air(self, temperature_c: float = 20, humidity_percent: float = 50,
                 pressure_kpa: float = 101.325) -> None:
         """Sets the air, which absorbs sound and determines its speed."""
-        air = native.clamor_bake_air(temperature_c=temperature_c, humidity_percent=humidity_percent,
-                                     pressure_kpa=pressure_kpa)
+        air = native.clamor_bake_air(
+            temperature_c=given.number(temperature_c, "temperature_c"),
+            humidity_percent=given.number(humidity_percent, "humidity_percent"),
+            pressure_kpa=given.number(pressure_kpa, "pressure_kpa"))
         error = native.clamor_bake_error()
         check(library().clamor_bake_set_air(self._open, byref(air), byref(error)), error)
 
@@ -228,12 +242,19 @@ def bake(level: Union[BakeLevel, Path], path: Optional[Path] = None, *, threads:
     Returns a BakeReport, or the pair (bytes, BakeReport) without `path`. Raises ClamorError if the
     level cannot be baked, or the bake was cancelled.
     """
-    settings = dict(threads=threads, seed=seed, photons=photons, sources=sources,
-                    goal_error_db=goal_error_db, goal_s=goal_s, simplify_m=simplify_m,
-                    roulette_exponent=roulette_exponent, longest_path_s=longest_path_s,
-                    memory_bytes=memory_bytes, no_instances=not instances, strict=strict,
-                    journal=utf8(journal), has_early_order=early_order is not None,
-                    early_order=early_order or 0)
+    counts = dict(seed=seed, photons=photons, sources=sources, memory_bytes=memory_bytes)
+    sizes = dict(goal_error_db=goal_error_db, goal_s=goal_s, simplify_m=simplify_m,
+                 roulette_exponent=roulette_exponent, longest_path_s=longest_path_s)
+    settings = dict(threads=given.whole(threads, "threads", 0, 1024),
+                    no_instances=not given.flag(instances, "instances"),
+                    strict=given.flag(strict, "strict"), journal=given.text(journal, "journal"),
+                    has_early_order=early_order is not None,
+                    early_order=0 if early_order is None else
+                    given.whole(early_order, "early_order", 0, 3),
+                    **{name: given.whole(value, name, 0, (1 << 64) - 1)
+                       for name, value in counts.items()},
+                    **{name: given.number(value, name, 0) for name, value in sizes.items()})
+    given.function(progress, "progress")
     if isinstance(level, BakeLevel):
         return _run(level, path, settings, progress)
     with BakeLevel(level) as read:
@@ -269,7 +290,7 @@ def _run(level: BakeLevel, path: Optional[Path], settings: dict,
         code = library().clamor_bake_to_memory(level._open, byref(options), byref(baked),
                                                byref(count), byref(report), byref(error))
     else:
-        code = library().clamor_bake_to_file(level._open, byref(options), utf8(path),
+        code = library().clamor_bake_to_file(level._open, byref(options), given.text(path, "path"),
                                              byref(report), byref(error))
     if raised:
         library().clamor_bake_free(baked)

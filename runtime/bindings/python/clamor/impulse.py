@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from ctypes import byref, c_uint64
 from typing import Any, Optional
@@ -9,54 +10,55 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _interface as native
+from ._arguments import destination, frame_count, index, instance, places, whole
 from ._interface import check, library
-from ._library import frame_count
-from .offline import open, render_walk
-from .world import Level
+from .offline import open, render_path
+from .walk import path_of
+from .world import Level, Listener
 
 _ALL_EMITTERS = 0xffffffff
 _MAX_VOICES = 100_000
+_RATE_HZ = 48000
 
 
-def _places(places_m: Any, widths: tuple) -> np.ndarray:
-    places = np.ascontiguousarray(places_m, float)
-    if places.ndim != 2 or places.shape[1] not in widths:
-        raise ValueError("places_m must have the shape "
-                         f"{' or '.join(f'(n, {width})' for width in widths)}, not {places.shape}")
-    return places
-
-
-def impulse_responses(level: Level, places_m: Any, seconds: float = 1.0,
-                      emitter: Optional[int] = 0) -> np.ndarray:
+def impulse_responses(level: Level, places_m: Any, seconds: Optional[float] = None,
+                      emitter: Optional[int] = 0, out: Optional[np.ndarray] = None) -> np.ndarray:
     """Measures the response to an impulse of an emitter with an omnidirectional receiver.
 
     Args:
         level: an open bake, all of whose sources take part; surfaces occlude.
-        places_m: (n, 3) positions of the receiver in metres.
-        seconds: length of each response, from the emission on.
+        places_m: (n, 3) positions of the receiver in metres. The library reads a C-contiguous
+            float64 array in place; others are converted.
+        seconds: length of each response, from the emission on [that of `out`, or 1].
         emitter: its number; None: all of them together.
+        out: C-contiguous float32 array (n, frames), a numpy.memmap for example, which the library
+            fills in place; None: a new one.
 
-    Returns (n, frames) float32 at 48 kHz, with round(seconds * 48000) frames. An emitter of gain 1
-    at 1 m gives one sample of 1. Takes a second for 100 000 sources and place, on all cores. Raises
-    ClamorError for numbers of no emitter, and if the bake cannot be read.
+    Returns `out`, (n, frames) float32 at 48 kHz, with round(seconds * 48000) frames if it is new. An
+    emitter of gain 1 at 1 m gives one sample of 1. Takes a second for 100 000 sources and place, on
+    all cores. Raises ClamorError if the bake cannot be read, ValueError for numbers of no emitter.
     """
-    places = _places(places_m, (3,))
-    if emitter is not None and not isinstance(emitter, (int, np.integer)):
-        raise TypeError(f"emitter must be its number or None, not {emitter!r}")
-    samples = np.zeros((len(places), frame_count(seconds, 48000)), np.float32)
+    instance(level, Level, "level")
+    at_m = places(places_m, (3,))
+    if emitter is not None:
+        index(emitter, "emitter", level.info.emitters, "emitters")
+    frames = None if out is not None and seconds is None else frame_count(
+        1.0 if seconds is None else seconds, _RATE_HZ)
+    samples = (np.empty((len(at_m), frames or 0), np.float32) if out is None else
+               destination(out, (len(at_m), frames), f"({len(at_m)}, {frames or 'frames'})"))
     if samples.size == 0:
         return samples
-    whole, error = c_uint64(), native.clamor_error()
+    whole_frames, error = c_uint64(), native.clamor_error()
     check(library().clamor_measure_responses(
-        level.context._open, level._handle, _ALL_EMITTERS if emitter is None else emitter,
-        places.ctypes.data, len(places), samples.ctypes.data, samples.shape[1], byref(whole),
+        level.context._open, level._handle, _ALL_EMITTERS if emitter is None else int(emitter),
+        at_m.ctypes.data, len(at_m), samples.ctypes.data, samples.shape[1], byref(whole_frames),
         byref(error)), error)
     return samples
 
 
 def spatial_impulse_responses(level: Level, places_m: Any, seconds: float = 1.0,
                               output: str = "binaural", threads: Optional[int] = None,
-                              **options: Any) -> np.ndarray:
+                              out: Optional[np.ndarray] = None, **options: Any) -> np.ndarray:
     """Renders impulse responses in any output format: binaural, in third-order ambisonics, ...
 
     The mixer renders them, so the level must have one emitter, which plays an impulse once:
@@ -69,23 +71,42 @@ def spatial_impulse_responses(level: Level, places_m: Any, seconds: float = 1.0,
         seconds: length of each response, from the emission on.
         output: as that of Listener.
         threads: that render at a time [all cores].
+        out: C-contiguous float32 array (n, channels, frames), which the library fills in place;
+            None: a new one.
         options: others of Listener, as rate_hz, sofa, layout.
 
-    Returns (n, channels, frames) float32, with round(seconds * rate_hz) frames. Raises ValueError
-    if the level has several emitters, ClamorError if the bake cannot be read.
+    Returns `out`, (n, channels, frames) float32, with round(seconds * rate_hz) frames. Raises
+    ValueError if the level has several emitters, ClamorError if the bake cannot be read.
     """
-    places = _places(places_m, (3, 7))
+    instance(level, Level, "level")
+    at_m = places(places_m, (3, 7))
+    frame_count(seconds, 1)
+    workers = os.cpu_count() or 1 if threads is None else whole(threads, "threads", 1, 1024)
     info = level.info
     if info.emitters != 1:
         raise ValueError(f"the level has {info.emitters} emitters; bake it with one, which plays "
                          "an impulse")
     options.setdefault("voices", max(1, min(info.sources, _MAX_VOICES)))
+    responses, making = out, threading.Lock()
 
-    def respond(part: np.ndarray) -> list:
+    def planes_of(listener: Listener, i: int) -> np.ndarray:
+        nonlocal responses
+        shape = (len(at_m), listener.channels, frame_count(seconds, listener.rate_hz))
+        with making:
+            if responses is None:
+                responses = np.empty(shape, np.float32)
+            return destination(responses, shape, str(shape))[i]
+
+    def respond(part: range) -> None:
         with open(level.source, level.name) as own:  # a level is rendered by one thread at a time
-            return [render_walk(own, place, seconds, output=output, **options).T for place in part]
+            for i in part:
+                render_path(own, path_of(at_m[i])[0], lambda listener: planes_of(listener, i),
+                            output=output, **options)
 
-    workers = max(1, min(threads or os.cpu_count() or 1, len(places)))
+    if len(at_m) == 0:
+        return np.empty((0, 0, 0), np.float32) if out is None else out
+    workers = min(workers, len(at_m))
+    parts = [range(begin, len(at_m), workers) for begin in range(workers)]
     with ThreadPoolExecutor(workers) as pool:
-        parts = pool.map(respond, np.array_split(places, workers))
-        return np.ascontiguousarray([response for part in parts for response in part], np.float32)
+        list(pool.map(respond, parts))
+    return responses

@@ -1,11 +1,10 @@
 """Movable parts of the application's own: doors, lifts and barriers that it adds to a level."""
 from __future__ import annotations
 
-from ctypes import byref, c_double, c_uint64
+from ctypes import byref, c_uint64
 from typing import Any, Optional, Sequence
 
-import numpy as np
-
+from . import _arguments as given
 from . import _interface as native
 from ._interface import check, library
 from ._mesh import mesh_arrays
@@ -31,8 +30,8 @@ class Part(_InContext, LevelPart):
         scattering: share of the rest that is not reflected as by a mirror, likewise.
         is_enabled: a part that is not hides nothing.
 
-    close(), or losing the object, removes it with the next commit. Raises ClamorError for numbers
-    out of range and for a full context (4096 parts), ValueError for other shapes.
+    close(), or losing the object, removes it with the next commit. Raises ValueError for numbers out
+    of range and other shapes, ClamorError for a full context (4096 parts).
     """
 
     def __init__(self, context: Context, half_extents_m: Optional[Sequence[float]] = None, *,
@@ -42,18 +41,18 @@ class Part(_InContext, LevelPart):
         if (half_extents_m is None) == (vertices_m is None):
             raise ValueError("a part is a box or a mesh: give half_extents_m or vertices_m")
 
-        def bands(share):
-            return (c_double * 8)(*np.broadcast_to(np.asarray(share, float), 8).tolist())
-
-        options = native.clamor_part_options(is_disabled=not is_enabled,
-                                             level=level._handle if level else 0, pose=_pose(pose),
-                                             transmission=bands(transmission),
-                                             absorption=bands(absorption),
-                                             scattering=bands(scattering))
+        given.instance(context, Context, "context")
+        options = native.clamor_part_options(
+            is_disabled=not given.flag(is_enabled, "is_enabled"),
+            level=given.handle_of(level, Level, "level"), pose=_pose(pose, given.MAX_PLACE_M),
+            transmission=given.bands(transmission, "transmission", 0, 1),
+            absorption=given.bands(absorption, "absorption", 0, 1),
+            scattering=given.bands(scattering, "scattering", 0, 1))
         if half_extents_m is not None:
-            if len(half_extents_m) != 3:
-                raise ValueError(f"half_extents_m must have three numbers, not {len(half_extents_m)}")
-            options.half_extents_m = (c_double * 3)(*half_extents_m)
+            options.half_extents_m = given.vector(half_extents_m, "half_extents_m", 10_000)
+            if min(options.half_extents_m) < 0.001:
+                raise ValueError("half_extents_m must be from 0.001 to 10000 each, not "
+                                 f"{given.shown(half_extents_m)}")
         else:
             vertices, corners = mesh_arrays(vertices_m, triangles)  # the library copies them
             options.vertices_m, options.vertices = vertices.ctypes.data, len(vertices)

@@ -7,11 +7,14 @@ from typing import Union
 
 import numpy as np
 
+from . import _arguments as given
+
 
 def write_wav(path: Union[str, "os.PathLike[str]"], samples: np.ndarray, rate_hz: int = 48000) -> None:
     """Writes samples (frames,) or (frames, channels), 1 at full scale, as a WAV file of 32-bit
     floating-point samples. Raises ValueError for other shapes and beyond 4 GB."""
-    data = np.ascontiguousarray(samples, "<f4")
+    data = given.array(samples, "samples", "(frames,) or (frames, channels)", "<f4")
+    given.whole(rate_hz, "rate_hz", 1, 0x7fffffff // 4)
     if data.ndim not in (1, 2) or data.nbytes > 0xffffffff - 64:
         raise ValueError("samples must have the shape (frames,) or (frames, channels), below 4 GB")
     channels = 1 if data.ndim == 1 else data.shape[1]
@@ -20,4 +23,4 @@ def write_wav(path: Union[str, "os.PathLike[str]"], samples: np.ndarray, rate_hz
                          data.nbytes)
     with open(path, "wb") as file:
         file.write(header)
-        file.write(data.tobytes())
+        file.write(data.data)  # without a copy

@@ -1,17 +1,16 @@
 """Sounds, streams, groups and sources of the application's own."""
 from __future__ import annotations
 
-import ctypes
 import os
 import weakref
-from ctypes import byref, c_double, c_uint32, c_uint64
-from typing import Any, Callable, Dict, Optional, Sequence, Union
+from ctypes import byref, c_uint32, c_uint64
+from typing import Any, Callable, Optional, Sequence, Union
 
 import numpy as np
 
+from . import _arguments as given
 from . import _interface as native
 from ._interface import check, library
-from ._library import utf8
 from .world import Context, Level, _close, _numbers, _Owner, _release, _used_by_library
 
 # A callback that fills samples (frames,) float32 and returns how many it had.
@@ -19,15 +18,17 @@ Pull = Callable[[np.ndarray], int]
 
 
 class _InContext(_Owner):
+    context: Context
+
     def _own(self, context: Context, handle: int, function: str) -> None:
         self.context, self._handle = context, handle
         self._finalizer = weakref.finalize(self, _close, context, function, handle)
 
 
-def _samples(samples: Any) -> np.ndarray:
-    array = np.ascontiguousarray(samples, np.float32)
+def _samples(samples: Any, name: str) -> np.ndarray:
+    array = given.array(samples, name, "(frames,)", np.float32)
     if array.ndim != 1:
-        raise ValueError(f"samples must have the shape (frames,), not {array.shape}")
+        raise ValueError(f"{name} must have the shape (frames,), not {array.shape}")
     return array
 
 
@@ -46,16 +47,20 @@ class Sound(_InContext):
     """
 
     def __init__(self, context: Context, sound: Any, rate_hz: int = 48000, loops: bool = False):
-        options = native.clamor_sound_options(rate_hz=rate_hz, loops=loops)
+        given.instance(context, Context, "context")
+        options = native.clamor_sound_options(rate_hz=given.whole(rate_hz, "rate_hz", 1000, 768_000),
+                                              loops=given.flag(loops, "loops"))
         handle, error = c_uint64(), native.clamor_error()
         if isinstance(sound, (str, os.PathLike)):
-            code = library().clamor_read_sound(context._open, utf8(sound), byref(options),
+            code = library().clamor_read_sound(context._open, given.text(sound, "sound"), byref(options),
                                                byref(handle), byref(error))
-        elif isinstance(sound, tuple) and isinstance(sound[0], Level):
-            code = library().clamor_read_level_sound(context._open, sound[0]._handle, sound[1],
+        elif isinstance(sound, tuple) and len(sound) == 2 and isinstance(sound[0], Level):
+            level, number = sound
+            given.index(number, "number", level.info.sounds, "sounds")
+            code = library().clamor_read_level_sound(context._open, level._handle, number,
                                                      byref(handle), byref(error))
         else:
-            samples = _samples(sound)
+            samples = _samples(sound, "sound")
             code = library().clamor_add_sound(context._open, samples.ctypes.data, len(samples),
                                               byref(options), byref(handle), byref(error))
         check(code, error)
@@ -66,9 +71,9 @@ class Stream(_InContext):
     """A sound whose samples arrive while it plays.
 
     Args:
-        context, rate_hz: as for Sound.
+        context: as for Sound. rate_hz: 8000 to 192 000.
         pull: fills a float32 array (frames,) and returns how many samples it had; the rest are
-            silence. The thread that makes keyframes calls it, about 90 ms ahead of the sound. It
+            silence. The array is the library's and ends with the call. The thread that makes keyframes calls it, about 90 ms ahead of the sound. It
             must not call the context. None: call write().
     """
 
@@ -79,8 +84,9 @@ class Stream(_InContext):
             except Exception:  # no exception can pass through the library; it hears silence
                 return 0
 
-        options = native.clamor_stream(rate_hz=rate_hz)
-        if pull is not None:
+        given.instance(context, Context, "context")
+        options = native.clamor_stream(rate_hz=given.whole(rate_hz, "rate_hz", 8000, 192_000))
+        if given.function(pull, "pull") is not None:
             options.user, options.pull = next(_numbers), native.PullFunction(fill)
             options.release = _release
             _used_by_library[options.user] = options.pull
@@ -94,7 +100,7 @@ class Stream(_InContext):
 
     def write(self, samples: Any) -> int:
         """Appends samples (frames,) and returns how many fitted into the buffer of one second."""
-        array, taken = _samples(samples), c_uint32()
+        array, taken = _samples(samples, "samples"), c_uint32()
         check(library().clamor_write_stream(self.context._open, self._handle, array.ctypes.data,
                                             len(array), byref(taken)))
         return taken.value
@@ -105,6 +111,7 @@ class Group(_InContext):
 
     def __init__(self, context: Context, gain: float = 1.0, is_muted: bool = False,
                  is_paused: bool = False, max_voices: float = 1.0):
+        given.instance(context, Context, "context")
         handle = c_uint64()
         options = self._options(gain, is_muted, is_paused, max_voices)
         check(library().clamor_add_group(context._open, byref(options), byref(handle)))
@@ -112,8 +119,12 @@ class Group(_InContext):
 
     @staticmethod
     def _options(gain: float, is_muted: bool, is_paused: bool, max_voices: float) -> Any:
-        return native.clamor_group_options(is_muted=is_muted, is_paused=is_paused, has_gain=1,
-                                           gain=gain, max_voices=max_voices)
+        if given.number(max_voices, "max_voices", 0, 1) == 0:
+            raise ValueError("max_voices is 0, but must be more than 0; mute the group instead")
+        return native.clamor_group_options(is_muted=given.flag(is_muted, "is_muted"),
+                                           is_paused=given.flag(is_paused, "is_paused"), has_gain=1,
+                                           gain=given.number(gain, "gain", 0, 1e6),
+                                           max_voices=max_voices)
 
     def change(self, gain: float = 1.0, is_muted: bool = False, is_paused: bool = False,
                max_voices: float = 1.0) -> None:
@@ -141,9 +152,9 @@ class Source(_InContext):
 
     def __init__(self, context: Context, sound: Union[Sound, Stream],
                  position_m: Sequence[float] = (0, 0, 0), **options: Any):
-        handle = c_uint64()
-        given = self._options(sound, position_m, **options)
-        check(library().clamor_add_source(context._open, byref(given), byref(handle)))
+        given.instance(context, Context, "context")
+        handle, chosen = c_uint64(), self._options(sound, position_m, **options)
+        check(library().clamor_add_source(context._open, byref(chosen), byref(handle)))
         self._uses = (sound, options.get("group"))  # which are removed when nothing holds them
         self._own(context, handle.value, "clamor_remove_source")
 
@@ -153,22 +164,23 @@ class Source(_InContext):
                  group: Optional[Group] = None, level: Optional[Level] = None, gain: float = 1.0,
                  band_gains: Any = 1.0, directivity: Any = 0.0, played_s: float = 0.0,
                  reverberation: float = 1.0, ends_with_sound: bool = False) -> Any:
-        def bands(values: Any) -> Any:
-            return (c_double * 8)(*np.broadcast_to(np.asarray(values, float), 8).tolist())
-
-        if not gain > 0:
+        if given.number(gain, "gain", 0, 1e6) == 0:
             raise ValueError("gain must be more than 0; mute a source by its group or its bands")
         return native.clamor_source_options(
-            ends_with_sound=ends_with_sound, sound=sound._handle,
-            group=group._handle if group else 0, level=level._handle if level else 0,
+            ends_with_sound=given.flag(ends_with_sound, "ends_with_sound"),
+            sound=given.instance(sound, (Sound, Stream), "sound")._handle,
+            group=given.handle_of(group, Group, "group"),
+            level=given.handle_of(level, Level, "level"),
             motion=_motion(position_m, velocity_mps, axis), gain=gain,
-            band_gains=bands(band_gains), directivity=bands(directivity), played_s=played_s,
-            has_reverberation=1, reverberation=reverberation)
+            band_gains=given.bands(band_gains, "band_gains", 0, 1e6 / gain),
+            directivity=given.bands(directivity, "directivity", 0, 1e4),
+            played_s=given.number(played_s, "played_s", 0, 1e6), has_reverberation=1,
+            reverberation=given.number(reverberation, "reverberation", 0, 100))
 
     def change(self, sound: Union[Sound, Stream], position_m: Sequence[float], **options: Any) -> None:
         """Sets all of its properties; another sound begins anew."""
-        given = self._options(sound, position_m, **options)
-        check(library().clamor_change_source(self.context._open, self._handle, byref(given)))
+        chosen = self._options(sound, position_m, **options)
+        check(library().clamor_change_source(self.context._open, self._handle, byref(chosen)))
         self._uses = (sound, options.get("group"))
 
     def move(self, position_m: Sequence[float], velocity_mps: Sequence[float] = (0, 0, 0),
@@ -180,9 +192,9 @@ class Source(_InContext):
 
 def _motion(position_m: Sequence[float], velocity_mps: Sequence[float],
             axis: Sequence[float]) -> native.clamor_motion:
-    vectors: Dict[str, Any] = {"position_m": position_m, "velocity_mps": velocity_mps, "axis": axis}
-    for name, vector in vectors.items():
-        if len(vector) != 3:
-            raise ValueError(f"{name} must have three numbers, not {len(vector)}")
-    return native.clamor_motion(**{name: (ctypes.c_double * 3)(*vector)
-                                   for name, vector in vectors.items()})
+    facing = given.vector(axis, "axis", 1e3)
+    if not any(facing):
+        raise ValueError("axis must not be 0, 0, 0; ahead is 0, 0, -1")
+    return native.clamor_motion(
+        position_m=given.vector(position_m, "position_m", given.MAX_PLACE_M),
+        velocity_mps=given.vector(velocity_mps, "velocity_mps", 1e4), axis=facing)

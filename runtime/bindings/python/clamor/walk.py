@@ -9,6 +9,8 @@ from typing import Callable, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
+from . import _arguments as given
+
 Quaternion = Tuple[float, float, float, float]  # x, y, z, w
 
 
@@ -32,6 +34,9 @@ def _times(p: Quaternion, q: Quaternion) -> Quaternion:
 
 def orientation(yaw_rad: float, pitch_rad: float = 0, roll_rad: float = 0) -> Quaternion:
     """The quaternion x, y, z, w of a head turned by yaw (to the left), pitch (up), roll (right)."""
+
+    for name, angle in ("yaw_rad", yaw_rad), ("pitch_rad", pitch_rad), ("roll_rad", roll_rad):
+        given.number(angle, name)
 
     def turn(angle: float, axis: Tuple[int, int, int]) -> Quaternion:
         sine = math.sin(angle * 0.5)
@@ -57,29 +62,43 @@ class Walk:
 
     def __init__(self, times_s, positions_m, yaw_deg=0.0, pitch_deg=0.0, roll_deg=0.0,
                  loop: bool = False):
-        times = np.atleast_1d(np.asarray(times_s, float))
+        times = np.atleast_1d(given.finite_array(times_s, "times_s", "(n,)"))
         if times.ndim != 1 or len(times) == 0 or not np.all(np.diff(times) > 0):
             raise ValueError("times_s must be a list of at least one time, and increase")
-        positions = np.asarray(positions_m, float)
+        positions = given.finite_array(positions_m, "positions_m", f"({len(times)}, 3)",
+                                       given.MAX_LISTENER_M)
         if positions.shape != (len(times), 3):
             raise ValueError(f"positions_m must have the shape ({len(times)}, 3), not "
                              f"{positions.shape}")
         self._times_s = times.tolist()
         self._positions_m = positions.tolist()
         degree = math.pi / 180
-        self._angles_rad = [[float(angle) * degree for angle in np.broadcast_to(angles, times.shape)]
-                            for angles in (yaw_deg, pitch_deg, roll_deg)]
-        self.loop = loop
+        self._angles_rad = []
+        for name, values in ("yaw_deg", yaw_deg), ("pitch_deg", pitch_deg), ("roll_deg", roll_deg):
+            angles = given.finite_array(values, name, f"() or ({len(times)},)")
+            if angles.shape not in ((), times.shape):
+                raise ValueError(f"{name} must be a number, or {len(times)} of them, not the shape "
+                                 f"{angles.shape}")
+            self._angles_rad.append([float(angle) * degree
+                                     for angle in np.broadcast_to(angles, times.shape)])
+        self.loop = given.flag(loop, "loop")
 
     @classmethod
     def read(cls, path: Union[str, "os.PathLike[str]"]) -> "Walk":
         """Reads a walk file, as `clamor render --walk` takes it."""
-        with open(path, encoding="utf-8") as file:
-            walk = json.load(file)
-        points = walk["points"]
-        return cls([point["time_s"] for point in points], [point["position_m"] for point in points],
-                   *([point.get(angle, 0.0) for point in points]
-                     for angle in ("yaw_deg", "pitch_deg", "roll_deg")), loop=walk.get("loop", False))
+        with open(given.instance(path, (str, os.PathLike), "path"), encoding="utf-8") as file:
+            text = file.read()
+        try:
+            walk = json.loads(text)
+            points = walk["points"]
+            return cls([point["time_s"] for point in points],
+                       [point["position_m"] for point in points],
+                       *([point.get(angle, 0.0) for point in points]
+                         for angle in ("yaw_deg", "pitch_deg", "roll_deg")),
+                       loop=walk.get("loop", False))
+        except (KeyError, TypeError, AttributeError, ValueError) as error:
+            what = f"{error} is missing" if isinstance(error, KeyError) else error
+            raise ValueError(f"{path}: is no walk: {what}") from None
 
     @property
     def length_s(self) -> float:
@@ -88,7 +107,7 @@ class Walk:
 
     def __call__(self, time_s: float) -> Pose:
         """The pose at a time, to the last bit as the program `clamor` computes it."""
-        times = self._times_s
+        times, time_s = self._times_s, given.number(time_s, "time_s")
         if self.loop and self.length_s > 0:
             time_s = math.fmod(max(time_s, 0.0), self.length_s)
         after = bisect.bisect_right(times, time_s)
@@ -136,20 +155,26 @@ Poses = Union[Walk, Pose, Sequence[float], np.ndarray, Callable[[float], Pose]]
 
 def path_of(poses: Poses, times_s=None) -> Tuple[Callable[[float], Pose], Optional[float]]:
     """Returns the function from time to pose, and the walk's length in seconds if it has one."""
-    if isinstance(poses, Walk):
-        return poses, poses.length_s or None
-    if isinstance(poses, Pose):
-        return lambda time_s: poses, None
-    if callable(poses):
-        return poses, None
-    array = np.asarray(poses, float)
+    if isinstance(poses, Pose) or callable(poses):
+        _refuse_times(times_s)
+        if isinstance(poses, Pose):
+            return lambda time_s: poses, None
+        return poses, poses.length_s or None if isinstance(poses, Walk) else None
+    array = given.finite_array(poses, "poses", "(3,), (7,), (n, 3) or (n, 7), or a Walk, a Pose or a "
+                               "function of time", given.MAX_LISTENER_M)
     if array.ndim == 0 or array.ndim > 2 or array.shape[-1] not in (3, 7) or array.size == 0:
         raise ValueError("poses must be a Walk, a Pose, a function of time, or an array of the "
                          f"shape (3,), (7,), (n, 3) or (n, 7), not {array.shape}")
     if array.ndim == 1:
+        _refuse_times(times_s)
         pose = Pose(array[:3].tolist(), tuple(array[3:].tolist()) or Pose._field_defaults["orientation"])
         return lambda time_s: pose, None
-    times = None if times_s is None else np.asarray(times_s, float)
+    times = None if times_s is None else given.finite_array(times_s, "times_s", "(n,)")
     if times is None or times.shape != array.shape[:1] or not np.all(np.diff(times) > 0):
         raise ValueError(f"{len(array)} poses need times_s, {len(array)} increasing times")
     return _SampledPoses(array, times), float(times[-1]) or None
+
+
+def _refuse_times(times_s: object) -> None:
+    if times_s is not None:
+        raise ValueError("times_s are for an array of poses (n, 3) or (n, 7)")

@@ -4,15 +4,17 @@ from __future__ import annotations
 import itertools
 import os
 import threading
+import warnings
 import weakref
 from ctypes import byref, c_double, c_uint32, c_uint64, c_void_p
 from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
+from . import _arguments as given
 from . import _interface as native
 from ._interface import check, library
-from ._library import utf8
+from ._library import ClamorWarning
 from .walk import Pose
 
 OUTPUTS = {"binaural": native.CLAMOR_OUTPUT_BINAURAL,
@@ -113,23 +115,24 @@ class Context(_Owner):
             update() regularly, and the library starts no thread. Offline listeners need True.
         update_period_s: with caller_updates, the longest time between two updates; 0 means 1/30 s.
         max_sources, max_sounds: of the application's own, at a time.
-        log: is called with a sentence for what no call can return, such as a page that cannot be
-            read; by any thread, and must not call the context. None: nobody is told.
+        log: is called with a sentence for what no call can return: a page that cannot be read, and,
+            once for each listener and level, a listener or a source that is outside the level. Any
+            thread calls it, and it must not call the context. None: it is a ClamorWarning.
     """
 
     def __init__(self, caller_updates: bool = False, update_period_s: float = 0,
                  max_sources: int = 1024, max_sounds: int = 256,
                  log: Optional[Callable[[str], None]] = None):
-        def tell(_: Any, sentence: bytes) -> None:
-            log(sentence.decode())
-
-        logger = native.LogFunction(tell) if log is not None else native.LogFunction()
-        options = native.clamor_options(caller_updates=caller_updates,
-                                        update_period_s=update_period_s, max_sources=max_sources,
-                                        max_sounds=max_sounds, log=logger)
+        tell = given.function(log, "log") or _warn
+        logger = native.LogFunction(lambda _, sentence: tell(sentence.decode("utf-8", "replace")))
+        options = native.clamor_options(
+            caller_updates=given.flag(caller_updates, "caller_updates"),
+            update_period_s=given.number(update_period_s, "update_period_s", 0, 0.1),
+            max_sources=given.whole(max_sources, "max_sources", 1, 65_536),
+            max_sounds=given.whole(max_sounds, "max_sounds", 1, 4096), log=logger)
         context, error = c_void_p(), native.clamor_error()
         check(library().clamor_create(byref(options), byref(context), byref(error)), error)
-        self._pointer = context
+        self._pointer, self.log = context, log
         self._finalizer = weakref.finalize(self, _destroy, context, logger)
 
     @property
@@ -156,7 +159,7 @@ class Context(_Owner):
         `time_s` is the time of an offline listener that they are for (next_keyframe_s()); listeners
         in real time take them over now.
         """
-        check(library().clamor_commit(self._open, time_s))
+        check(library().clamor_commit(self._open, given.number(time_s, "time_s", -5e6, 5e6)))
 
     def update(self, loading_s: float = 0) -> int:
         """Makes the keyframes that listeners want now, and returns how many.
@@ -165,8 +168,13 @@ class Context(_Owner):
         Only with caller_updates, on one thread at a time.
         """
         made = c_uint32()
-        check(library().clamor_update(self._open, loading_s, byref(made)))
+        check(library().clamor_update(self._open, given.number(loading_s, "loading_s", 0),
+                                      byref(made)))
         return made.value
+
+
+def _warn(sentence: str) -> None:
+    warnings.warn(sentence, ClamorWarning)
 
 
 def _destroy(context: c_void_p, _: Any) -> None:  # the callback lives until then
@@ -178,18 +186,29 @@ def _close(context: Context, function: str, handle: int) -> None:
         getattr(library(), function)(context._pointer, handle)
 
 
+def _bytes(source: Any) -> np.ndarray:
+    """The bytes of an object, which stay its own."""
+    try:
+        return np.frombuffer(source, np.uint8) if len(source) else np.empty(0, np.uint8)
+    except (TypeError, ValueError, BufferError):
+        raise TypeError("source must be a path or the bytes of a bake, not "
+                        f"{given.shown(source)}") from None
+
+
 class Level(_Owner):
     """An open bake in a context. Listeners who are in it hear it on after it is closed."""
 
     def __init__(self, context: Context, source: Source, name: str = "the level"):
         handle, error = c_uint64(), native.clamor_error()
+        given.instance(context, Context, "context")
+        known_as = given.text(name, "name")
         if isinstance(source, (str, os.PathLike)):
-            check(library().clamor_open_level(context._open, utf8(source), byref(handle),
+            check(library().clamor_open_level(context._open, given.text(source, "source"), byref(handle),
                                               byref(error)), error)
         else:
-            array = np.frombuffer(source, np.uint8)  # keeps the bytes, and raises for other types
+            array = _bytes(source)
             number = next(_numbers)
-            reader = native.clamor_reader(name=utf8(name), size=array.size, user=number,
+            reader = native.clamor_reader(name=known_as, size=array.size, user=number,
                                           memory=array.ctypes.data, release=_release)
             _used_by_library[number] = array
             result = library().clamor_open_level_with(context._open, byref(reader), byref(handle),
@@ -213,6 +232,7 @@ class Level(_Owner):
     def emitter(self, number: int) -> EmitterInfo:
         """The emitter number `number`, below info.emitters."""
         info = native.clamor_emitter_info()
+        given.index(number, "number", self.info.emitters, "emitters")
         check(library().clamor_get_emitter_info(self.context._open, self._handle, number,
                                                 byref(info)))
         return EmitterInfo(info.name.decode(), info.sound, tuple(info.position_m), info.gain)
@@ -220,7 +240,7 @@ class Level(_Owner):
     def find_emitter(self, name: str) -> int:
         """The number of the first emitter with this name. Raises ClamorError if there is none."""
         number = c_uint32()
-        check(library().clamor_find_emitter(self.context._open, self._handle, utf8(name),
+        check(library().clamor_find_emitter(self.context._open, self._handle, _name(name),
                                             byref(number)))
         return number.value
 
@@ -230,14 +250,19 @@ class Level(_Owner):
 
         `gain` is an amplitude relative to the bake's, 0 to 1, times that of the Group.
         """
-        options = native.clamor_emitter_options(is_muted=is_muted, has_gain=1, gain=gain,
-                                                group=group._handle if group else 0)
+        from .sources import Group  # which needs this module
+
+        given.index(number, "number", self.info.emitters, "emitters")
+        options = native.clamor_emitter_options(is_muted=given.flag(is_muted, "is_muted"), has_gain=1,
+                                                gain=given.number(gain, "gain", 0, 1),
+                                                group=given.handle_of(group, Group, "group"))
         check(library().clamor_change_emitter(self.context._open, self._handle, number,
                                               byref(options)))
 
     def portal(self, number: int) -> PortalInfo:
         """The portal number `number`, below info.portals."""
         info = native.clamor_portal_info()
+        given.index(number, "number", self.info.portals, "portals")
         check(library().clamor_get_portal_info(self.context._open, self._handle, number,
                                                byref(info)))
         return PortalInfo(info.name.decode(), tuple(info.centre_m), tuple(info.half_u_m),
@@ -246,19 +271,24 @@ class Level(_Owner):
     def find_portal(self, name: str) -> int:
         """The number of the first portal with this name. Raises ClamorError if there is none."""
         number = c_uint32()
-        check(library().clamor_find_portal(self.context._open, self._handle, utf8(name),
+        check(library().clamor_find_portal(self.context._open, self._handle, _name(name),
                                            byref(number)))
         return number.value
 
-    def set_portal(self, number: int, openness: float) -> None:
+    def set_portal(self, number: int, openness: Optional[float]) -> None:
         """Opens or closes a portal for all listeners from the next commit.
 
-        `openness`, 0 to 1, is the share of power that is left of reflections that came through it.
+        `openness`, 0 to 1, is the share of power that is left of reflections that came through it;
+        None: its movable parts open and close it, as they did before it was set.
         """
-        check(library().clamor_set_portal(self.context._open, self._handle, number, openness))
+        given.index(number, "number", self.info.portals, "portals")
+        share = (native.CLAMOR_PORTAL_BY_PARTS if openness is None else
+                 given.number(openness, "openness", 0, 1))
+        check(library().clamor_set_portal(self.context._open, self._handle, number, share))
 
     def part(self, number: int) -> "LevelPart":
         """The movable part number `number`, below info.parts."""
+        given.index(number, "number", self.info.parts, "parts")
         handle = c_uint64()
         check(library().clamor_get_level_part(self.context._open, self._handle, number,
                                               byref(handle)))
@@ -267,7 +297,7 @@ class Level(_Owner):
     def find_part(self, name: str) -> "LevelPart":
         """The first movable part with this name. Raises ClamorError if there is none."""
         handle = c_uint64()
-        check(library().clamor_find_part(self.context._open, self._handle, utf8(name),
+        check(library().clamor_find_part(self.context._open, self._handle, _name(name),
                                          byref(handle)))
         return LevelPart(self, handle.value)
 
@@ -293,11 +323,13 @@ class LevelPart:
 
     def move(self, pose: Any) -> None:
         """Turns and moves it about its pivot: a Pose, or a position (3,) in metres, not turned."""
-        check(library().clamor_move_part(self.context._open, self._handle, byref(_pose(pose))))
+        moved = _pose(pose, given.MAX_PLACE_M)
+        check(library().clamor_move_part(self.context._open, self._handle, byref(moved)))
 
     def enable(self, is_enabled: bool) -> None:
         """A part that is not enabled hides nothing."""
-        check(library().clamor_enable_part(self.context._open, self._handle, is_enabled))
+        check(library().clamor_enable_part(self.context._open, self._handle,
+                                           given.flag(is_enabled, "is_enabled")))
 
 
 class Listener(_Owner):
@@ -331,12 +363,18 @@ class Listener(_Owner):
                  gain: float = 1.0, limits: bool = False, max_block_frames: int = 1024,
                  offline: bool = False,
                  reports_voices: bool = False):
-        if output not in OUTPUTS:
-            raise ValueError(f"output must be one of {', '.join(OUTPUTS)}, not {output!r}")
+        given.instance(context, Context, "context")
+        given.instance(level, Level, "level")
         options = native.clamor_listener_options(
-            output=OUTPUTS[output], layout=utf8(layout), sofa=utf8(sofa), rate_hz=rate_hz,
-            max_block_frames=max_block_frames, voices=voices, memory_bytes=memory_bytes, gain=gain,
-            limits=limits, offline=offline, pose=_pose(pose), reports_voices=reports_voices)
+            output=OUTPUTS[given.choice(output, "output", list(OUTPUTS))],
+            layout=given.text(layout, "layout"), sofa=given.text(sofa, "sofa"),
+            rate_hz=given.whole(rate_hz, "rate_hz", 8000, 192_000),
+            max_block_frames=given.whole(max_block_frames, "max_block_frames", 1, 65_536),
+            voices=given.whole(voices, "voices", 1, 100_000),
+            memory_bytes=given.whole(memory_bytes, "memory_bytes", 0, (1 << 64) - 1),
+            gain=_output_gain(gain), limits=given.flag(limits, "limits"),
+            offline=given.flag(offline, "offline"), pose=_pose(pose),
+            reports_voices=given.flag(reports_voices, "reports_voices"))
         handle, error, channels = c_uint64(), native.clamor_error(), c_uint32()
         check(library().clamor_create_listener(context._open, level._handle, byref(options),
                                                byref(handle), byref(error)), error)
@@ -353,6 +391,7 @@ class Listener(_Owner):
 
     def enter(self, level: Level) -> None:
         """Crossfades to another level of the context within a tenth of a second."""
+        given.instance(level, Level, "level")
         error = native.clamor_error()
         check(library().clamor_enter_level(self.context._open, self._handle, level._handle,
                                            byref(error)), error)
@@ -371,20 +410,34 @@ class Listener(_Owner):
     def render(self, frames: Optional[int] = None, out: Optional[np.ndarray] = None) -> np.ndarray:
         """Renders the next frames, and returns them: (frames, channels), float32, 1 at full scale.
 
-        With `out`, a C-contiguous float32 array of that shape, they are written there. The
+        With `out`, a C-contiguous float32 array of that shape, the library writes them there. The
         interpreter's lock is released meanwhile. Raises ClamorError if another thread is rendering
         the listener.
         """
         if out is None:
-            if frames is None:
-                raise ValueError("give frames or out")
-            out = np.empty((frames, self.channels), np.float32)
-        if (out.dtype != np.float32 or out.ndim != 2 or out.shape[1] != self.channels
-                or not out.flags.c_contiguous or not out.flags.writeable):
-            raise ValueError(f"out must be a C-contiguous float32 array (frames, {self.channels})")
-        if frames is not None and frames != len(out):
-            raise ValueError(f"out has {len(out)} frames, not {frames}")
+            out = np.empty((_frames(frames), self.channels), np.float32)
+        wanted = None if frames is None else _frames(frames)
+        given.destination(out, (wanted, self.channels), f"({wanted or 'frames'}, {self.channels})")
         check(library().clamor_render(self.context._open, self._handle, out.ctypes.data, len(out)))
+        return out
+
+    def render_planar(self, frames: Optional[int] = None,
+                      out: Optional[np.ndarray] = None) -> np.ndarray:
+        """As render(), with an array for each channel: (channels, frames).
+
+        Only the rows of `out` must be contiguous, so that it may be a part of a longer array.
+        """
+        if out is None:
+            out = np.empty((self.channels, _frames(frames)), np.float32)
+        wanted = out.shape[1:] if frames is None and isinstance(out, np.ndarray) else (frames,)
+        if (not isinstance(out, np.ndarray) or out.dtype != np.float32 or
+                out.shape != (self.channels, *wanted) or not out.flags.writeable or
+                out.strides[1] not in (4, 0)):
+            raise ValueError(f"out must be a writeable float32 array ({self.channels}, "
+                             f"{'frames' if frames is None else frames}) of contiguous rows")
+        rows = out.ctypes.data + out.strides[0] * np.arange(self.channels, dtype=np.uintp)
+        check(library().clamor_render_planar(self.context._open, self._handle, rows.ctypes.data,
+                                             out.shape[1]))
         return out
 
     def voices(self) -> Tuple[np.ndarray, float]:
@@ -411,9 +464,29 @@ class Listener(_Owner):
         return Statistics(*(getattr(found, name) for name in Statistics._fields))
 
 
-def _pose(pose: Any) -> native.clamor_pose:
+def _pose(pose: Any, limit_m: float = given.MAX_LISTENER_M) -> native.clamor_pose:
     position_m, orientation = pose if isinstance(pose, Pose) else (pose, (0.0, 0.0, 0.0, 1.0))
-    if len(position_m) != 3 or len(orientation) != 4:
-        raise ValueError("a pose is a position (3,) in metres, or a Pose with a quaternion (4,)")
-    return native.clamor_pose(position_m=(c_double * 3)(*position_m),
-                              orientation=(c_double * 4)(*orientation))
+    turned = given.vector(orientation, "orientation of the pose", 1e9, 4)
+    if not any(turned):
+        raise ValueError("orientation of the pose must not be 0, 0, 0, 0; the identity is 0, 0, 0, 1")
+    return native.clamor_pose(position_m=given.vector(position_m, "position of the pose", limit_m),
+                              orientation=turned)
+
+
+def _frames(frames: Any) -> int:
+    if frames is None:
+        raise ValueError("give frames or out")
+    return given.whole(frames, "frames")
+
+
+def _output_gain(gain: Any) -> float:
+    if given.number(gain, "gain", 0, 1e10) == 0:
+        raise ValueError("gain is 0, but must be more than 0; silence needs no listener")
+    return float(gain)
+
+
+def _name(name: Any) -> bytes:
+    found = given.text(name, "name")
+    if found is None:
+        raise TypeError("name must be a string, not None")
+    return found
