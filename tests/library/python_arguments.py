@@ -10,10 +10,10 @@ import clamor
 NAN, INF = float("nan"), float("inf")
 
 # Wrong values, by the name of the parameter.
-COUNT = [-1, 1.5, "3", [1], True]
+COUNT = [-1, 1.5, "3", [1], True, 10**400]
 RATE = [*COUNT, 0, 7]
-SIZE = [-1, NAN, INF, "loud", [1, 2], True]
-FINITE = [NAN, INF, "loud", True]
+SIZE = [-1, NAN, INF, "loud", [1, 2], True, 10**400]
+FINITE = [NAN, INF, "loud", True, 10**400]
 PLACE = [[NAN, 0, 0], [0, INF, 0], [1, 2], "here", 5, ["a", "b", "c"]]
 FLAG = ["yes", 2, [True], 0.5]
 TEXT = [5, ["a"], "a\0b"]

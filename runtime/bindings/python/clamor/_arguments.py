@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 import numbers
 import os
+import sys
 from ctypes import c_double
 from typing import Any, Optional, Sequence, Tuple
 
@@ -22,13 +23,13 @@ def shown(value: Any) -> str:
 
 
 def _check_range(value: Any, name: str, low: float, high: float) -> None:
-    if math.isfinite(value) and low <= value <= high:
+    if low <= value <= high and abs(value) <= sys.float_info.max:  # whole numbers may be beyond it
         return
     if math.isinf(high):
         wanted = "finite" if math.isinf(low) else f"a finite number from {low:g} on"
     else:
         wanted = f"from {low:.12g} to {high:.12g}"
-    raise ValueError(f"{name} is {value}, but must be {wanted}")
+    raise ValueError(f"{name} is {str(value)[:60]}, but must be {wanted}")
 
 
 def number(value: Any, name: str, low: float = -math.inf, high: float = math.inf) -> float:
