@@ -17,6 +17,8 @@ from .presets import BANDS_HZ, names_like
 
 _GREATEST_GAIN_DB = 80.0  # Clamor's limit
 _GREATEST_DELAY_S = 3600.0
+# Blender 4.5 and later warn of a path that begins with // unless the property declares it.
+_RELATIVE_PATH = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set()
 
 
 def _preset_names(_self: object, _context: object, text: str) -> list[str]:
@@ -136,6 +138,7 @@ class ClamorBake(bpy.types.PropertyGroup):
         name="Output",
         description="The bake file. The exported level is written beside it, as NAME_level.glb",
         subtype="FILE_PATH",
+        options=_RELATIVE_PATH,
         default="//level.clamor",
     )
     until: StringProperty(

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 import unittest
+import warnings
 from pathlib import Path
 
 import bpy
@@ -162,6 +163,16 @@ class BakedHall(unittest.TestCase):
         self.assertFalse(process.succeeded)
         self.assertEqual(process.complaint, "stopped; nothing was written")
         self.assertFalse(output.exists())
+
+
+class Settings(unittest.TestCase):
+    """What is set is taken as it is meant."""
+
+    def test_an_output_beside_the_blend_file_is_set_without_a_warning(self) -> None:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            bpy.context.scene.clamor_bake.output = "//beside.clamor"
+        self.assertEqual(bpy.context.scene.clamor_bake.output, "//beside.clamor")
 
 
 class Mistakes(unittest.TestCase):
