@@ -48,11 +48,11 @@ class NearestNeighbours {
   // The radius of a source with this power; at least one neighbour was added.
   float radius_m(double own_power) const {
     // Powers are summed in ascending order, because the order of equidistant neighbours does not
-    // matter to them.
+    // matter to them. Places without a neighbour add 0.
     std::array<double, kNeighbours> power = power_;
-    std::sort(power.begin(), power.begin() + static_cast<std::ptrdiff_t>(count_));
+    std::sort(power.begin(), power.end());
     double sum = 0;
-    for (std::size_t k = 0; k < count_; ++k) sum += power[k];
+    for (const double of_one : power) sum += of_one;
     const double share = sum > 0 ? std::min(1.0, own_power / sum) : 0;
     const double farthest = distance_squared_[count_ - 1];
     return static_cast<float>(std::sqrt(farthest * share / 2));

@@ -188,8 +188,8 @@ void Panels::draw_meters(float width, float height, const VoiceDisplay& /*voices
   }
   const std::string text =
       session_.sound().is_playing() ? loudness(status.short_term_lufs) : "silent";
-  draw.AddText(fonts_.heading, fonts_.heading->FontSize, {corner.x, y + line + 8 * scale_},
-               theme::kText, text.c_str());
+  draw.AddText(fonts_.heading, fonts_.heading_px, {corner.x, y + line + 8 * scale_}, theme::kText,
+               text.c_str());
   draw.AddText({corner.x, y + line + 34 * scale_}, theme::kDimText, "over the last 3 s");
 }
 

@@ -85,7 +85,7 @@ void Panels::draw_marks(const WindowLayout& layout) const {
   draw.AddRectFilled({at.x - 8 * scale_, at.y - 5 * scale_},
                      {at.x + size.x + 8 * scale_, at.y + size.y + 5 * scale_},
                      IM_COL32(20, 22, 25, 200), 4 * scale_);
-  draw.AddText(fonts_.text, fonts_.text->FontSize, at, theme::kText, text.c_str(), nullptr,
+  draw.AddText(fonts_.text, fonts_.text_px, at, theme::kText, text.c_str(), nullptr,
                layout.view_width() * 0.8f);
 }
 

@@ -8,6 +8,7 @@
 #include <fmt/ostream.h>
 
 #include "tools/view/window/controls.h"
+#include "tools/view/window/keyboard.h"
 
 namespace clamor {
 
@@ -203,9 +204,7 @@ void ScriptInput::apply() const {
   io.MouseDown[0] = buttons_[0];
   io.MouseDown[1] = buttons_[1];
   io.MouseWheel = scroll_;
-  std::copy(keys_.begin(), keys_.end(), io.KeysDown);
-  io.KeyCtrl = keys_[GLFW_KEY_LEFT_CONTROL];
-  io.KeyShift = keys_[GLFW_KEY_LEFT_SHIFT];
+  set_keys(keys_);
   for (const char c : typed_) io.AddInputCharacter(static_cast<unsigned char>(c));
 }
 

@@ -34,16 +34,16 @@ Fonts apply_theme(float scale) {
   io.Fonts->Clear();
   Fonts fonts;
   const std::string file = font_file();
-  const auto load = [&](float size_px) {
-    const float px = std::round(size_px * scale);
+  const auto load = [&](float size_px, float& px) {
+    px = std::round(size_px * scale);
     if (!file.empty())
       if (ImFont* const font = io.Fonts->AddFontFromFileTTF(file.c_str(), px)) return font;
     ImFontConfig own;
-    own.SizePixels = std::round(13 * scale);
+    own.SizePixels = px = std::round(13 * scale);
     return io.Fonts->AddFontDefault(&own);
   };
-  fonts.text = load(kText_px);
-  fonts.heading = load(kHeading_px);
+  fonts.text = load(kText_px, fonts.text_px);
+  fonts.heading = load(kHeading_px, fonts.heading_px);
 
   ImGuiStyle& style = ImGui::GetStyle();
   style = ImGuiStyle();

@@ -21,6 +21,7 @@ inline constexpr ImU32 kBad = IM_COL32(232, 96, 86, 255);
 struct Fonts {
   ImFont* text = nullptr;
   ImFont* heading = nullptr;
+  float text_px = 0, heading_px = 0;
 };
 
 // Sets style and fonts for a scale, 1 at 96 pixels an inch. A sans-serif font of the system is

@@ -18,6 +18,7 @@
 #include "tools/view/voice_display.h"
 #include "tools/view/window/controls.h"
 #include "tools/view/window/gl.h"
+#include "tools/view/window/keyboard.h"
 #include "tools/view/window/panels.h"
 #include "tools/view/window/scene_lines.h"
 #include "tools/view/window/scene_renderer.h"
@@ -62,9 +63,6 @@ class Interface {
     ImGui::GetIO().IniFilename = nullptr;  // nothing is written beside the level
     ImGui::GetIO().ConfigFlags |= ImGuiConfigFlags_NavEnableKeyboard;
     ImGui_ImplGlfw_InitForOpenGL(window, true);
-    // Tab switches between two bakes. It must not begin to edit the number of a slider as well, in
-    // which further keys would go.
-    ImGui::GetIO().KeyMap[ImGuiKey_Tab] = -1;
     ImGui_ImplOpenGL3_Init("#version 330 core");
   }
   ~Interface() {
@@ -94,8 +92,7 @@ GLFWwindow* make_window(const ViewSession& session, const WindowOptions& options
 }
 
 double pressed(std::initializer_list<int> keys) {
-  const ImGuiIO& io = ImGui::GetIO();
-  return std::ranges::any_of(keys, [&](int key) { return io.KeysDown[key]; }) ? 1 : 0;
+  return std::ranges::any_of(keys, is_key_down) ? 1 : 0;
 }
 
 WalkKeys walk_keys() {
@@ -188,19 +185,18 @@ void Window::steer(const WindowLayout& layout) {
 void Window::use_keys() {
   const ImGuiIO& io = ImGui::GetIO();
   if (io.WantTextInput) return;
-  if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_S, false)) panels_.save();
-  if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_Z)) {
+  if (io.KeyCtrl && is_key_pressed(GLFW_KEY_S, false)) panels_.save();
+  if (io.KeyCtrl && is_key_pressed(GLFW_KEY_Z, true)) {
     if (io.KeyShift)
       session_.redo();
     else
       session_.undo();
   }
-  if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_Y)) session_.redo();
-  if (!io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_TAB, false))
+  if (io.KeyCtrl && is_key_pressed(GLFW_KEY_Y, true)) session_.redo();
+  if (!io.KeyCtrl && is_key_pressed(GLFW_KEY_TAB, false))
     session_.set_plays_other(!session_.plays_other());
-  if (!io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_O, false)) session_.toggle_door();
-  if (ImGui::IsKeyPressed(GLFW_KEY_ESCAPE, false) &&
-      !ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup)) {
+  if (!io.KeyCtrl && is_key_pressed(GLFW_KEY_O, false)) session_.toggle_door();
+  if (is_key_pressed(GLFW_KEY_ESCAPE, false) && !ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup)) {
     session_.select({});
     session_.remove_mark();
   }
@@ -245,6 +241,9 @@ Result<void> Window::frame(std::ostream& out) {
   if (const std::string dropped = script_.take_dropped(); !dropped.empty())
     panels_.add_emitter(dropped);
   ImGui::NewFrame();
+  // Tab switches between two bakes. It must not begin to edit the number of a slider as well, in
+  // which further keys would go.
+  keep_tab();
   control_places().begin_frame();
   steer(layout);
   use_keys();
@@ -253,8 +252,7 @@ Result<void> Window::frame(std::ostream& out) {
   const double seconds = std::chrono::duration<double>(now - last_).count();
   last_ = now;
   const bool is_used = io.MouseDelta.x != 0 || io.MouseDelta.y != 0 || io.MouseDown[0] ||
-                       std::ranges::any_of(io.KeysDown, [](bool down) { return down; }) ||
-                       session_.camera().is_moving();
+                       is_any_key_down() || session_.camera().is_moving();
   if (is_used) used_ = now;
   session_.frame(walk_keys(), seconds);
   voices_.update(session_.heard(), seconds);
