@@ -83,13 +83,14 @@ TEST_F(CSharpBinding, OpensMemoryAndArchivesAndTurnsErrorsIntoExceptions) {
 TEST_F(CSharpBinding, TakesThirtyLinesToPlayTheSamplesOfTheProgram) {
   const std::string page = "runtime/bindings/csharp/README.md";
   const std::string code = testing::example_of(page, "csharp");
-  const std::string commands = testing::example_of(page, "sh");
+  const std::string commands = testing::example_of(page, "sh", "Mono (Debian");
   EXPECT_LE(testing::line_count(code) + testing::line_count(commands), 30u);
   const testing::EmptyFolder folder;
   std::ofstream(folder / "Play.cs") << code;
   run_with_libraries(
-      "cd " + folder.path() + "\ncp " + kSources + ".\ncp " + testing::violin_room() +
-      " room.clamor\n" + commands + "\n" +
+      "cd " + folder.path() + "\nexport HOME=$PWD\nmkdir clamor\nln -s " + testing::build_folder() +
+      " clamor/lib\ncp " + kSources + ".\ncp " + testing::violin_room() + " room.clamor\n" +
+      commands + "\n" +
       "clamor render room.clamor -o theirs.wav --receivers omni --listener 0,1.7,3 --seconds 0.5");
   constexpr std::size_t kBytes = 24'000 * 2 * sizeof(float);
   const std::string ours = testing::contents_of(folder / "room.wav");

@@ -2,8 +2,9 @@
 """run_pages.py PROGRAM FOLDER [--with NEED,NEED...] [PAGE...]: runs the command lines of the pages.
 
 Each page's `sh` blocks run in order, in one shell and as they stand, in FOLDER/root, which looks like
-the repository but for small levels. A line that ends in `# needs NEED, NEED` waits for --with, and so
-does the rest of a block after a line that says only that. What waits is printed and is no failure.
+the repository but for small levels. Files that a page shows lie there, or in game if the page goes
+there. A line that ends in `# needs NEED, NEED` waits for --with, and so does the rest of a block after
+a line that says only that. What waits is printed and is no failure.
 Then each `clamor ...` within a text is checked: its options exist.
 """
 import argparse
@@ -21,13 +22,13 @@ NEEDS = {
     "minutes": "tools/packaging/try_pages",
     "a quarter of an hour": "CI",
     "a sound device": "tests/player",
-    "a screen": "tests/tools/view",
-    "Ctrl-C to end": "tests/tools/view/progressive_bake_test.cpp",
+    "a screen": "tests/tools/view, and tools/packaging/try_pages",
+    "Ctrl-C to end": "tests/tools/view/progressive_bake_test.cpp, and tools/packaging/try_pages",
     "~/clamor": "tests/library, and tools/packaging/try_pages",
     "root": "tools/packaging",
     "debootstrap": "before a release",
     "Blender": "tests/formats/blender",
-    "Mono": "tests/library/csharp_binding_test.cpp",
+    "Mono": "tests/library/csharp_binding_test.cpp, and tools/packaging/try_pages",
     "Node 20": "by hand", "npm": "by hand", "xvfb": "by hand", "libstk-dev": "tests of make_assets",
     "Flamenco": "not tried", "vcpkg": "not tried", "Conan": "not tried",
 }
@@ -121,12 +122,12 @@ def run_page(page, root, program, met):
                 waiting.append((statement, sorted(needs - met)))
                 continue
             count += 1
+            shown = statement
+            if needs & {"a screen", "Ctrl-C to end"}:  # it goes on until it is stopped
+                statement = "timeout --preserve-status -s INT 60 bash -c " + quoted(statement)
             # Like that of diff, an exit code of 1 tells a difference.
             allowed = 1 if statement.startswith("clamor diff ") else 0
-            # What uses the installed library stands in a folder of its own, with the page's files.
-            place = "game" if "~/clamor" in needs and files else "."
-            script += [f"echo {quoted('$ ' + statement)}", f"cd {quoted(str(root / place))}", statement,
-                       f"(($? <= {allowed})) || exit 1"]
+            script += [f"echo {quoted('$ ' + shown)}", statement, f"(($? <= {allowed})) || exit 1"]
     if not count:
         return [], waiting
     environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
@@ -134,12 +135,10 @@ def run_page(page, root, program, met):
         environment["HOME"] = str(root / "home")
     if "export PATH=" not in text:
         environment["PATH"] = f"{program.parent}:{environment['PATH']}"
-    if "~/clamor" in met and files:
-        (root / "game").mkdir(exist_ok=True)
-        if (root / "room.clamor").exists():
-            shutil.copy(root / "room.clamor", root / "game")
-        for name, content in files:
-            (root / "game" / name).write_text(content)
+    for name, content in files:
+        folder = root / ("game" if "cd game" in text else ".")
+        folder.mkdir(exist_ok=True)
+        (folder / name).write_text(content)
     done = subprocess.run(["bash", "-c", "\n".join(script)], cwd=root, env=environment, text=True,
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     return ([] if done.returncode == 0 else ["\n".join(done.stdout.splitlines()[-25:])]), waiting
@@ -165,7 +164,7 @@ def main():
     parser.add_argument("pages", nargs="*", type=Path)
     parser.add_argument("--with", dest="met", default="", help="needs that are met here")
     parser.add_argument("--root", type=Path, help="run in this repository instead of a small copy")
-    arguments = parser.parse_args()
+    arguments = parser.parse_intermixed_args()  # pages may follow options
     program = arguments.program.resolve()
     met = {need.strip() for need in arguments.met.split(",")}
     failed = False
@@ -183,7 +182,7 @@ def main():
         failures += wrong_spans(page, empty, program)
         ended = os.times()
         seconds = sum(ended[2:4]) - sum(began[2:4])
-        print(f"{name}: {'FAILED' if failures else 'works'}, {seconds:.1f} core-seconds")
+        print(f"{name}: {'FAILED' if failures else 'works'}, {seconds:.1f} core-seconds", flush=True)
         for failure in failures:
             print("  " + failure.replace("\n", "\n  "))
         for statement, needs in waiting:
