@@ -32,7 +32,7 @@ std::size_t whole_response_frames(std::span<const Arrival> arrivals);
 void write_impulse_response(std::span<const Arrival> arrivals, std::size_t first,
                             std::span<float> response);
 
-// The same into `frames` samples of its own.
+// Returns `frames` of these samples.
 std::vector<float> impulse_response(std::span<const Arrival> arrivals, std::size_t frames,
                                     std::size_t first = 0);
 

@@ -109,7 +109,7 @@ class ResponseSource {
   std::optional<RoomMeter> meter_;
 };
 
-// What is measured, place by place.
+// Measures at one place after another.
 class Measurement {
  public:
   Measurement(const Options& options, const BakeFile& file, std::uint32_t emitter,
@@ -132,7 +132,7 @@ class Measurement {
     if (arrivals.empty() && !measured.warning)
       measured.warning = "nothing of " + in_quotes(emitter_.name) +
                          " reaches the listener. Move --listener inside the level.";
-    // Of many places, one where nothing is heard is silent.
+    // Where nothing is heard, one place is an error, and one of many is silent.
     if (arrivals.empty() && options_.places.size() == 1)
       return Error(*measured.warning).in(options_.level);
     if (measured.warning) warn(measured);
@@ -230,20 +230,14 @@ Result<std::vector<MeasuredPlace>> measure_until_stopped(const Options& options,
   return measure(options, output, notes, err);
 }
 
-// The places of --listener, then those of --places.
-Result<std::vector<NamedPlace>> read_all_places(const std::vector<std::string>& listeners,
-                                                const std::string& file) {
-  std::vector<NamedPlace> places;
-  for (const std::string& listener : listeners)
-    if (const auto pose = parse_listener(listener); pose.ok())
-      places.push_back({pose->position_m, ""});
+// Appends the places of a file, if there is one, and names those of all that have no name.
+Result<void> add_places(const std::string& file, std::vector<NamedPlace>& places) {
   if (!file.empty()) {
     auto more = read_places(file);
     if (!more) return more.error();
     std::ranges::move(*more, std::back_inserter(places));
   }
-  if (const auto named = complete_names(places); !named) return named.error();
-  return places;
+  return complete_names(places);
 }
 
 }  // namespace
@@ -287,18 +281,19 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
                             "--visibility must be on or off, not " + in_quotes(options.visibility));
   if (listeners.empty() && places_file.empty())
     return parser.bad_usage(err, "say where to measure: --listener X,Y,Z or --places FILE");
-  for (const std::string& listener : listeners)
-    if (const auto pose = parse_listener(listener); !pose.ok())
-      return parser.bad_usage(err, pose.error().message);
+  for (const std::string& listener : listeners) {
+    const auto pose = parse_listener(listener);
+    if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
+    options.places.push_back({pose->position_m, ""});
+  }
   if (!(options.seconds >= 0 && options.seconds <= kMaxResponse_s))
     return parser.bad_usage(err, "--seconds must lie between 0 and 60");
   const auto fail = [&err](const Error& error) {
     print_error(err, "impulse", error.message);
     return kBadInput;
   };
-  auto places = read_all_places(listeners, places_file);
-  if (!places) return fail(places.error());
-  options.places = std::move(*places);
+  if (const auto added = add_places(places_file, options.places); !added)
+    return fail(added.error());
   const auto output = ImpulseOutput::choose(path, options.places.size());
   if (!output.ok()) return parser.bad_usage(err, "-o: " + output.error().message);
   if (const auto can = output->check(options.places, {options.level, places_file}); !can)

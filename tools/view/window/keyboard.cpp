@@ -31,7 +31,7 @@ void keep_tab() { ImGui::GetIO().KeyMap[ImGuiKey_Tab] = -1; }
 
 namespace {
 
-// Of the keys that the window and its scripts use.
+// Dear ImGui's name of a key that the window or its scripts use.
 ImGuiKey name_of(int key) {
   if (key >= GLFW_KEY_A && key <= GLFW_KEY_Z)
     return static_cast<ImGuiKey>(ImGuiKey_A + (key - GLFW_KEY_A));

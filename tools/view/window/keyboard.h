@@ -13,7 +13,8 @@ bool is_any_key_down();
 // Whether the key went down in this frame, or repeats.
 bool is_key_pressed(int key, bool repeats);
 
-// What a script holds down, by code; call between the new frames of the backend and of Dear ImGui.
+// Presses the keys that a script holds down, by code, and releases all others. Call it between the
+// new frames of the backend and of Dear ImGui.
 void set_keys(std::span<const bool> are_down);
 
 // Keeps Dear ImGui from moving its focus by Tab; call in each frame.

@@ -117,7 +117,7 @@ def array(values: Any, name: str, shape: str, kind: Any = float) -> np.ndarray:
 
 
 def finite_array(values: Any, name: str, shape: str, limit: float = math.inf) -> np.ndarray:
-    """The same, with finite numbers of at most a size."""
+    """An array() of finite numbers of at most a size."""
     numbers_ = array(values, name, shape)
     if numbers_.size and not (np.isfinite(numbers_).all() and
                               -limit <= numbers_.min() <= numbers_.max() <= limit):
