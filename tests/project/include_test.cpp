@@ -90,7 +90,7 @@ const std::vector<Fence> kFences = {
      {"clamor.h", "clamor.hpp", "clamor_bake.h"},
      {"runtime/examples/*", "runtime/clamor.hpp", "bake/examples/*"}},
     {"OpenAL Soft", {"AL/*"}, {"tools/bench/openal_voices.cpp"}},
-    {"OpenGL", {"GL/*"}, {"tools/view/window/gl.h"}},
+    {"OpenGL", {"GL/*"}, {"tools/view/window/sc*.cpp"}},
     {"stb", {"stb/*"}, {"tools/view/window/screenshot.cpp"}},
     {"OpenMesh", {"OpenMesh/*"}, {"bake/mesh/collapsible_surface.h", "tests/bake/mesh/mesh_*"}},
     {"PulseAudio", {"pulse/*"}, {"runtime/output/pulse_output.cpp"}},

@@ -291,7 +291,7 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
       "mixer and its kernel alone, for each mixing mode; the kernel's share of the core's peak and "
       "where the rest of its time goes; the double-precision reference; other instruction sets; "
       "and "
-      "OpenAL Soft on the same voices. Takes a minute or two.",
+      "OpenAL Soft on the same voices. Takes a few minutes.",
       "clamor bench mixer --voices 2000");
   parser.positional("WHAT", what, "mixer");
   parser.words("WHAT", {"mixer"});

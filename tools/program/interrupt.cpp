@@ -2,6 +2,8 @@
 
 #include <cassert>
 #include <csignal>
+#include <cstdint>
+#include <ctime>
 
 #include <poll.h>
 #include <unistd.h>
@@ -13,10 +15,26 @@ namespace clamor {
 namespace {
 
 std::atomic<bool> interrupted{false};
+constexpr std::int64_t kNever = -1;
+std::atomic<std::int64_t> interrupted_at_ms{kNever};
 std::string sentence;  // message of ExitOnSignal; constant while its handler is installed
 
+std::int64_t now_ms() {
+  timespec now;
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1000 + now.tv_nsec / 1'000'000;
+}
+
+// GNU timeout and job schedulers signal a program and then its process group, so that it gets two
+// signals for one request.
+constexpr std::int64_t kOneRequestMs = 500;
+
 void on_signal(int number) {
-  if (!interrupted.exchange(true) || number == SIGHUP) return;
+  const std::int64_t now = now_ms();
+  std::int64_t first = kNever;
+  const bool is_first = interrupted_at_ms.compare_exchange_strong(first, now);
+  interrupted = true;
+  if (is_first || number == SIGHUP || now - first < kOneRequestMs) return;
   std::signal(number, SIG_DFL);
   std::raise(number);
 }
@@ -53,13 +71,17 @@ SavedSignalHandlers::~SavedSignalHandlers() {
 }
 
 Interrupt::Interrupt() {
-  interrupted = false;
+  forget();
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) signals_.handle(number, on_signal);
   signals_.handle(SIGPIPE, on_broken_pipe);
 }
 
 const std::atomic<bool>& Interrupt::requested() { return interrupted; }
-void Interrupt::forget() { interrupted = false; }
+
+void Interrupt::forget() {
+  interrupted = false;
+  interrupted_at_ms = kNever;
+}
 
 bool output_reader_is_gone() {
   std::array<pollfd, 2> outputs{{{STDOUT_FILENO, POLLOUT, 0}, {STDERR_FILENO, POLLOUT, 0}}};

@@ -30,7 +30,7 @@ class SavedSignalHandlers {
 };
 
 // During its lifetime, SIGINT, SIGTERM, SIGHUP, and SIGPIPE of standard output or error set
-// requested(). A second SIGINT or SIGTERM ends the program at once.
+// requested(). A SIGINT or SIGTERM more than half a second later ends the program at once.
 class Interrupt {
  public:
   Interrupt();

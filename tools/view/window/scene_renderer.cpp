@@ -3,10 +3,10 @@
 #include <array>
 #include <cmath>
 
+#include <GL/gl.h>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/type_ptr.hpp>
 
-#include "tools/view/window/gl.h"
 #include "tools/view/window/scene_shaders.h"
 
 namespace clamor {

@@ -7,9 +7,8 @@
 
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION
+#include <GL/gl.h>
 #include <stb/stb_image_write.h>
-
-#include "tools/view/window/gl.h"
 
 namespace clamor {
 

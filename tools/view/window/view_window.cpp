@@ -17,7 +17,6 @@
 #include "tools/program/interrupt.h"
 #include "tools/view/voice_display.h"
 #include "tools/view/window/controls.h"
-#include "tools/view/window/gl.h"
 #include "tools/view/window/keyboard.h"
 #include "tools/view/window/panels.h"
 #include "tools/view/window/scene_lines.h"
