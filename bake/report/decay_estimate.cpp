@@ -20,7 +20,6 @@ constexpr double kNearest_m = 0.1;  // minimum distance for 1 / r^2, as in the r
 // Fewer photons per emitter give no estimate of their own.
 constexpr std::uint64_t kCrowdPhotons = 1000;
 constexpr std::size_t kCrowdGroups = 16;
-constexpr std::size_t kNone = ~std::size_t{0};
 constexpr double kDecibelsPerOctave = 10 / 3.321928094887362;
 
 // Oblique directions, all different, so that no receiver lies on an axis of a room.
@@ -88,12 +87,10 @@ bool DecayEstimate::wants(const PhotonRun& run) const {
 
 void DecayEstimate::receive(std::span<const Deposit> deposits,
                             std::vector<ReceivedEnergy>& received) const {
-  std::vector<Ray> rays;
-  std::vector<ReceivedEnergy> candidates;
-  std::vector<float> distances_m;
   for (const Deposit& deposit : deposits) {
     const Vec3 normal(deposit.normal), mirror(deposit.mirror);
-    const Vec3 place_m(deposit.position_m), from_m = scene_.away_from_surface(place_m, normal);
+    const Vec3 place_m(deposit.position_m);
+    const Vec3f from_m(scene_.away_from_surface(place_m, normal));
     for (std::size_t receiver = 0; receiver < receivers_.size(); ++receiver) {
       const Vec3& position_m = receivers_[receiver].at.position_m;
       if (!crowd_ && receivers_[receiver].at.emitter != deposit.emitter) continue;
@@ -104,6 +101,7 @@ void DecayEstimate::receive(std::span<const Deposit> deposits,
       const Vec3 direction = offset_m / r_m;
       const double arrival_s = deposit.delay_s + r_m / speed_mps_;
       if (!(arrival_s < longest_path_s_ + 1)) continue;
+      if (scene_.is_occluded(from_m, Vec3f(position_m))) continue;
 
       ReceivedEnergy one{static_cast<std::uint32_t>(receiver), deposit.photon,
                          static_cast<std::uint32_t>(arrival_s / kStep_s),
@@ -115,16 +113,9 @@ void DecayEstimate::receive(std::span<const Deposit> deposits,
       for (std::size_t b = 0; b < kBandCount; ++b)
         one.energy[b] *=
             deposit.power[b] * spread * exp2_of(-air_loss_per_m_[b] * octaves_per_loss);
-      candidates.push_back(one);
-      rays.push_back({Vec3f(from_m), Vec3f(normalize(position_m - from_m))});
-      distances_m.push_back(static_cast<float>(length(position_m - from_m)));
+      received.push_back(one);
     }
   }
-  std::vector<SurfaceHit> hits(rays.size());
-  scene_.first_hits(rays, hits);
-  for (std::size_t i = 0; i < hits.size(); ++i)
-    if (hits[i].material == SurfaceHit::kNone || hits[i].distance_m >= distances_m[i])
-      received.push_back(candidates[i]);
 }
 
 void DecayEstimate::merge_groups(std::uint32_t emitter) {
@@ -185,42 +176,58 @@ std::size_t DecayEstimate::whole_groups(const Receiver& receiver) const {
   return std::min<std::size_t>(whole, receiver.groups.size());
 }
 
+// Backward integrals of all groups together (M. R. Schroeder, 1965), by step and one beyond.
+std::vector<DecayEstimate::Energy> DecayEstimate::backward_integrals(
+    std::span<const Histogram> groups) {
+  std::size_t steps = 0;
+  for (const Histogram& group : groups) steps = std::max(steps, group.size());
+  std::vector<Energy> integrals(steps + 1, Energy{});
+  for (std::size_t step = steps; step-- > 0;) {
+    integrals[step] = integrals[step + 1];
+    for (const Histogram& group : groups)
+      if (step < group.size())
+        for (std::size_t b = 0; b < kBandCount; ++b) integrals[step][b] += group[step][b];
+  }
+  return integrals;
+}
+
 std::optional<double> DecayEstimate::error_db() const {
+  // The step at which the integral of a band has fallen to a level.
+  struct Crossing {
+    std::size_t step, band;
+    std::vector<double> without_one_db;  // what is left there, by the group that is left out
+  };
   double variance = 0, terms = 0;
   for (const Receiver& receiver : receivers_) {
-    const std::size_t count = whole_groups(receiver);
-    if (count < kMinGroups) return std::nullopt;
-    std::size_t steps = 0;
-    for (std::size_t i = 0; i < count; ++i) steps = std::max(steps, receiver.groups[i].size());
+    const std::span groups(receiver.groups.data(), whole_groups(receiver));
+    if (groups.size() < kMinGroups) return std::nullopt;
+    const std::vector<Energy> all = backward_integrals(groups);
+    std::vector<Crossing> crossings;
     for (std::size_t b = 0; b < kBandCount; ++b) {
-      // Backward integrals (M. R. Schroeder, 1965) of all groups together and of each group, down
-      // to each level.
-      std::vector<double> total(steps + 1, 0);
-      for (std::size_t step = steps; step-- > 0;) {
-        total[step] = total[step + 1];
-        for (std::size_t i = 0; i < count; ++i)
-          if (step < receiver.groups[i].size()) total[step] += receiver.groups[i][step][b];
+      if (!(all[0][b] > 0)) continue;
+      for (const double fallen_db : kFallen_db) {
+        const double level = all[0][b] * exp2_of(-fallen_db / kDecibelsPerOctave);
+        std::size_t step = fallen_db > 0 ? all.size() - 1 : 0;
+        while (step > 0 && all[step][b] < level) --step;
+        crossings.push_back({step, b, {}});
       }
-      if (!(total[0] > 0)) continue;
-      std::array<std::vector<double>, kFallen_db.size()> without_one;
-      for (std::size_t i = 0; i < count; ++i) {
-        double left = 0;
-        std::size_t step = steps;
-        for (std::size_t k = kFallen_db.size(); k-- > 0;) {
-          const double level = total[0] * exp2_of(-kFallen_db[k] / kDecibelsPerOctave);
-          while (step > 0 && (total[step] < level || k == 0)) {
-            --step;
-            if (step < receiver.groups[i].size()) left += receiver.groups[i][step][b];
-          }
-          const double rest = total[step] - left;
-          if (!(rest > 0)) return std::nullopt;  // one group contains all the energy
-          without_one[k].push_back(kDecibelsPerOctave * log2_of(rest));
-        }
+    }
+    std::ranges::stable_sort(crossings, std::ranges::greater{}, &Crossing::step);
+    for (const Histogram& group : groups) {
+      Energy left{};
+      std::size_t step = all.size() - 1;
+      for (Crossing& crossing : crossings) {
+        while (step > crossing.step)
+          if (--step < group.size())
+            for (std::size_t b = 0; b < kBandCount; ++b) left[b] += group[step][b];
+        const double rest = all[step][crossing.band] - left[crossing.band];
+        if (!(rest > 0)) return std::nullopt;  // one group contains all the energy
+        crossing.without_one_db.push_back(kDecibelsPerOctave * log2_of(rest));
       }
-      for (const auto& levels_db : without_one) {
-        variance += jackknife_variance(levels_db);
-        terms += 1;
-      }
+    }
+    for (const Crossing& crossing : crossings) {
+      variance += jackknife_variance(crossing.without_one_db);
+      terms += 1;
     }
   }
   if (terms == 0) return std::nullopt;
@@ -246,33 +253,36 @@ std::optional<double> DecayEstimate::level_db(std::size_t index, std::size_t ban
   return kDecibelsPerOctave * log2_of(energy);
 }
 
-std::optional<double> DecayEstimate::t30_s(const Receiver& receiver, std::size_t band,
-                                           std::size_t left_out) const {
-  std::vector<EnergyStep> steps;
-  const std::size_t count = whole_groups(receiver);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (i == left_out) continue;
-    const Histogram& group = receiver.groups[i];
-    for (std::size_t step = steps.size(); step < group.size(); ++step)
-      steps.push_back({(static_cast<double>(step) + 0.5) * kStep_s, 0});
-    for (std::size_t step = 0; step < group.size(); ++step) steps[step].energy += group[step][band];
+std::vector<std::optional<double>> DecayEstimate::t30s_s(const Receiver& receiver,
+                                                         std::size_t band) const {
+  const std::span groups(receiver.groups.data(), whole_groups(receiver));
+  std::size_t steps = 0;
+  for (const Histogram& group : groups) steps = std::max(steps, group.size());
+  const auto add = [band](std::vector<double>& sum, const Histogram& group) {
+    for (std::size_t step = 0; step < group.size(); ++step) sum[step] += group[step][band];
+  };
+  // Sums of the groups from one on, and of those before another: what is left without one in
+  // between has no rounding of a difference.
+  std::vector<std::vector<double>> from(groups.size() + 1, std::vector<double>(steps));
+  for (std::size_t i = groups.size(); i-- > 0;) {
+    from[i] = from[i + 1];
+    add(from[i], groups[i]);
   }
-  std::erase_if(steps, [](const EnergyStep& step) { return !(step.energy > 0); });
-  if (steps.empty()) return std::nullopt;
-  return DecayCurve(steps, steps.back().time_s).decay_time_s(-5, -35);
-}
-
-std::optional<double> DecayEstimate::mean_t30_s(std::span<const Receiver> group, std::size_t band,
-                                                std::size_t left_out) const {
-  double sum = 0;
-  std::size_t known = 0;
-  for (const Receiver& receiver : group)
-    if (const auto time_s = t30_s(receiver, band, left_out)) {
-      sum += *time_s;
-      ++known;
-    }
-  if (2 * known <= group.size()) return std::nullopt;
-  return sum / static_cast<double>(known);
+  std::vector<double> before(steps);
+  std::vector<EnergyStep> arrivals;
+  std::vector<std::optional<double>> times_s;
+  for (std::size_t i = 0; i <= groups.size(); ++i) {
+    arrivals.clear();
+    const std::vector<double>& after = from[std::min(i + 1, groups.size())];
+    for (std::size_t step = 0; step < steps; ++step)
+      if (const double energy = before[step] + after[step]; energy > 0)
+        arrivals.push_back({(static_cast<double>(step) + 0.5) * kStep_s, energy});
+    times_s.push_back(arrivals.empty()
+                          ? std::nullopt
+                          : DecayCurve(arrivals, arrivals.back().time_s).decay_time_s(-5, -35));
+    if (i < groups.size()) add(before, groups[i]);
+  }
+  return times_s;
 }
 
 DecaySummary DecayEstimate::summary() const {
@@ -282,9 +292,24 @@ DecaySummary DecayEstimate::summary() const {
   summary.error_db = static_cast<float>(std::round(error_db().value_or(0) * 1e3) / 1e3);
   const auto milliseconds = [](double s) { return static_cast<float>(std::round(s * 1e3) / 1e3); };
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    const auto mean_s = mean_t30_s(receivers_, b, kNone);
-    if (!mean_s) continue;
-    summary.t30_s[b] = milliseconds(*mean_s);
+    std::vector<std::vector<std::optional<double>>> times_s;  // by receiver, see t30s_s()
+    for (const Receiver& receiver : receivers_) times_s.push_back(t30s_s(receiver, b));
+    // Of the receivers [first, last), most of which must have one. `i` counts from the back of a
+    // list.
+    const auto mean_s = [&times_s](std::size_t first, std::size_t last, std::size_t i) {
+      double sum = 0;
+      std::size_t known = 0;
+      for (std::size_t r = first; r < last; ++r)
+        if (const auto& time_s = times_s[r][times_s[r].size() - 1 - i]) {
+          sum += *time_s;
+          ++known;
+        }
+      return 2 * known <= last - first ? std::nullopt
+                                       : std::optional(sum / static_cast<double>(known));
+    };
+    const auto of_all_s = mean_s(0, receivers_.size(), 0);
+    if (!of_all_s) continue;
+    summary.t30_s[b] = milliseconds(*of_all_s);
     // Receivers of one emitter share its photons; those of different emitters are independent.
     double variance = 0;
     bool known = true;
@@ -292,11 +317,10 @@ DecaySummary DecayEstimate::summary() const {
       while (last < receivers_.size() &&
              (crowd_ || receivers_[last].at.emitter == receivers_[first].at.emitter))
         ++last;
-      const std::span<const Receiver> group(&receivers_[first], last - first);
-      const std::size_t count = whole_groups(group[0]);
+      const std::size_t count = times_s[first].size() - 1;
       std::vector<double> without_one;
-      for (std::size_t i = 0; i < count && known; ++i) {
-        const auto time_s = mean_t30_s(group, b, i);
+      for (std::size_t i = count; i >= 1 && known; --i) {
+        const auto time_s = mean_s(first, last, i);
         known = time_s.has_value();
         if (known) without_one.push_back(*time_s);
       }
@@ -305,7 +329,7 @@ DecaySummary DecayEstimate::summary() const {
         break;
       }
       const double weight =
-          static_cast<double>(group.size()) / static_cast<double>(receivers_.size());
+          static_cast<double>(last - first) / static_cast<double>(receivers_.size());
       variance += weight * weight * jackknife_variance(without_one);
     }
     if (known) summary.t30_error_s[b] = std::max(1e-3f, milliseconds(std::sqrt(variance)));

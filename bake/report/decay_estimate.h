@@ -105,10 +105,9 @@ class DecayEstimate {
 
   void merge_groups(std::uint32_t emitter);
   std::size_t whole_groups(const Receiver& receiver) const;
-  std::optional<double> t30_s(const Receiver& receiver, std::size_t band,
-                              std::size_t left_out) const;
-  std::optional<double> mean_t30_s(std::span<const Receiver> group, std::size_t band,
-                                   std::size_t left_out) const;
+  static std::vector<Energy> backward_integrals(std::span<const Histogram> groups);
+  // T30 in a band without each of the groups, then with all of them.
+  std::vector<std::optional<double>> t30s_s(const Receiver& receiver, std::size_t band) const;
 
   const Scene& scene_;
   ReflectionLaws laws_;

@@ -94,6 +94,10 @@ bool Scene::see_each_other(const Vec3& a, const Vec3& b) const {
   return !hit || hit->distance_m >= apart_m * (1 - 1e-6);
 }
 
+bool Scene::is_occluded(const Vec3f& from_m, const Vec3f& to_m) const {
+  return embree_ != nullptr && embree_->is_occluded(from_m, to_m);
+}
+
 void Scene::first_hits(std::span<const Ray> rays, std::span<SurfaceHit> hits) const {
   if (embree_ == nullptr) {
     for (SurfaceHit& hit : hits) hit.material = SurfaceHit::kNone;

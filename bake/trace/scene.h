@@ -64,6 +64,9 @@ class Scene {
   // Whether no surface lies between two points of the air.
   bool see_each_other(const Vec3& a, const Vec3& b) const;
 
+  // Whether a surface lies between two points of the air, in single precision.
+  bool is_occluded(const Vec3f& from_m, const Vec3f& to_m) const;
+
   // The first hit of each ray.
   void first_hits(std::span<const Ray> rays, std::span<SurfaceHit> hits) const;
 
