@@ -149,7 +149,9 @@ for name, example in (("walk", walk), ("moving", script)):
 
 # --- Output -----------------------------------------------------------------------------------------
 PAGE = (SOURCE / "tools/README.md").read_text()
-DOCUMENTED = {row[0]: row[1] for row in re.findall(r"^\| `(\w+) --json` \| (.*) \|$", PAGE, re.M)}
+DOCUMENTED = {}  # a command may have several rows
+for command, keys in re.findall(r"^\| `(\w+) --json`[^|]* \| (.*) \|$", PAGE, re.M):
+    DOCUMENTED[command] = DOCUMENTED.get(command, "") + keys
 
 
 def keys_of(value):

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cctype>
+#include <cstdio>
 #include <regex>
 #include <set>
 #include <string>
@@ -18,8 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::array<std::string, 17> kPages = {"README.md",
+const std::array<std::string, 21> kPages = {"README.md",
                                             "CHANGELOG.md",
+                                            "CONTRIBUTING.md",
+                                            "GLOSSARY.md",
                                             "assets/README.md",
                                             "bake/README.md",
                                             "findings/README.md",
@@ -29,7 +32,9 @@ const std::array<std::string, 17> kPages = {"README.md",
                                             "formats/blender/README.md",
                                             "runtime/README.md",
                                             "tests/README.md",
+                                            "tests/benchmarks/README.md",
                                             "tools/README.md",
+                                            "tools/farm/README.md",
                                             "tools/packaging/README.md",
                                             "runtime/bindings/README.md",
                                             "runtime/bindings/csharp/README.md",
@@ -112,6 +117,32 @@ std::vector<std::string> commands_of_all_pages() {
   for (const std::string& page : kPages)
     for (const std::string& line : commands_of(read_text(kRoot / page))) all.push_back(line);
   return all;
+}
+
+// The lines that a command prints in the repository.
+std::vector<std::string> printed_by(const std::string& command) {
+  std::string text;
+  std::FILE* const pipe = ::popen(("cd '" + kRoot.string() + "' && " + command).c_str(), "r");
+  if (pipe == nullptr) return {};
+  std::array<char, 4096> part;
+  for (std::size_t got; (got = std::fread(part.data(), 1, part.size(), pipe)) > 0;)
+    text.append(part.data(), got);
+  ::pclose(pipe);
+  return lines_of(text);
+}
+
+// What a stranger asks of the code is found by one search each: lines enough to answer, and few
+// enough to read.
+TEST(Pages, AnswerThreeQuestionsByASearchThatPrintsAFewLines) {
+  std::size_t searches = 0;
+  for (const std::string& command : commands_of(read_text(kRoot / "runtime/README.md"))) {
+    if (!command.starts_with("grep ")) continue;
+    ++searches;
+    const std::size_t lines = printed_by(command).size();
+    EXPECT_GE(lines, 1u) << command;
+    EXPECT_LE(lines, 12u) << command;
+  }
+  EXPECT_EQ(searches, 3u);
 }
 
 TEST(Pages, ShowCommandsAndOptionsThatTheProgramHas) {

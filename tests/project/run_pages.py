@@ -23,6 +23,7 @@ NEEDS = {
     "a quarter of an hour": "CI",
     "a sound device": "tests/player",
     "a screen": "tests/tools/view, and tools/packaging/try_pages",
+    "the benchmarks": "by hand",
     "Ctrl-C to end": "tests/tools/view/progressive_bake_test.cpp, and tools/packaging/try_pages",
     "~/clamor": "tests/library, and tools/packaging/try_pages",
     "root": "tools/packaging",
