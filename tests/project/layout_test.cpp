@@ -1,5 +1,6 @@
-// layout_test.cpp: checks the shape of the repository: folders and module headers.
+// layout_test.cpp: checks the shape of the repository: folders, module headers and pages.
 
+#include <algorithm>
 #include <array>
 #include <regex>
 #include <set>
@@ -99,6 +100,24 @@ TEST(Layout, NamesNoPathOfOneMachine) {
     for (const std::string& place : places)
       EXPECT_EQ(text.find(place), std::string::npos) << file << " names " << place;
   }
+}
+
+// Longer lines hide what a change of a page changes. Characters are code points of UTF-8.
+TEST(Layout, HasNoLineOfAPageAbove400Characters) {
+  std::size_t pages = 0;
+  for (const std::string& file : files_in("")) {
+    if (!file.ends_with(".md")) continue;
+    ++pages;
+    std::size_t number = 0;
+    for (const std::string& line : lines_of(read_text(kRoot / file))) {
+      ++number;
+      const auto length = std::count_if(line.begin(), line.end(), [](char byte) {
+        return (static_cast<unsigned char>(byte) & 0xc0) != 0x80;
+      });
+      EXPECT_LE(length, 400) << file << ':' << number << ": " << line.substr(0, 60);
+    }
+  }
+  EXPECT_GT(pages, 15u);
 }
 
 TEST(Layout, HasThePresetsThatTheDesignNames) {
