@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 
 const std::array<std::string, 21> kPages = {"README.md",
                                             "CHANGELOG.md",
-                                            "CONTRIBUTING.md",
-                                            "GLOSSARY.md",
+                                            "tools/contributing.md",
+                                            "runtime/glossary.md",
                                             "assets/README.md",
                                             "bake/README.md",
                                             "findings/README.md",
