@@ -1,6 +1,8 @@
 // baked_room.h: small baked rooms in memory.
 #pragma once
 
+#include <map>
+
 #include "bake/bake.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_input.h"
@@ -25,9 +27,12 @@ inline BakeContents baked_contents(std::uint64_t photons, std::vector<Portal> po
   return *bake(level, options);
 }
 
-// Returns the baked room as input of an Auralizer.
+// Returns the baked room as input of an Auralizer. It is baked at its first use.
 inline AuralizerInput baked_room(std::uint64_t photons = 300) {
-  const BakeContents contents = baked_contents(photons);
+  static std::map<std::uint64_t, BakeContents> rooms;
+  auto room = rooms.find(photons);
+  if (room == rooms.end()) room = rooms.emplace(photons, baked_contents(photons)).first;
+  const BakeContents& contents = room->second;
   return {contents.octree.sources, contents.emitters, contents.signals, contents.materials,
           contents.settings.air};
 }

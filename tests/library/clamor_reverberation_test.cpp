@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -91,10 +92,16 @@ double power(const std::vector<float>& samples) {
   return sum / static_cast<double>(samples.size());
 }
 
-std::vector<float> with_reverberation(double reverberation) {
-  const ReverberantRoom room;
-  room.add(room.options(reverberation));
-  return room.heard();
+// The first quarter of a second, rendered at its first use.
+const std::vector<float>& with_reverberation(double reverberation) {
+  static std::map<double, std::vector<float>> rendered;
+  std::vector<float>& heard = rendered[reverberation];
+  if (heard.empty()) {
+    const ReverberantRoom room;
+    room.add(room.options(reverberation));
+    heard = room.heard();
+  }
+  return heard;
 }
 
 // Oracle: the auralizer with the same source as one of its own.
