@@ -25,7 +25,7 @@ namespace clamor::testing {
 namespace {
 
 constexpr std::size_t kMuchMemory = 4 << 20;
-constexpr int kFlips = kSanitized ? 1'500 : 8'000;
+constexpr int kFlips = kSanitized ? 800 : 4'000;
 
 // A bake with several pages and tiny signals.
 BakeContents small_contents() {
@@ -151,6 +151,7 @@ TEST(ForgedFile, WithAnyBitOfItsPreambleOrRootFlippedIsRefusedOrHarmless) {
   int refused = 0;
   const auto try_byte = [&](std::size_t byte) {
     for (std::size_t bit = 8 * byte; bit < 8 * byte + 8; ++bit) {
+      if (kSanitized && byte >= sizeof(Preamble) && bit % 3 != 0) continue;  // slow
       damaged.flip(bit);
       const auto file = BakeFile::open(damaged.path());
       refused += !file.ok();
@@ -203,7 +204,8 @@ TEST(ForgedFile, IsPlayedWithoutHarmWhereItIsNotRefused) {
   Damaged damaged;
   std::mt19937_64 random(3);
   int played = 0;
-  for (int i = 0; i < 300; ++i) {
+  constexpr int kFiles = kSanitized ? 120 : 300;
+  for (int i = 0; i < kFiles; ++i) {
     // Half of the flips hit pages, half the root.
     const std::size_t start = i % 2 == 0 ? sizeof(Preamble) : damaged.root();
     const std::size_t end = i % 2 == 0 ? damaged.pages_end() : damaged.size();
@@ -229,7 +231,7 @@ TEST(ForgedFile, IsPlayedWithoutHarmWhereItIsNotRefused) {
     }
     damaged.mend(bit / 8);
   }
-  EXPECT_GT(played, 100);
+  EXPECT_GT(played, kFiles / 3);
 }
 
 TEST(ForgedFile, WithAPageThatDeclaresFourGigabytesCostsNothing) {

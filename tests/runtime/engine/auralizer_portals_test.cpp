@@ -39,9 +39,10 @@ std::shared_ptr<const BakeFile> part_of(BakeContents contents, const Wanted& wan
 
 // The reflections of the far room, all of which came through the door.
 std::shared_ptr<const BakeFile> far_room() {
-  return part_of(baked_portal_rooms(true, 500), [](const Source& source) {
+  static const auto kFile = part_of(baked_portal_rooms(true, 500), [](const Source& source) {
     return source.position_m.x > testing::kPortalWall_m + 0.01f;
   });
+  return kFile;
 }
 
 AuralizerOptions options_with(int voices) {
@@ -252,8 +253,8 @@ TEST(AuralizerPortals, ScaleTheReflectionsOfMovingSources) {
     EXPECT_TRUE(auralizer->moving()->add(source).ok());
     auralizer->moving()->commit();
     auralizer->set_portals({openness});
-    (void)heard(*auralizer, 50);
-    return power_of(heard(*auralizer, 25));
+    (void)heard(*auralizer, 30);
+    return power_of(heard(*auralizer, 15));
   };
   const double open = power_with(1);
   EXPECT_GT(open, 0);
@@ -285,8 +286,8 @@ TEST(AuralizerPortals, FadeTheRoomOfAMovingSourceBetweenBothStates) {
     EXPECT_TRUE(auralizer->moving()->add(source).ok());
     auralizer->moving()->commit();
     if (!level.portals.empty() && openness < 1) auralizer->set_portals({openness});
-    (void)heard(*auralizer, 60, kInFirstRoom);
-    return power_of(heard(*auralizer, 50, kInFirstRoom));
+    (void)heard(*auralizer, 40, kInFirstRoom);
+    return power_of(heard(*auralizer, 25, kInFirstRoom));
   };
   Level both = testing::portal_rooms();
   both.portals[0].is_baked_closed = true;

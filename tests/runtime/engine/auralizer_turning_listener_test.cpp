@@ -116,11 +116,11 @@ class TurningListener : public ::testing::TestWithParam<TurningOutput> {};
 // A keyframe alone would take 20 ms and more.
 TEST_P(TurningListener, RotatesTheSceneWithinAThirdOfAKeyframe) {
   const TurningOutput output = GetParam();
-  const auto still = played_blocks(*following_auralizer(output, true), 120, kBlock, always(kStart),
-                                   always(kStart));
-  for (const std::size_t block : {90u, 91u, 92u, 93u}) {  // at any phase of a keyframe
-    const auto turns = played_blocks(*following_auralizer(output, true), 120, kBlock,
-                                     always(kStart), from(block, turned(20)));
+  const auto still =
+      played_blocks(*following_auralizer(output, true), 66, kBlock, always(kStart), always(kStart));
+  for (const std::size_t block : {46u, 47u, 48u, 49u}) {  // at any phase of a keyframe
+    const auto turns = played_blocks(*following_auralizer(output, true), 66, kBlock, always(kStart),
+                                     from(block, turned(20)));
     const std::size_t first = first_difference(still, turns, output);
     EXPECT_GE(first, block * kBlock);
     EXPECT_LE(first, block * kBlock + lead_frames(output) + kThird + kStepFrames);
@@ -203,13 +203,13 @@ TEST_P(TurningListener, CausesNoClickWhenTurningFast) {
 // before it is due.
 TEST_P(TurningListener, HearsItsOwnStepInTheNextKeyframe) {
   const TurningOutput output = GetParam();
-  const auto still = played_blocks(*following_auralizer(output, true), 120, kBlock, always(kStart),
-                                   always(kStart));
+  const auto still =
+      played_blocks(*following_auralizer(output, true), 66, kBlock, always(kStart), always(kStart));
   const auto reserve = static_cast<std::size_t>(KeyframeLead::kMinReserve_s * kSampleRate_hz);
-  for (const std::size_t block : {90u, 91u, 92u, 93u}) {
+  for (const std::size_t block : {46u, 47u, 48u, 49u}) {
     Listener after = kStart;
     after.position_m.x += 0.2;
-    const auto steps = played_blocks(*following_auralizer(output, true), 120, kBlock,
+    const auto steps = played_blocks(*following_auralizer(output, true), 66, kBlock,
                                      from(block, after), always(kStart));
     const std::size_t first = first_difference(still, steps, output);
     EXPECT_GE(first, block * kBlock);

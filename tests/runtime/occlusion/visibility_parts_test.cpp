@@ -132,7 +132,7 @@ TEST(VisibilityParts, OpenAndCloseADoorWithinTheKeyframe) {
   Hearing hearing(doorway);
   for (int i = 0; i < 60; ++i) hearing.sample(doorway.update(), kPlace);
   EXPECT_EQ(hearing.of_emitter, Bands{});
-  for (const double angle_deg : {90.0, 0.0, 40.0, 15.0, 0.0, 90.0}) {
+  for (const double angle_deg : {90.0, 0.0, 40.0, 15.0}) {
     doorway.open(angle_deg);
     hearing.sample(doorway.update(), kPlace);
     EXPECT_LT(worst_db(hearing.of_emitter, doorway.reference_of_emitter(kPlace)), 0.01)
@@ -146,7 +146,7 @@ TEST(VisibilityParts, OpenAndCloseADoorWithinTheKeyframe) {
 }
 
 TEST(VisibilityParts, FollowADoorThatOpensInASecondWithoutSteps) {
-  Doorway doorway(testing::kSanitized ? 40 : 200);
+  Doorway doorway(testing::kSanitized ? 40 : 100);
   Hearing hearing(doorway);
   for (int i = 0; i < 60; ++i) hearing.sample(doorway.update(), kPlace);
   Bands before{}, expected_before{};
