@@ -2,6 +2,7 @@
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <memory>
 #include <tuple>
 
 #include <gmock/gmock.h>
@@ -20,11 +21,14 @@ using ::testing::Not;
 
 class ImpulseCommand : public ::testing::Test {
  protected:
-  ImpulseCommand() {
+  static void SetUpTestSuite() {
+    room_ = std::make_unique<Folder>();
+    bake_ = *room_ / "room.clamor";
     const Outcome baked = clamor({"bake", violin_room(), "-o", bake_, "--photons", "3000",
-                                  "--sources", "60000", "--quiet", "--no-journal"});
+                                  "--sources", "30000", "--quiet", "--no-journal"});
     EXPECT_EQ(baked.code, 0) << baked.err;
   }
+  static void TearDownTestSuite() { room_.reset(); }
 
   nlohmann::json measured(std::vector<std::string> more) const {
     more.insert(more.begin(), {"impulse", bake_, "--json"});
@@ -34,7 +38,8 @@ class ImpulseCommand : public ::testing::Test {
   }
 
   const Folder folder_;
-  const std::string bake_ = folder_ / "room.clamor";
+  static inline std::unique_ptr<Folder> room_;
+  static inline std::string bake_;
 };
 
 TEST_F(ImpulseCommand, MeasuresManyPlacesAsOneAfterTheOther) {
