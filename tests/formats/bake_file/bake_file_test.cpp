@@ -10,6 +10,7 @@
 #include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/signal_envelope.h"
 #include "tests/formats/bake_examples.h"
+#include "tests/sanitized.h"
 
 namespace clamor::testing {
 namespace {
@@ -199,7 +200,8 @@ TEST(BakeFile, WithAnyFlippedBitInPreambleOrRootIsRejected) {
   Preamble preamble;
   std::memcpy(&preamble, whole.data(), sizeof(preamble));
   const auto refused = [&](std::size_t byte) {
-    for (int bit = 0; bit < 8; ++bit) {
+    for (std::size_t bit = 0; bit < 8; ++bit) {
+      if (testing::kSanitized && bit != byte % 8) continue;  // slow
       Bytes flipped = whole;
       flipped[byte] = static_cast<char>(flipped[byte] ^ (1 << bit));
       ASSERT_FALSE(read_whole(flipped).ok()) << "byte " << byte << ", bit " << bit;
@@ -214,7 +216,7 @@ TEST(BakeFile, WithAFlippedBitOutsidePaddingIsRejected) {
   Preamble preamble;
   std::memcpy(&preamble, whole.data(), sizeof(preamble));
   const std::size_t start = sizeof(preamble), end = preamble.root_offset;
-  for (std::size_t bit = 8 * start; bit < 8 * (end - 7); bit += 5) {
+  for (std::size_t bit = 8 * start; bit < 8 * (end - 7); bit += testing::kSanitized ? 25 : 5) {
     Bytes flipped = whole;
     flipped[bit / 8] = static_cast<char>(flipped[bit / 8] ^ (1 << (bit % 8)));
     ASSERT_FALSE(read_whole(flipped).ok()) << "bit " << bit;

@@ -13,6 +13,7 @@
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/source_quantization.h"
 #include "formats/level/emitter.h"
+#include "tests/sanitized.h"
 
 namespace clamor {
 namespace {
@@ -227,17 +228,18 @@ TEST_F(PageTest, SortsLikeTheOctreeEvenWithEqualKeys) {
 }
 
 TEST_F(PageTest, WithAnyFlippedBitIsRejectedOrValid) {
+  constexpr std::size_t kStep = testing::kSanitized ? 5 : 1;  // which meets each bit of a byte
   for (const Mix& mix : {Mix{.count = 60}, Mix{.count = 40, .planes = 0, .by_key = false},
                          Mix{.count = 30, .quantised = false, .silent_bands = true}}) {
     const MadePage page = made(9, mix);
     const Bytes bytes = page.encoded();
     std::size_t refused = 0;
-    for (std::size_t bit = 0; bit < 8 * bytes.size(); ++bit) {
+    for (std::size_t bit = 0; bit < 8 * bytes.size(); bit += kStep) {
       Bytes flipped = bytes;
       flipped[bit / 8] ^= static_cast<std::byte>(1u << bit % 8);
       refused += refuses(page, flipped) ? 1 : 0;
     }
-    EXPECT_GT(refused, bytes.size() / 2);
+    EXPECT_GT(refused, bytes.size() / 2 / kStep);
   }
 }
 
