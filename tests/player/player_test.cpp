@@ -21,6 +21,7 @@
 #include "tests/baked_room.h"
 #include "tests/player/fake_devices.h"
 #include "tests/player/pulse.h"
+#include "tests/sanitized.h"
 #include "tests/temporary_file.h"
 #include "tests/walks.h"
 
@@ -30,6 +31,8 @@ namespace {
 using testing::baked_room;
 
 constexpr double kSeconds = 1.5;
+// What a sanitizer slows down runs dry with more of them, and is tried again.
+constexpr int kFewVoices = testing::kSanitized ? 50 : 200;
 
 std::vector<float> offline(const PlayerOptions& options) {
   auto auralizer = Auralizer::create(baked_room(), options.auralizer);
@@ -172,6 +175,7 @@ TEST_F(ThroughPulse, ListsTheSink) {
 
 TEST(Player, RecordsWhatItPlays) {
   PlayerOptions options = walking();
+  options.auralizer.voices = kFewVoices;
   options.device = "none";
   const testing::TemporaryFile record(".wav");
   options.record = record.path();
@@ -335,6 +339,7 @@ TEST(Player, MakesKeyframesFarEnoughAheadForWhateverBlocksADeviceWants) {
     const auto world = std::make_shared<testing::FakeWorld>();
     world->block_frames = [](std::uint64_t block) { return block % 8 < 4 ? 4096u : 100u; };
     PlayerOptions options = standing();
+    options.auralizer.voices = kFewVoices;
     options.driver = std::make_shared<testing::FakeDevices>(world);
     options.seconds = 0;
     options.block_frames = options.auralizer.block_frames = 128;

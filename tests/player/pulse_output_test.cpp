@@ -88,9 +88,9 @@ TEST_F(PulseDevice, HoldsMoreSoundAfterTheServerRanDryTwiceWhereItMay) {
     const std::uint64_t before = mixer.blocks;
     return comes_true([&] { return mixer.blocks > before + count; });
   };
-  for (int i = 0; i < 6; ++i) ASSERT_TRUE(mix(60, 6) && mix(0, 100)) << i;
-  EXPECT_TRUE(comes_true([&] { return output->latency_s() > 2 * kFirst_s; }))
-      << output->latency_s();
+  const auto holds_more = [&] { return output->latency_s() > 2 * kFirst_s; };
+  for (int i = 0; i < 6 && !holds_more(); ++i) ASSERT_TRUE(mix(60, 3) && mix(0, 40)) << i;
+  EXPECT_TRUE(comes_true(holds_more)) << output->latency_s();
 }
 
 TEST_F(PulseDevice, TellsTheLatencyOfTheBuffersThatWereAskedFor) {
@@ -99,7 +99,7 @@ TEST_F(PulseDevice, TellsTheLatencyOfTheBuffersThatWereAskedFor) {
     auto output = open({"", 2, frames}, mixer.callback());
     ASSERT_NE(output, nullptr) << problem;
     ASSERT_TRUE(output->start().ok());
-    ASSERT_TRUE(comes_true([&] { return mixer.blocks > 100; }));
+    ASSERT_TRUE(comes_true([&] { return mixer.blocks > 20; }));
     const double buffer_s = 4.0 * frames / 48000;
     EXPECT_TRUE(comes_true([&] {
       return output->latency_s() > 0.5 * buffer_s && output->latency_s() < 1.5 * buffer_s;
