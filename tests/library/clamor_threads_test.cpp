@@ -69,7 +69,7 @@ void call_on_all_threads(const Context& context, const std::string& path) {
           std::chrono::microseconds(200));  // or it would hold up the others
     }
   });
-  for (int i = 0; i < 10; ++i) {
+  for (int i = 0; i < 5; ++i) {
     const clamor_level again = open_level(context, path);
     const clamor_listener other = add_listener(context, again, options);
     last = other;
@@ -121,7 +121,7 @@ TEST(ClamorThreads, MayAddSoundsAndSourcesAndWriteStreamsWhileTheyAreRendered) {
     }
   });
   const std::array<float, 4800> samples{1, -1};
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 20; ++i) {
     clamor_sound sound = 0;
     clamor_sound_options sound_options{};
     sound_options.bytes = sizeof(sound_options);
