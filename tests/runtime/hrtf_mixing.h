@@ -5,7 +5,9 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <map>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "common/fourier.h"
@@ -87,6 +89,19 @@ inline Signal click() {
   sound.samples = {1};
   sound.loop = false;
   return sound;
+}
+
+// Both ears for a click from a measured direction, mixed at its first use.
+inline const std::array<std::vector<float>, kEars>& mixed_click(std::size_t direction,
+                                                                const MixMode& mode = kBinaural) {
+  static std::map<std::pair<int, std::size_t>, std::array<std::vector<float>, kEars>> clicks;
+  auto& ears = clicks[{mode.narrowband_voices, direction}];
+  if (ears[0].empty())
+    ears = mixed(
+        kemar_head(), click(), 4096,
+        [&](int k) { return heard(kemar_head(), kemar().directions[direction], 2000, 1, k == 0); },
+        mode);
+  return ears;
 }
 
 using Spectrum = std::vector<std::complex<double>>;

@@ -25,9 +25,7 @@ TEST(Binaural, EqualsConvolutionWithTheHrtfFromTwoHundredDirections) {
   // of the mix, relative to the measured response
   std::vector<std::array<ErbBands, kEars>> level_db;
   for (const std::size_t d : two_hundred()) {
-    const Vec3f from = kemar().directions[d];
-    const auto out = mixed(kemar_head(), click(), 4096,
-                           [&](int k) { return heard(kemar_head(), from, 2000, 1, k == 0); });
+    const auto& out = mixed_click(d);
     std::array<Spectrum, kEars> ours, direct;
     auto& over_db = level_db.emplace_back();
     const double bin_hz = kemar().rate_hz / kSize;

@@ -35,13 +35,8 @@ MixMode with_narrowband_voices_of(int narrowband_voices) {
 }
 
 // Both ears for a click from a measured direction: mixed, and by convolution.
-Ears mixed_click(std::size_t direction, const MixMode& mode) {
-  const auto out = mixed(
-      kemar_head(), click(), 4096,
-      [&](int k) {
-        return testing::heard(kemar_head(), kemar().directions[direction], 2000, 1, k == 0);
-      },
-      mode);
+Ears spectra_of_click(std::size_t direction, const MixMode& mode) {
+  const auto& out = mixed_click(direction, mode);
   return {spectrum_of(out[0].data(), out[0].size()), spectrum_of(out[1].data(), out[1].size())};
 }
 Ears convolved_click(std::size_t direction) {
@@ -118,7 +113,7 @@ double tolerance_s(double time_s) { return std::max(20e-6, 0.05 * std::abs(time_
 TEST(Binaural, HasTheInterauralTimeOfConvolutionInEveryErbBandBelow1400Hz) {
   std::size_t bands = 0;
   for (const std::size_t d : two_hundred()) {
-    const Ears made = mixed_click(d, kBinaural), measured = convolved_click(d);
+    const Ears made = spectra_of_click(d, kBinaural), measured = convolved_click(d);
     const double near_s = broad_lag_s(measured, kDirectBin_hz);
     for (std::size_t b = 0; b < kPhaseBands; ++b) {
       if (!is_told(b)) continue;
@@ -156,7 +151,7 @@ TEST(Binaural, HasTheEnvelopeLagOfConvolutionAbove1400Hz) {
     }
     jumps += jumps_here;
     if (jumps_here) continue;
-    EXPECT_NEAR(lag_s(mixed_click(d, kBinaural), kBin_hz, kAbove, measured_s[d], 0.4e-3),
+    EXPECT_NEAR(lag_s(spectra_of_click(d, kBinaural), kBin_hz, kAbove, measured_s[d], 0.4e-3),
                 measured_s[d], tolerance_s(measured_s[d]))
         << d;
   }
@@ -166,7 +161,8 @@ TEST(Binaural, HasTheEnvelopeLagOfConvolutionAbove1400Hz) {
 // Voices in octaves have two lags and no phases: one for low frequencies, and one for the rest.
 TEST(NarrowbandVoices, LeaveTheOtherVoicesTwoInterauralTimes) {
   for (const std::size_t d : two_hundred()) {
-    const Ears made = mixed_click(d, with_narrowband_voices_of(0)), measured = convolved_click(d);
+    const Ears made = spectra_of_click(d, with_narrowband_voices_of(0)),
+               measured = convolved_click(d);
     const double near_s = broad_lag_s(measured, kDirectBin_hz);
     EXPECT_NEAR(broad_lag_s(made, kBin_hz), near_s, std::max(25e-6, 0.05 * std::abs(near_s))) << d;
     for (std::size_t b = 0; b < kPhaseBands; ++b) {
@@ -190,7 +186,7 @@ TEST(NarrowbandVoices, LeaveADiffuseCrowdAsWideAsConvolution) {
   for (const std::size_t d : two_hundred())
     for (const int mixed_here : {0, 1}) {
       const Ears ears =
-          mixed_here == 0 ? convolved_click(d) : mixed_click(d, with_narrowband_voices_of(0));
+          mixed_here == 0 ? convolved_click(d) : spectra_of_click(d, with_narrowband_voices_of(0));
       const double bin_hz = mixed_here == 0 ? kDirectBin_hz : kBin_hz;
       Sums& sum = sums[mixed_here];
       for (std::size_t b = 0; b < kErbBandCount; ++b) {

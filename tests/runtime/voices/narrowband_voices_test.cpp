@@ -60,13 +60,9 @@ double octave_db(const ErbBands& energy, const ErbBands& common, std::size_t oct
 // The time between the ears is tested in interaural_times_test.cpp.
 TEST(NarrowbandVoices, LeaveTheOtherVoicesTheirOctaveLevels) {
   std::vector<std::array<ErbBands, kEars>> ours, direct;
-  const auto signals = std::vector<Signal>{click()};
   ErbBands common{}, our_common{};
   for (const std::size_t d : two_hundred()) {
-    const Vec3f from = kemar().directions[d];
-    const auto out = mixed_crowd(
-        kemar_head(), signals, with_narrowband_voices(0), 1, 4096,
-        [&](int k) { return keyframe_of({heard(kemar_head(), from, 2000, 1, k == 0)}); });
+    const auto& out = mixed_click(d, with_narrowband_voices(0));
     std::array<Spectrum, kEars> spectra, measured;
     ours.emplace_back();
     direct.emplace_back();
