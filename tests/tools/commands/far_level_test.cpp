@@ -88,8 +88,7 @@ TEST(FarLevel, SoundsAsItDoesAtTheOrigin) {
   const auto standing = near.heard({"--listener", near.at(3, 1.5, 4)}),
              walking = near.heard({"--walk", near.walk()});
   const auto responses = nlohmann::json::parse(near.impulse());
-  for (const Vec3& moved_m :
-       {Vec3(1000, 0, -700), Vec3(560'000, 0, -180'400), Vec3(500'000, 400, -2'600'000)}) {
+  for (const Vec3& moved_m : {Vec3(1000, 0, -700), Vec3(500'000, 400, -2'600'000)}) {
     const MovedBox far(moved_m);
     // 0.01 dB is a difference of -59 dB.
     EXPECT_LT(difference_db(standing, far.heard({"--listener", far.at(3, 1.5, 4)})), -59);
