@@ -20,6 +20,8 @@ struct Playback {
   PageStatistics pages;
 };
 
+constexpr int kKeyframes = kSanitized ? 60 : 100;
+
 // Walks through the room for two seconds with almost no memory, so that pages are loaded and
 // evicted. The fault happens after half a second.
 Playback walked(const std::string& path, const std::function<void()>& strike,
@@ -34,7 +36,7 @@ Playback walked(const std::string& path, const std::function<void()>& strike,
   EXPECT_TRUE(auralizer.ok());
   Playback played;
   std::vector<float> block(2 * 960);
-  for (int i = 0; i < 100; ++i) {
+  for (int i = 0; i < kKeyframes; ++i) {
     if (i == 25) strike();
     while ((*auralizer)->wants_keyframe()) {
       const double t = (*auralizer)->next_keyframe_time_s();

@@ -215,7 +215,8 @@ TEST(HostileBakeFile, WithARandomRootIsRejected) {
   const Bytes whole = written(contents());
   Preamble preamble;
   std::memcpy(&preamble, whole.data(), sizeof(preamble));
-  for (std::uint32_t round = 0; round < 2000; ++round) {
+  constexpr std::uint32_t kFiles = testing::kSanitized ? 1'000 : 2'000;
+  for (std::uint32_t round = 0; round < kFiles; ++round) {
     Bytes bytes = whole;
     const RandomBits size = philox(5, {round, 0, 1, 0});
     bytes.resize(preamble.root_offset + 8 * (size[0] % 64));
@@ -232,8 +233,9 @@ TEST(HostileBakeFile, WithRandomChangesOfItsRootNeverCrashes) {
   Preamble preamble;
   std::memcpy(&preamble, whole.data(), sizeof(preamble));
   const std::size_t root_bytes = whole.size() - preamble.root_offset;
-  int refused = 0;
-  for (std::uint32_t round = 0; round < 5000; ++round) {
+  constexpr std::uint32_t kFiles = testing::kSanitized ? 2'000 : 5'000;
+  std::uint32_t refused = 0;
+  for (std::uint32_t round = 0; round < kFiles; ++round) {
     Bytes bytes = whole;
     const RandomBits bits = philox(6, {round, 0, 0, 0});
     for (std::uint32_t k = 0; k <= bits[0] % 3; ++k) {
@@ -243,7 +245,7 @@ TEST(HostileBakeFile, WithRandomChangesOfItsRootNeverCrashes) {
     seal(bytes);
     refused += !read_whole(bytes).ok();
   }
-  EXPECT_GT(refused, 500);  // names and powers may have any value
+  EXPECT_GT(refused, kFiles / 10);  // names and powers may have any value
 }
 
 }  // namespace
