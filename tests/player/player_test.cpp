@@ -59,6 +59,7 @@ PlayerOptions standing() {
 
 PlayerOptions walking() {
   PlayerOptions options = standing();
+  options.auralizer.voices = kFewVoices;
   options.walk = testing::across_the_room();
   return options;
 }
@@ -175,7 +176,6 @@ TEST_F(ThroughPulse, ListsTheSink) {
 
 TEST(Player, RecordsWhatItPlays) {
   PlayerOptions options = walking();
-  options.auralizer.voices = kFewVoices;
   options.device = "none";
   const testing::TemporaryFile record(".wav");
   options.record = record.path();
