@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "tests/build_paths.h"
-#include "tests/library/shell.h"
+#include "tests/shell.h"
 
 namespace clamor {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "tests/build_paths.h"
 #include "tests/library/library_room.h"
-#include "tests/library/shell.h"
+#include "tests/shell.h"
 
 namespace clamor::testing {
 

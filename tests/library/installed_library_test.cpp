@@ -17,7 +17,7 @@
 #include "formats/audio/audio_file.h"
 #include "tests/build_paths.h"
 #include "tests/library/binding_run.h"
-#include "tests/library/shell.h"
+#include "tests/shell.h"
 
 namespace clamor {
 namespace {

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cctype>
-#include <cstdio>
 #include <regex>
 #include <set>
 #include <string>
@@ -13,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/project/source_tree.h"
+#include "tests/shell.h"
 
 namespace clamor::testing {
 namespace {
@@ -119,26 +119,13 @@ std::vector<std::string> commands_of_all_pages() {
   return all;
 }
 
-// The lines that a command prints in the repository.
-std::vector<std::string> printed_by(const std::string& command) {
-  std::string text;
-  std::FILE* const pipe = ::popen(("cd '" + kRoot.string() + "' && " + command).c_str(), "r");
-  if (pipe == nullptr) return {};
-  std::array<char, 4096> part;
-  for (std::size_t got; (got = std::fread(part.data(), 1, part.size(), pipe)) > 0;)
-    text.append(part.data(), got);
-  ::pclose(pipe);
-  return lines_of(text);
-}
-
-// What a stranger asks of the code is found by one search each: lines enough to answer, and few
-// enough to read.
+// One search answers each question of a stranger, in lines that are few enough to read.
 TEST(Pages, AnswerThreeQuestionsByASearchThatPrintsAFewLines) {
   std::size_t searches = 0;
   for (const std::string& command : commands_of(read_text(kRoot / "runtime/README.md"))) {
     if (!command.starts_with("grep ")) continue;
     ++searches;
-    const std::size_t lines = printed_by(command).size();
+    const std::size_t lines = lines_of(run("cd '" + kRoot.string() + "' && " + command)).size();
     EXPECT_GE(lines, 1u) << command;
     EXPECT_LE(lines, 12u) << command;
   }
