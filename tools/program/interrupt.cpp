@@ -2,7 +2,6 @@
 
 #include <cassert>
 #include <csignal>
-#include <cstdint>
 #include <ctime>
 
 #include <poll.h>
@@ -17,20 +16,15 @@ namespace {
 std::atomic<bool> interrupted{false};
 constexpr std::int64_t kNever = -1;
 std::atomic<std::int64_t> interrupted_at_ms{kNever};
+std::atomic<Interrupt::Clock> clock_of_signals{monotonic_ms};
 std::string sentence;  // message of ExitOnSignal; constant while its handler is installed
-
-std::int64_t now_ms() {
-  timespec now;
-  ::clock_gettime(CLOCK_MONOTONIC, &now);
-  return std::int64_t{now.tv_sec} * 1000 + now.tv_nsec / 1'000'000;
-}
 
 // GNU timeout and job schedulers signal a program and then its process group, so that it gets two
 // signals for one request.
 constexpr std::int64_t kOneRequestMs = 500;
 
 void on_signal(int number) {
-  const std::int64_t now = now_ms();
+  const std::int64_t now = clock_of_signals.load()();
   std::int64_t first = kNever;
   const bool is_first = interrupted_at_ms.compare_exchange_strong(first, now);
   interrupted = true;
@@ -70,7 +64,14 @@ SavedSignalHandlers::~SavedSignalHandlers() {
     ::sigaction(saved_[i].number, &saved_[i].action, nullptr);
 }
 
-Interrupt::Interrupt() {
+std::int64_t monotonic_ms() {
+  timespec now;
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return std::int64_t{now.tv_sec} * 1000 + now.tv_nsec / 1'000'000;
+}
+
+Interrupt::Interrupt(Clock clock) {
+  clock_of_signals = clock;
   forget();
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) signals_.handle(number, on_signal);
   signals_.handle(SIGPIPE, on_broken_pipe);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <atomic>
+#include <cstdint>
 #include <string>
 
 #include <signal.h>
@@ -29,11 +30,17 @@ class SavedSignalHandlers {
   std::size_t count_ = 0;
 };
 
+// Milliseconds of a clock that never goes back. A signal handler may call it.
+std::int64_t monotonic_ms();
+
 // During its lifetime, SIGINT, SIGTERM, SIGHUP, and SIGPIPE of standard output or error set
 // requested(). A SIGINT or SIGTERM more than half a second later ends the program at once.
 class Interrupt {
  public:
-  Interrupt();
+  // Like monotonic_ms(). A test has a clock of its own.
+  using Clock = std::int64_t (*)();
+
+  explicit Interrupt(Clock clock = monotonic_ms);
   Interrupt(const Interrupt&) = delete;
   Interrupt& operator=(const Interrupt&) = delete;
 

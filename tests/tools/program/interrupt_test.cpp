@@ -1,19 +1,21 @@
 #include "tools/program/interrupt.h"
 
 #include <csignal>
-
-#include <chrono>
-#include <thread>
+#include <cstdint>
 
 #include <gtest/gtest.h>
 
 namespace clamor {
 namespace {
 
+std::int64_t time_ms = 1'000;
+std::int64_t now_ms() { return time_ms; }
+
 // `timeout` sends one to the program and one to its process group.
 TEST(Interrupt, TakesTwoSignalsAtOnceForOneRequest) {
-  const Interrupt interrupt;
+  const Interrupt interrupt(now_ms);
   std::raise(SIGTERM);
+  time_ms += 499;
   std::raise(SIGTERM);
   EXPECT_TRUE(Interrupt::requested());
 }
@@ -21,9 +23,9 @@ TEST(Interrupt, TakesTwoSignalsAtOnceForOneRequest) {
 TEST(InterruptDeathTest, EndsTheProgramAtASecondRequest) {
   EXPECT_EXIT(
       {
-        const Interrupt interrupt;
+        const Interrupt interrupt(now_ms);
         std::raise(SIGTERM);
-        std::this_thread::sleep_for(std::chrono::milliseconds(600));
+        time_ms += 500;
         std::raise(SIGTERM);
       },
       ::testing::KilledBySignal(SIGTERM), "");
