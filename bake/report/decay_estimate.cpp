@@ -270,16 +270,16 @@ std::vector<std::optional<double>> DecayEstimate::t30s_s(const Receiver& receive
   }
   std::vector<double> before(steps);
   std::vector<EnergyStep> arrivals;
-  std::vector<std::optional<double>> times_s;
-  for (std::size_t i = 0; i <= groups.size(); ++i) {
+  std::vector<std::optional<double>> times_s(groups.size() + 1);
+  for (std::size_t i = 0; i <= groups.size(); ++i) {  // the last round leaves out none
     arrivals.clear();
     const std::vector<double>& after = from[std::min(i + 1, groups.size())];
     for (std::size_t step = 0; step < steps; ++step)
       if (const double energy = before[step] + after[step]; energy > 0)
         arrivals.push_back({(static_cast<double>(step) + 0.5) * kStep_s, energy});
-    times_s.push_back(arrivals.empty()
-                          ? std::nullopt
-                          : DecayCurve(arrivals, arrivals.back().time_s).decay_time_s(-5, -35));
+    if (!arrivals.empty())
+      times_s[(i + 1) % times_s.size()] =
+          DecayCurve(arrivals, arrivals.back().time_s).decay_time_s(-5, -35);
     if (i < groups.size()) add(before, groups[i]);
   }
   return times_s;
@@ -294,13 +294,12 @@ DecaySummary DecayEstimate::summary() const {
   for (std::size_t b = 0; b < kBandCount; ++b) {
     std::vector<std::vector<std::optional<double>>> times_s;  // by receiver, see t30s_s()
     for (const Receiver& receiver : receivers_) times_s.push_back(t30s_s(receiver, b));
-    // Of the receivers [first, last), most of which must have one. `i` counts from the back of a
-    // list.
+    // The mean over the receivers [first, last) of the i-th element, which most must have.
     const auto mean_s = [&times_s](std::size_t first, std::size_t last, std::size_t i) {
       double sum = 0;
       std::size_t known = 0;
       for (std::size_t r = first; r < last; ++r)
-        if (const auto& time_s = times_s[r][times_s[r].size() - 1 - i]) {
+        if (const auto& time_s = times_s[r][i]) {
           sum += *time_s;
           ++known;
         }
@@ -319,7 +318,7 @@ DecaySummary DecayEstimate::summary() const {
         ++last;
       const std::size_t count = times_s[first].size() - 1;
       std::vector<double> without_one;
-      for (std::size_t i = count; i >= 1 && known; --i) {
+      for (std::size_t i = 1; i <= count && known; ++i) {
         const auto time_s = mean_s(first, last, i);
         known = time_s.has_value();
         if (known) without_one.push_back(*time_s);

@@ -106,7 +106,7 @@ class DecayEstimate {
   void merge_groups(std::uint32_t emitter);
   std::size_t whole_groups(const Receiver& receiver) const;
   static std::vector<Energy> backward_integrals(std::span<const Histogram> groups);
-  // T30 in a band without each of the groups, then with all of them.
+  // T30 in a band with all groups, then without each of them.
   std::vector<std::optional<double>> t30s_s(const Receiver& receiver, std::size_t band) const;
 
   const Scene& scene_;
