@@ -22,7 +22,7 @@ struct Playback {
 
 constexpr int kKeyframes = kSanitized ? 60 : 100;
 
-// Walks through the room for two seconds with almost no memory, so that pages are loaded and
+// Walks through the room for up to two seconds with almost no memory, so that pages are loaded and
 // evicted. The fault happens after half a second.
 Playback walked(const std::string& path, const std::function<void()>& strike,
                 FileAccess access = FileAccess::kRead) {

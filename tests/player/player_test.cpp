@@ -31,7 +31,7 @@ namespace {
 using testing::baked_room;
 
 constexpr double kSeconds = 1.5;
-// What a sanitizer slows down runs dry with more of them, and is tried again.
+// A program that a sanitizer slows down runs dry with more voices, and then the test tries again.
 constexpr int kFewVoices = testing::kSanitized ? 50 : 200;
 
 std::vector<float> offline(const PlayerOptions& options) {

@@ -5,9 +5,10 @@
 #include <fstream>
 #include <vector>
 
+#include <GL/gl.h>
+
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION
-#include <GL/gl.h>
 #include <stb/stb_image_write.h>
 
 namespace clamor {
