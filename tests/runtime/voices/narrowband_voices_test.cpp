@@ -61,8 +61,9 @@ double octave_db(const ErbBands& energy, const ErbBands& common, std::size_t oct
 TEST(NarrowbandVoices, LeaveTheOtherVoicesTheirOctaveLevels) {
   std::vector<std::array<ErbBands, kEars>> ours, direct;
   ErbBands common{}, our_common{};
+  const MixMode mode = with_narrowband_voices(0);
   for (const std::size_t d : two_hundred()) {
-    const auto& out = mixed_click(d, with_narrowband_voices(0));
+    const auto& out = mixed_click(d, mode);
     std::array<Spectrum, kEars> spectra, measured;
     ours.emplace_back();
     direct.emplace_back();

@@ -87,7 +87,7 @@ TEST(KilledBake, GoesOnToTheSameBytesAfterKillsAtAnyMoment) {
   // tracing, sorting, writing. The range adapts to the load of the machine: it shrinks with each
   // bake that ended before its kill.
   double last_moment = 1.1 * whole_time.count();
-  int kills = 0, bakes = 0, with_journal = 0;
+  int kills = 0, with_journal = 0;
   for (int tries = 0; kills < kKills && tries < 4 * kKills; ++tries) {
     std::uniform_real_distribution<double> moments(0, last_moment);
     const Ended ended = run_bake(bake_of(violin_room(), folder / "cut.clamor"), log,
@@ -102,7 +102,6 @@ TEST(KilledBake, GoesOnToTheSameBytesAfterKillsAtAnyMoment) {
       }
     } else {
       ASSERT_EQ(ended.code, 0) << read(log);
-      ++bakes;
       ASSERT_TRUE(read(folder / "cut.clamor") == whole);
       std::filesystem::remove(folder / "cut.clamor");
     }

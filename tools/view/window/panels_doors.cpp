@@ -199,8 +199,10 @@ bool Panels::edit_parts_of(std::size_t portal, PartPatterns& patterns) {
   if (lines > kMostNames) caption("The sidecar names the others.");
   ImGui::Spacing();
   if (changed) {
-    patterns.reset();
-    if (!by_place) patterns.emplace(chosen.begin(), chosen.end());
+    if (by_place)
+      patterns.reset();
+    else
+      patterns = std::vector<std::string>(chosen.begin(), chosen.end());
   }
   return changed;
 }
