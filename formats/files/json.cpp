@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <span>
 
 #include <nlohmann/json.hpp>
 
@@ -157,10 +156,42 @@ const Json* Json::find(std::initializer_list<std::string_view> path) const {
   return here;
 }
 
-const Json* Json::element(std::string_view key, std::size_t i) const {
-  const Json* member = find(key);
-  const Array* list = member == nullptr ? nullptr : member->array();
-  return list == nullptr || i >= list->size() ? nullptr : &(*list)[i];
+const double* Json::number(std::string_view key) const {
+  const Json* found = find(key);
+  return found == nullptr ? nullptr : found->number();
+}
+
+std::span<const Json> Json::list(std::string_view key) const {
+  const Json* found = find(key);
+  return found == nullptr || found->array() == nullptr ? std::span<const Json>() : *found->array();
+}
+
+std::span<Json> Json::list(std::string_view key) {
+  Json* found = member(key);
+  return found == nullptr || found->array() == nullptr ? std::span<Json>() : *found->array();
+}
+
+std::string Json::text(std::string_view key) const {
+  const Json* found = find(key);
+  return found == nullptr || found->string() == nullptr ? "" : *found->string();
+}
+
+std::string Json::name_or(std::size_t i) const {
+  const Json* name = find("name");
+  return name == nullptr || name->string() == nullptr ? std::to_string(i)
+                                                      : in_quotes(*name->string());
+}
+
+void Json::copy(const Json& from, std::string_view key, std::string_view as) {
+  if (const Json* value = from.find(key)) add(as, *value);
+}
+
+std::optional<std::size_t> index_below(const Json* value, std::size_t count) {
+  const double* number = value == nullptr ? nullptr : value->number();
+  if (number == nullptr || !(*number >= 0 && *number < static_cast<double>(count)) ||
+      std::floor(*number) != *number)
+    return std::nullopt;
+  return static_cast<std::size_t>(*number);
 }
 
 Result<Json> parse_json(std::string_view text) {
@@ -214,6 +245,14 @@ std::optional<double> JsonFields::number(std::string_view key, double low, doubl
     return std::nullopt;
   }
   return *value;
+}
+
+std::optional<std::uint64_t> JsonFields::whole_number(std::string_view key, double low,
+                                                      double high) {
+  const auto value = number(key, low, high);
+  if (!value) return std::nullopt;
+  if (std::floor(*value) != *value) fail(in_quotes(key) + " must be a whole number");
+  return static_cast<std::uint64_t>(*value);
 }
 
 std::optional<std::string> JsonFields::string(std::string_view key) {

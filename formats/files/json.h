@@ -6,7 +6,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -45,16 +47,32 @@ class Json {
   // The last member with that name; null if there is none or this is no object. Linear in the
   // number of members.
   const Json* find(std::string_view key) const;
+  Json* member(std::string_view key) { return const_cast<Json*>(std::as_const(*this).find(key)); }
 
   // Finds a member of a member, and so on.
   const Json* find(std::initializer_list<std::string_view> path) const;
 
-  // Element i of the array member `key`, or null.
-  const Json* element(std::string_view key, std::size_t i) const;
+  // The member `key`: null if there is none of that type; the elements of a list, none of anything
+  // else; a text, empty for anything else.
+  const double* number(std::string_view key) const;
+  std::span<const Json> list(std::string_view key) const;
+  std::span<Json> list(std::string_view key);
+  std::string text(std::string_view key) const;
+
+  // "'Radio'", or the number `i` of an item without a name, for messages.
+  std::string name_or(std::size_t i) const;
+
+  // Adds a member to an object, in place of members with that name.
+  void add(std::string_view key, Json value) { object()->emplace_back(key, std::move(value)); }
+  // Adds the member `key` of another object, if that has it, by the name `as`.
+  void copy(const Json& from, std::string_view key, std::string_view as);
 
  private:
   std::variant<std::monostate, bool, double, std::string, Array, Object> content_;
 };
+
+// A whole number below `count`; nothing if `value` is null or anything else.
+std::optional<std::size_t> index_below(const Json* value, std::size_t count);
 
 Result<Json> parse_json(std::string_view text);
 
@@ -73,6 +91,7 @@ class JsonFields {
   JsonFields(const Json& json, std::string where);
 
   std::optional<double> number(std::string_view key, double low, double high);
+  std::optional<std::uint64_t> whole_number(std::string_view key, double low, double high);
   std::optional<std::string> string(std::string_view key);
   std::optional<bool> boolean(std::string_view key);
   std::optional<Vec3> vector(std::string_view key, double limit);

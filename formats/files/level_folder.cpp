@@ -197,7 +197,6 @@ Result<FileBytes> LevelFolder::read_anywhere(const std::string& path) {
   auto bytes = read_whole_file(path);
   if (bytes.ok()) {
     hash_.add(*bytes);
-    bytes_read_ += bytes->size();
     files_.add(path);
     inputs_.push_back({std::filesystem::path(path).filename().string(), bytes->size(),
                        XXH3_64bits(bytes->data(), bytes->size())});

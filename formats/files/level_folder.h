@@ -59,7 +59,6 @@ class LevelFolder {
 
   const std::string& path() const { return path_; }
   InputHash& hash() { return hash_; }
-  std::uint64_t bytes_read() const { return bytes_read_; }
   const std::vector<InputFile>& inputs() const { return inputs_; }  // in the order of reading
   const InputFiles& files() const {
     return files_;
@@ -68,7 +67,6 @@ class LevelFolder {
  private:
   std::string path_;
   InputHash hash_;
-  std::uint64_t bytes_read_ = 0;
   std::vector<InputFile> inputs_;
   InputFiles files_;
 };

@@ -10,7 +10,7 @@
 
 #include "common/text.h"
 #include "formats/gltf/hubs_audio.h"
-#include "formats/gltf/json_members.h"
+#include "formats/gltf/report_words.h"
 
 namespace clamor {
 
@@ -32,138 +32,121 @@ constexpr std::array kDialects = {
     Dialect{"OMI_audio_emitter", "audioSources", "audioEmitters", "audioEmitter", false},
     Dialect{"OMI_audio_emitter", "audioClips", "audioEmitters", "audioEmitter", false}};
 
-const Json* list_in(const Json& object, std::string_view key) {
+bool has_list(const Json& object, std::string_view key) {
   const Json* list = object.find(key);
-  return list != nullptr && list->array() != nullptr ? list : nullptr;
+  return list != nullptr && list->array() != nullptr;
 }
 
-bool is_used_by_node(const Json& document, std::string_view extension) {
-  const Json* nodes = list_in(document, "nodes");
-  return nodes != nullptr && std::ranges::any_of(*nodes->array(), [&](const Json& node) {
-           return node.find({"extensions", extension}) != nullptr;
-         });
+bool has_lists(const Json& extension, const Dialect& dialect) {
+  return has_list(extension, dialect.sounds) && has_list(extension, dialect.emitters);
 }
 
 // A document whose lists were dropped by another tool is told by the nodes that use them.
 const Dialect* dialect_of(const Json& document) {
   for (const Dialect& dialect : kDialects)
     if (const Json* extension = document.find({"extensions", dialect.extension}))
-      if (list_in(*extension, dialect.sounds) != nullptr &&
-          list_in(*extension, dialect.emitters) != nullptr)
-        return &dialect;
+      if (has_lists(*extension, dialect)) return &dialect;
   for (const Dialect& dialect : kDialects)
-    if (is_used_by_node(document, dialect.extension)) return &dialect;
+    if (std::ranges::any_of(document.list("nodes"), [&](const Json& node) {
+          return node.find({"extensions", dialect.extension}) != nullptr;
+        }))
+      return &dialect;
   return nullptr;
 }
 
-// Keeps the first encoding of a clip.
-Json sound_of(const Json& sound) {
-  const Json* first = sound.element("sources", 0);
-  return first != nullptr ? *first : sound;
-}
-
 // MSFT_audio_emitter has half angles, KHR_audio_emitter full angles.
-void copy_half_angle(const Json& from, std::string_view key, Json::Object& to,
-                     std::string_view new_key) {
-  const Json* value = from.find(key);
-  if (value == nullptr) return;
-  const double* half = value->number();
-  put(to, new_key, half == nullptr ? *value : Json(std::min(2 * *half, 2 * std::numbers::pi)));
+void copy_half_angle(const Json& from, std::string_view key, Json& to, std::string_view as) {
+  if (const double* half = from.number(key))
+    to.add(as, Json(std::min(2 * *half, 2 * std::numbers::pi)));
+  else
+    to.copy(from, key, as);
 }
 
 Json positional_of(const Json& emitter, const Dialect& dialect) {
   if (const Json* nested = emitter.find("positional")) return *nested;
-  Json::Object positional;
+  Json positional{Json::Object{}};
   if (dialect.extension == "MSFT_audio_emitter") {
     copy_half_angle(emitter, "innerAngle", positional, "coneInnerAngle");
     copy_half_angle(emitter, "outerAngle", positional, "coneOuterAngle");
-    put(positional, "facesPlusZ", Json(true));
+    positional.add("facesPlusZ", Json(true));
     // The default model, exponential with a rolloff of 1, is the physical 1 / r.
-    const Json* model = emitter.find("distanceModel");
-    const std::string* name = model == nullptr ? nullptr : model->string();
-    if (model != nullptr && (name == nullptr || *name != "exponential"))
-      put(positional, "distanceModel", *model);
+    if (emitter.text("distanceModel") != "exponential")
+      positional.copy(emitter, "distanceModel", "distanceModel");
   } else {
     for (const char* key : {"coneInnerAngle", "coneOuterAngle", "coneOuterGain", "distanceModel"})
-      copy(emitter, key, positional, key);
+      positional.copy(emitter, key, key);
   }
   for (const char* key : {"refDistance", "maxDistance", "rolloffFactor"})
-    copy(emitter, key, positional, key);
-  return Json(std::move(positional));
+    positional.copy(emitter, key, key);
+  return positional;
 }
 
 // Adds the private source of an emitter and returns its index; none if it plays nothing.
 Json sources_of(const Json& emitter, const std::string& name, Json::Array& sources,
-                std::vector<std::string>& notes) {
-  Json::Object source;
-  if (const Json* clips = list_in(emitter, "clips")) {
-    if (clips->array()->size() > 1)
-      notes.push_back(fmt::format("all but the first of {} clips that emitter {} chooses from",
-                                  clips->array()->size(), name));
-    if (!clips->array()->empty()) copy(clips->array()->front(), "clip", source, "audio");
+                ImportReport& report) {
+  Json source{Json::Object{}};
+  if (has_list(emitter, "clips")) {
+    const auto clips = emitter.list("clips");
+    if (clips.size() > 1)
+      report.ignored.push_back(fmt::format(
+          "all but the first of {} clips that emitter {} chooses from", clips.size(), name));
+    if (!clips.empty()) source.copy(clips.front(), "clip", "audio");
   } else {
-    copy(emitter, "source", source, "audio");
+    source.copy(emitter, "source", "audio");
   }
-  copy(emitter, "loop", source, "loop");
-  put(source, "autoplay", Json(true));  // older extensions play unless they say otherwise
-  for (const char* key : {"playing", "autoPlay"}) copy(emitter, key, source, "autoplay");
-  if (source.empty() || source.front().first != "audio") return Json(Json::Array{});
-  sources.emplace_back(std::move(source));
+  if (source.find("audio") == nullptr) return Json(Json::Array{});
+  source.copy(emitter, "loop", "loop");
+  source.add("autoplay", Json(true));  // older extensions play unless they say otherwise
+  for (const char* key : {"playing", "autoPlay"}) source.copy(emitter, key, "autoplay");
+  sources.push_back(std::move(source));
   return Json(Json::Array{Json(static_cast<double>(sources.size() - 1))});
 }
 
-Json modern_extension(const Json& extension, const Dialect& dialect,
-                      std::vector<std::string>& notes) {
+Json modern_extension(const Json& extension, const Dialect& dialect, ImportReport& report) {
   if (dialect.own_sources && dialect.emitters == "emitters") return extension;
   Json::Array sounds, sources, emitters;
-  for (const Json& sound : *extension.find(dialect.sounds)->array())
-    sounds.push_back(sound_of(sound));
-  for (const Json& emitter : *extension.find(dialect.emitters)->array()) {
-    Json::Object modern;
-    for (const char* key : {"name", "type", "gain", "extensions", "extras"})
-      copy(emitter, key, modern, key);
-    copy(emitter, "volume", modern, "gain");
-    const Json* name = emitter.find("name");
-    const bool named = name != nullptr && name->string() != nullptr;
-    put(modern, "sources",
-        sources_of(emitter, named ? in_quotes(*name->string()) : std::to_string(emitters.size()),
-                   sources, notes));
-    put(modern, "positional", positional_of(emitter, dialect));
-    emitters.emplace_back(std::move(modern));
+  for (const Json& sound : extension.list(dialect.sounds)) {
+    const auto encodings = sound.list("sources");
+    sounds.push_back(encodings.empty() ? sound : encodings.front());  // the first of a clip
   }
-  Json::Object modern;
-  put(modern, "audio", Json(std::move(sounds)));
-  put(modern, "sources", Json(std::move(sources)));
-  put(modern, "emitters", Json(std::move(emitters)));
-  return Json(std::move(modern));
+  for (const Json& emitter : extension.list(dialect.emitters)) {
+    Json modern{Json::Object{}};
+    for (const char* key : {"name", "type", "gain", "extensions", "extras"})
+      modern.copy(emitter, key, key);
+    modern.copy(emitter, "volume", "gain");
+    modern.add("sources", sources_of(emitter, emitter.name_or(emitters.size()), sources, report));
+    modern.add("positional", positional_of(emitter, dialect));
+    emitters.push_back(std::move(modern));
+  }
+  Json modern{Json::Object{}};
+  modern.add("audio", Json(std::move(sounds)));
+  modern.add("sources", Json(std::move(sources)));
+  modern.add("emitters", Json(std::move(emitters)));
+  return modern;
 }
 
 // Copies the emitters of a node or scene from the old extension.
 void rewrite_user(Json& user, const Dialect& dialect) {
-  Json* extensions = member(user, "extensions");
+  Json* extensions = user.member("extensions");
   const Json* old = extensions == nullptr ? nullptr : extensions->find(dialect.extension);
-  if (old == nullptr || extensions->object() == nullptr) return;
-  Json::Object modern;
-  copy(*old, dialect.emitters, modern, "emitters");
-  copy(*old, dialect.node_emitter, modern, "emitter");
-  put(*extensions->object(), kKhrAudioEmitter, Json(std::move(modern)));
+  if (old == nullptr) return;
+  Json modern{Json::Object{}};
+  modern.copy(*old, dialect.emitters, "emitters");
+  modern.copy(*old, dialect.node_emitter, "emitter");
+  extensions->add(kKhrAudioEmitter, std::move(modern));
 }
 
 // Rewrites the first extension of kDialects in the document, unless it has KHR_audio_emitter.
-void rewrite_dialect(Json& document, RewrittenAudio& rewritten) {
+void rewrite_dialect(Json& document, std::vector<std::string>& rewritten, ImportReport& report) {
   if (document.find({"extensions", kKhrAudioEmitter}) != nullptr) return;
   const Dialect* dialect = dialect_of(document);
   if (dialect == nullptr) return;
-  rewritten.extensions.emplace_back(dialect->extension);
+  rewritten.emplace_back(dialect->extension);
   const Json* old = document.find({"extensions", dialect->extension});
-  if (old != nullptr && list_in(*old, dialect->sounds) != nullptr &&
-      list_in(*old, dialect->emitters) != nullptr) {
-    Json modern = modern_extension(*old, *dialect, rewritten.ignored);
-    put(*member(document, "extensions")->object(), kKhrAudioEmitter, std::move(modern));
-  }
+  if (old != nullptr && has_lists(*old, *dialect))
+    document.member("extensions")->add(kKhrAudioEmitter, modern_extension(*old, *dialect, report));
   for (const char* users : {"nodes", "scenes"})
-    if (Json* list = member(document, users); list != nullptr && list->array() != nullptr)
-      for (Json& user : *list->array()) rewrite_user(user, *dialect);
+    for (Json& user : document.list(users)) rewrite_user(user, *dialect);
 }
 
 bool contains_ignoring_case(std::string_view text, std::string_view part) {
@@ -176,27 +159,21 @@ bool contains_ignoring_case(std::string_view text, std::string_view part) {
 using Users = std::map<std::string, std::vector<std::string>, std::less<>>;
 
 void add_users(const Json& parent, const char* list, const char* kind, Users& users) {
-  const Json* items = list_in(parent, list);
-  if (items == nullptr) return;
-  for (std::size_t i = 0; i < items->array()->size(); ++i) {
-    const Json& item = (*items->array())[i];
-    const Json* extensions = item.find("extensions");
-    if (extensions == nullptr || extensions->object() == nullptr) continue;
-    const Json* name = item.find("name");
-    const bool named = name != nullptr && name->string() != nullptr;
-    for (const auto& [extension, value] : *extensions->object())
-      users[extension].push_back(
-          fmt::format("{} {}", kind, named ? in_quotes(*name->string()) : std::to_string(i)));
+  std::size_t i = 0;
+  for (const Json& item : parent.list(list)) {
+    const std::string place = fmt::format("{} {}", kind, item.name_or(i++));
+    if (const Json* extensions = item.find("extensions"); extensions && extensions->object())
+      for (const auto& [extension, value] : *extensions->object())
+        users[extension].push_back(place);
   }
 }
 
 // "the extension KHR_audio_graph, which Clamor does not read (of node 'Radio' and 2 more)".
-std::vector<std::string> unread_audio_extensions(const Json& document,
-                                                 const RewrittenAudio& rewritten) {
+void report_unread(const Json& document, const std::vector<std::string>& rewritten,
+                   ImportReport& report) {
   Users users;
-  if (const Json* used = list_in(document, "extensionsUsed"))
-    for (const Json& name : *used->array())
-      if (name.string() != nullptr) users[*name.string()];
+  for (const Json& name : document.list("extensionsUsed"))
+    if (name.string() != nullptr) users[*name.string()];
   if (const Json* root = document.find("extensions"); root != nullptr && root->object() != nullptr)
     for (const auto& [name, value] : *root->object()) users[name];
   add_users(document, "nodes", "node", users);
@@ -206,23 +183,16 @@ std::vector<std::string> unread_audio_extensions(const Json& document,
     add_users(*modern, "sources", "source", users);
     add_users(*modern, "audio", "audio", users);
   }
-  std::vector<std::string> unread;
-  for (const auto& user : users) {
-    const std::string& name = user.first;
-    const std::vector<std::string>& places = user.second;
+  for (const auto& [name, places] : users) {
     if (!is_audio_extension(name) || name == kKhrAudioEmitter || name == "OMI_audio_ogg_vorbis" ||
-        name == "OMI_audio_opus" ||
-        std::ranges::find(rewritten.extensions, name) != rewritten.extensions.end())
+        name == "OMI_audio_opus" || std::ranges::find(rewritten, name) != rewritten.end())
       continue;
-    const bool older = std::ranges::any_of(
-        kDialects, [&](const Dialect& dialect) { return dialect.extension == name; });
-    std::string line = fmt::format("the extension {}, which Clamor does not read{}", name,
-                                   older ? " beside another audio extension" : "");
-    if (!places.empty()) line += " (of " + places[0];
-    if (places.size() > 1) line += fmt::format(" and {} more", places.size() - 1);
-    unread.push_back(line + (places.empty() ? "" : ")"));
+    const bool older = std::ranges::find(kDialects, name, &Dialect::extension) != kDialects.end();
+    report.ignored.push_back(fmt::format(
+        "the extension {}, which Clamor does not read{}{}", name,
+        older ? " beside another audio extension" : "",
+        places.empty() ? "" : fmt::format(" (of {}{})", places[0], and_more(places.size() - 1))));
   }
-  return unread;
 }
 
 }  // namespace
@@ -231,13 +201,13 @@ bool is_audio_extension(std::string_view name) {
   return contains_ignoring_case(name, "audio") || contains_ignoring_case(name, "sound");
 }
 
-RewrittenAudio rewrite_audio_extensions(Json& document) {
-  RewrittenAudio rewritten;
-  rewrite_dialect(document, rewritten);
-  rewrite_hubs_components(document, rewritten);
-  for (std::string& line : unread_audio_extensions(document, rewritten))
-    rewritten.ignored.push_back(std::move(line));
-  return rewritten;
+void rewrite_audio_extensions(Json& document, ImportReport& report) {
+  std::vector<std::string> rewritten;
+  rewrite_dialect(document, rewritten, report);
+  rewrite_hubs_components(document, rewritten, report);
+  for (const std::string& extension : rewritten)
+    report.found.push_back(extension + ", read as KHR_audio_emitter");
+  report_unread(document, rewritten, report);
 }
 
 }  // namespace clamor

@@ -16,24 +16,19 @@
 // Malformed members are kept unchanged, so that khr_audio.h reports them.
 #pragma once
 
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "formats/files/json.h"
+#include "formats/gltf/import_report.h"
 
 namespace clamor {
 
 inline constexpr std::string_view kKhrAudioEmitter = "KHR_audio_emitter";
 
-struct RewrittenAudio {
-  std::vector<std::string> extensions;  // those that were rewritten
-  std::vector<std::string> ignored;  // features that were lost, audio extensions that are not read
-};
-
 // Rewrites the first of these extensions in the document, unless it has KHR_audio_emitter, and the
-// sounds of Mozilla Hubs. Others are left unchanged.
-RewrittenAudio rewrite_audio_extensions(Json& document);
+// sounds of Mozilla Hubs. Others are left unchanged. Reports what was rewritten, features that were
+// lost, and audio extensions that are not read.
+void rewrite_audio_extensions(Json& document, ImportReport& report);
 
 // Whether an extension is about sound, by its name: it has "audio" or "sound" in it.
 bool is_audio_extension(std::string_view name);

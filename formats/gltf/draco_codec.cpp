@@ -29,8 +29,6 @@ constexpr std::uint64_t kSlowest_elements_per_s = 500'000;  // of 10 million
 constexpr unsigned kMinTime_s = 5, kWallPerCpu = 10;
 constexpr std::uint64_t kFailed = ~std::uint64_t{0};
 
-constexpr int kFloat = 5126;
-
 // What the child process writes before each geometry, or once, instead of all geometries, before
 // the text of its error.
 struct Header {
@@ -85,7 +83,7 @@ bool put_attribute(const draco::PointAttribute& from, const DracoAttribute& as,
     step = rounding.range() / static_cast<float>((1u << rounding.quantization_bits()) - 1);
   put(out, &step, sizeof step);
   if (rounded)
-    return as.component_type == kFloat && as.components == 3 && from.num_components() == 3 &&
+    return as.component_type == kGltfFloat && as.components == 3 && from.num_components() == 3 &&
            put_positions(from, rounding, static_cast<float>(step), vertices, out);
   switch (as.component_type) {
     case 5120:

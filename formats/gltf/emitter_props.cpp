@@ -61,10 +61,6 @@ std::array<double, 3> sorted_sides(const Boundsf& bounds) {
 EmitterProps::EmitterProps(const GltfScene& scene, const SceneSurfaces& surfaces,
                            const SceneMesh& mesh)
     : scene_(scene), surfaces_(surfaces), mesh_(mesh) {
-  parents_.assign(scene.nodes.size(), kNone);
-  for (std::size_t n = 0; n < scene.nodes.size(); ++n)
-    for (const int child : scene.nodes[n].children)
-      parents_[static_cast<std::size_t>(child)] = static_cast<int>(n);
   first_of_.assign(scene.nodes.size(), mesh.placed.size());
   bounds_.resize(mesh.placed.size());
   for (std::size_t p = mesh.placed.size(); p-- > 0;) {
@@ -152,7 +148,8 @@ void EmitterProps::add_objects(std::span<const Emitter> emitters, std::span<cons
     // The instances of a node are alike, so the first stands for all.
     if ((i > 0 && nodes[i] == nodes[i - 1]) || moves(emitters[i].name)) continue;
     std::vector<std::vector<std::size_t>> objects = {object_below(nodes[i])};
-    if (const int parent = parents_[static_cast<std::size_t>(nodes[i])]; parent != kNone) {
+    if (const int parent = scene_.nodes[static_cast<std::size_t>(nodes[i])].parent;
+        parent != kNone) {
       const std::size_t own = first_of_[static_cast<std::size_t>(parent)];
       if (own < mesh_.placed.size() && !surfaces_.kept_nodes[static_cast<std::size_t>(parent)])
         objects.push_back({own});

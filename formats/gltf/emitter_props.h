@@ -48,7 +48,6 @@ class EmitterProps {
   const SceneMesh& mesh_;
   std::vector<Boundsf> bounds_;  // by placement
   Boundsf level_bounds_;
-  std::vector<int> parents_;                     // by node, or kNone
   std::vector<std::size_t> first_of_;            // by node, the first of its placements
   std::map<std::size_t, std::string> emitters_;  // by placement of a prop, one that it surrounds
 };

@@ -11,7 +11,7 @@ namespace clamor {
 namespace {
 
 constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123,
-              kUnsignedInt = 5125, kFloat = 5126;
+              kUnsignedInt = 5125;
 
 // Buffers need not be aligned, so values are copied.
 template <class T>
@@ -71,7 +71,7 @@ std::size_t component_bytes(int component_type) {
     case kUnsignedShort:
       return 2;
     case kUnsignedInt:
-    case kFloat:
+    case kGltfFloat:
       return 4;
     default:
       return 0;
@@ -112,7 +112,7 @@ Result<GltfReader> GltfReader::open(const GltfScene& scene, int index, int compo
     if (reader.base_ == nullptr && accessor.count > 0)
       return wrong(fmt::format("has {} elements, more than fit into its buffer view of {} bytes",
                                accessor.count, view.length));
-  } else if (accessor.count > scene.bytes) {
+  } else if (accessor.count > scene.bytes()) {
     return wrong(fmt::format("has {} elements and no data for them", accessor.count));
   }
 
@@ -165,7 +165,7 @@ std::array<double, 4> GltfReader::at(std::size_t i) const {
 // value in the lowest.
 double GltfReader::step() const {
   const int type = accessor_->component_type;
-  if (type == kFloat) return accessor_->step;
+  if (type == kGltfFloat) return accessor_->step;
   if (!accessor_->normalized) return 1;
   const int whole = static_cast<int>(8 * component_bytes_) - (type == kByte || type == kShort);
   const auto largest = [](int bits) { return std::ldexp(1.0, bits) - 1; };

@@ -1,5 +1,7 @@
 #include "formats/gltf/gltf_check.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,15 +14,13 @@ namespace {
 constexpr double kMaxInt = std::numeric_limits<int>::max();
 constexpr double kMaxSize = 1e15;  // exact in a double and larger than any file
 
-// Walks the document and keeps the first error.
-class Checker {
+constexpr std::array<std::pair<std::string_view, int>, 7> kTypes = {
+    {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}};
+
+// Walks the document and keeps the first error, after which what it reads means nothing.
+class ListReader {
  public:
-  explicit Checker(const Json& document) : document_(document) {
-    for (const char* list :
-         {"buffers", "bufferViews", "accessors", "materials", "meshes", "nodes", "scenes"})
-      if (const Json* items = document.find(list); items != nullptr && items->array() != nullptr)
-        lists_.emplace_back(list, items->array());
-  }
+  explicit ListReader(GltfScene& scene) : scene_(scene), document_(scene.json) {}
 
   Result<void> run() {
     check_asset();
@@ -29,15 +29,19 @@ class Checker {
       if (const Json* uri = buffer.find("uri"); uri != nullptr && uri->string() == nullptr)
         fail("'uri' must be a text");
     });
-    each("bufferViews", [&](const Json& view) { check_view(view); });
-    each("accessors", [&](const Json& accessor) { check_accessor(accessor); });
-    each("materials", [&](const Json&) {});
-    each("meshes", [&](const Json& mesh) { check_mesh(mesh); });
-    each("nodes", [&](const Json& node) { check_node(node); });
+    each("bufferViews", [&](const Json& view) { scene_.views.push_back(read_view(view)); });
+    each("accessors",
+         [&](const Json& accessor) { scene_.accessors.push_back(read_accessor(accessor)); });
+    each("materials",
+         [&](const Json& material) { scene_.materials.push_back(material.text("name")); });
+    each("meshes", [&](const Json& mesh) { scene_.meshes.push_back(read_mesh(mesh)); });
+    each("nodes", [&](const Json& node) { scene_.nodes.push_back(read_node(node)); });
     each("scenes", [&](const Json& scene) { indices(scene, "nodes", "nodes"); });
-    thing_.clear();
     index(document_, "scene", "scenes", false);
     if (error_) return *error_;
+    for (std::size_t n = 0; n < scene_.nodes.size(); ++n)
+      for (const int child : scene_.nodes[n].children)
+        scene_.nodes[static_cast<std::size_t>(child)].parent = static_cast<int>(n);
     return {};
   }
 
@@ -50,67 +54,92 @@ class Checker {
       fail("is glTF " + *version->string() + ", but only 2.x is read; export it as glTF 2.0");
   }
 
-  void check_view(const Json& view) {
-    index(view, "buffer", "buffers", true);
-    const double offset = integer(view, "byteOffset", 0, kMaxSize, false);
-    const double length = integer(view, "byteLength", 0, kMaxSize, true);
-    const double stride = integer(view, "byteStride", 0, 252, false);
-    if (std::fmod(stride, 4) != 0)
-      fail(fmt::format("'byteStride' is {}, no multiple of 4", stride));
-    if (error_) return;
-    const auto buffer = static_cast<std::size_t>(*view.find("buffer")->number());
-    const double available = *list_named("buffers")[buffer].find("byteLength")->number();
-    if (offset + length > available)
-      fail(fmt::format("needs bytes {:.0f} to {:.0f}, but buffer {} has only {:.0f}", offset,
-                       offset + length, buffer, available));
+  GltfView read_view(const Json& json) {
+    GltfView view;
+    view.buffer = index(json, "buffer", "buffers", true);
+    view.offset = integer(json, "byteOffset", 0, kMaxSize, false);
+    view.length = integer(json, "byteLength", 0, kMaxSize, true);
+    view.stride = integer(json, "byteStride", 0, 252, false);
+    if (view.stride % 4 != 0)
+      fail(fmt::format("'byteStride' is {}, no multiple of 4", view.stride));
+    if (error_) return view;
+    const Json& buffer = document_.list("buffers")[static_cast<std::size_t>(view.buffer)];
+    const std::size_t available = integer(buffer, "byteLength", 0, kMaxSize, true);
+    if (view.offset + view.length > available)
+      fail(fmt::format("needs bytes {} to {}, but buffer {} has only {}", view.offset,
+                       view.offset + view.length, view.buffer, available));
+    return view;
   }
 
-  void check_accessor(const Json& accessor) {
-    index(accessor, "bufferView", "bufferViews", false);
-    integer(accessor, "byteOffset", 0, kMaxSize, false);
-    integer(accessor, "componentType", 5120, 5126, true);
-    integer(accessor, "count", 0, kMaxSize, true);
-    kind(
-        accessor, "normalized", [](const Json& value) { return value.boolean() != nullptr; },
-        "true or false");
-    const Json* sparse = accessor.find("sparse");
-    if (sparse == nullptr) return;
-    integer(*sparse, "count", 0, kMaxInt, true);
-    for (const char* part : {"indices", "values"}) {
-      const Json* values = sparse->find(part);
-      if (values == nullptr) return fail(fmt::format("its 'sparse' has no '{}'", part));
-      index(*values, "bufferView", "bufferViews", true);
-      integer(*values, "byteOffset", 0, kMaxInt, false);
+  GltfAccessor read_accessor(const Json& json) {
+    GltfAccessor accessor;
+    accessor.view = index(json, "bufferView", "bufferViews", false);
+    accessor.offset = integer(json, "byteOffset", 0, kMaxSize, false);
+    accessor.component_type = static_cast<int>(integer(json, "componentType", 5120, 5126, true));
+    accessor.count = integer(json, "count", 0, kMaxSize, true);
+    if (const Json* normalized = json.find("normalized")) {
+      if (normalized->boolean() == nullptr)
+        fail("'normalized' must be true or false");
+      else
+        accessor.normalized = *normalized->boolean();
     }
-    integer(*sparse->find("indices"), "componentType", 5121, 5125, true);
+    const auto type =
+        std::ranges::find(kTypes, json.text("type"), [](auto& one) { return one.first; });
+    if (type == kTypes.end())
+      fail("'type' must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4");
+    else
+      accessor.components = type->second;
+    const Json* sparse = json.find("sparse");
+    if (sparse == nullptr) return accessor;
+    accessor.sparse_count = integer(*sparse, "count", 0, kMaxInt, true);
+    const auto part = [&](const char* key, int& view, std::size_t& offset) {
+      const Json* values = sparse->find(key);
+      if (values == nullptr) return fail(fmt::format("its 'sparse' has no '{}'", key));
+      view = index(*values, "bufferView", "bufferViews", true);
+      offset = integer(*values, "byteOffset", 0, kMaxInt, false);
+    };
+    part("indices", accessor.sparse_index_view, accessor.sparse_index_offset);
+    part("values", accessor.sparse_value_view, accessor.sparse_value_offset);
+    if (!error_)
+      accessor.sparse_index_type =
+          static_cast<int>(integer(*sparse->find("indices"), "componentType", 5121, 5125, true));
+    return accessor;
   }
 
-  void check_mesh(const Json& mesh) {
-    const Json* primitives = mesh.find("primitives");
-    if (primitives == nullptr || primitives->array() == nullptr)
-      return fail("has no list 'primitives'");
-    for (const Json& primitive : *primitives->array()) {
+  GltfMesh read_mesh(const Json& json) {
+    GltfMesh mesh{json.text("name"), {}};
+    const Json* primitives = json.find("primitives");
+    if (primitives == nullptr || primitives->array() == nullptr) fail("has no list 'primitives'");
+    for (const Json& primitive : json.list("primitives")) {
       const Json* attributes = primitive.find("attributes");
-      if (attributes == nullptr || attributes->object() == nullptr)
-        return fail("has a primitive without 'attributes'");
-      for (const auto& [name, value] : *attributes->object()) check_index(value, name, "accessors");
-      index(primitive, "indices", "accessors", false);
-      index(primitive, "material", "materials", false);
-      integer(primitive, "mode", 0, 6, false);
+      if (attributes == nullptr || attributes->object() == nullptr) {
+        fail("has a primitive without 'attributes'");
+        break;
+      }
+      GltfPrimitive& made = mesh.primitives.emplace_back();
+      for (const auto& [name, value] : *attributes->object())
+        made.attributes.emplace_back(name, index(&value, name, "accessors"));
+      made.indices = index(primitive, "indices", "accessors", false);
+      made.material = index(primitive, "material", "materials", false);
+      if (primitive.find("mode") != nullptr)
+        made.mode = static_cast<int>(integer(primitive, "mode", 0, 6, false));
     }
+    return mesh;
   }
 
-  void check_node(const Json& node) {
-    index(node, "mesh", "meshes", false);
-    indices(node, "children", "nodes");
-    numbers(node, "matrix", 16);
-    numbers(node, "translation", 3);
-    numbers(node, "rotation", 4);
-    numbers(node, "scale", 3);
+  GltfNode read_node(const Json& json) {
+    GltfNode node{json.text("name"), {}, kNone, index(json, "mesh", "meshes", false)};
+    node.children = indices(json, "children", "nodes");
+    const auto matrix = numbers(json, "matrix", 16), move = numbers(json, "translation", 3),
+               turn = numbers(json, "rotation", 4), scale = numbers(json, "scale", 3);
+    node.local = transform_of(move, turn, scale);
+    for (std::size_t i = 0; i < matrix.size(); ++i)  // both are column-major
+      node.local[static_cast<int>(i / 4)][static_cast<int>(i % 4)] = matrix[i];
+    return node;
   }
 
-  template <class Check>
-  void each(const char* list, Check check) {
+  template <class Read>
+  void each(const char* list, Read read) {
     const Json* items = document_.find(list);
     if (items == nullptr || error_) return;
     if (items->array() == nullptr) return fail(in_quotes(list) + " must be a list");
@@ -120,128 +149,71 @@ class Checker {
       const bool named = name != nullptr && name->string() != nullptr;
       thing_ = fmt::format("{}[{}]{}: ", list, i++, named ? " " + in_quotes(*name->string()) : "");
       if (item.object() == nullptr) return fail("must be an object");
-      check(item);
+      read(item);
       if (error_) return;
     }
     thing_.clear();
   }
 
-  template <class Is>
-  void kind(const Json& object, std::string_view key, Is is, const char* wanted) {
-    const Json* value = object.find(key);
-    if (value != nullptr && !is(*value)) fail(in_quotes(key) + " must be " + wanted);
-  }
-
-  double integer(const Json& object, std::string_view key, double low, double high, bool needed) {
+  std::size_t integer(const Json& object, std::string_view key, double low, double high,
+                      bool needed) {
     const Json* value = object.find(key);
     if (value == nullptr) {
       if (needed) fail(in_quotes(key) + " is missing");
       return 0;
     }
     const double* number = value->number();
-    if (number == nullptr || std::floor(*number) != *number || *number < low || *number > high) {
-      fail(fmt::format("'{}' must be a whole number from {:.0f} to {:.0f}", key, low, high));
-      return 0;
-    }
-    return *number;
+    if (number != nullptr && std::floor(*number) == *number && *number >= low && *number <= high)
+      return static_cast<std::size_t>(*number);
+    fail(fmt::format("'{}' must be a whole number from {:.0f} to {:.0f}", key, low, high));
+    return 0;
   }
 
-  const Json::Array& list_named(std::string_view name) const {
-    static const Json::Array kEmpty;
-    for (const auto& [list, items] : lists_)
-      if (list == name) return *items;
-    return kEmpty;
+  int index(const Json* value, std::string_view key, const char* list) {
+    const std::size_t count = document_.list(list).size();
+    if (const auto index = index_below(value, count)) return static_cast<int>(*index);
+    fail(fmt::format("'{}' points to none of the {} {}", key, count, list));
+    return kNone;
   }
 
-  void check_index(const Json& value, std::string_view key, const char* list) {
-    const double* number = value.number();
-    const std::size_t count = list_named(list).size();
-    if (number == nullptr || std::floor(*number) != *number || *number < 0 ||
-        *number >= static_cast<double>(count))
-      fail(fmt::format("'{}' points to none of the {} {}", key, count, list));
-  }
-
-  void index(const Json& object, std::string_view key, const char* list, bool needed) {
+  int index(const Json& object, std::string_view key, const char* list, bool needed) {
     const Json* value = object.find(key);
-    if (value != nullptr)
-      check_index(*value, key, list);
-    else if (needed)
-      fail(in_quotes(key) + " is missing");
+    if (value != nullptr) return index(value, key, list);
+    if (needed) fail(in_quotes(key) + " is missing");
+    return kNone;
   }
 
-  void indices(const Json& object, std::string_view key, const char* list) {
-    const Json* values = object.find(key);
-    if (values == nullptr) return;
-    if (values->array() == nullptr) return fail(in_quotes(key) + " must be a list");
-    for (const Json& value : *values->array()) check_index(value, key, list);
+  std::vector<int> indices(const Json& object, std::string_view key, const char* list) {
+    std::vector<int> found;
+    if (const Json* values = object.find(key); values != nullptr && values->array() == nullptr)
+      fail(in_quotes(key) + " must be a list");
+    for (const Json& value : object.list(key)) found.push_back(index(&value, key, list));
+    return found;
   }
 
-  void numbers(const Json& object, std::string_view key, std::size_t count) {
-    const Json* values = object.find(key);
-    if (values == nullptr) return;
-    bool ok = values->array() != nullptr && values->array()->size() == count;
-    if (ok)
-      for (const Json& value : *values->array()) ok = ok && value.number() != nullptr;
-    if (!ok) fail(fmt::format("'{}' must be {} numbers", key, count));
+  // Empty if there are none.
+  std::vector<double> numbers(const Json& object, std::string_view key, std::size_t count) {
+    if (object.find(key) == nullptr) return {};
+    std::vector<double> found;
+    for (const Json& value : object.list(key))
+      if (value.number() != nullptr) found.push_back(*value.number());
+    if (found.size() == count && object.list(key).size() == count) return found;
+    fail(fmt::format("'{}' must be {} numbers", key, count));
+    return {};
   }
 
   void fail(const std::string& what) {
     if (!error_) error_ = Error(thing_ + what + "; correct it or export the level again.");
   }
 
+  GltfScene& scene_;
   const Json& document_;
-  std::vector<std::pair<std::string_view, const Json::Array*>> lists_;
   std::string thing_;
   std::optional<Error> error_;
 };
 
-// Returns only the members in `keys`.
-Json only(const Json& object, std::initializer_list<std::string_view> keys) {
-  Json::Object kept;
-  for (const std::string_view key : keys)
-    if (const Json* value = object.find(key)) kept.emplace_back(key, *value);
-  return Json(std::move(kept));
-}
-
-template <class Reduce>
-void copy_list(const Json& document, const char* list, Json::Object& out, Reduce reduce) {
-  const Json* items = document.find(list);
-  if (items == nullptr) return;
-  Json::Array kept;
-  for (const Json& item : *items->array()) kept.push_back(reduce(item));
-  out.emplace_back(list, Json(std::move(kept)));
-}
-
 }  // namespace
 
-Result<void> check_gltf(const Json& document) { return Checker(document).run(); }
-
-std::string essential_gltf(const Json& document) {
-  Json::Object out;
-  out.emplace_back("asset", only(*document.find("asset"), {"version"}));
-  if (const Json* scene = document.find("scene")) out.emplace_back("scene", *scene);
-  copy_list(document, "bufferViews", out, [](const Json& view) {
-    return only(view, {"buffer", "byteOffset", "byteLength", "byteStride"});
-  });
-  copy_list(document, "accessors", out, [](const Json& accessor) {
-    return only(accessor, {"bufferView", "byteOffset", "componentType", "count", "type",
-                           "normalized", "sparse"});
-  });
-  copy_list(document, "materials", out,
-            [](const Json& material) { return only(material, {"name"}); });
-  copy_list(document, "meshes", out, [](const Json& mesh) {
-    Json kept = only(mesh, {"name"});
-    Json::Object& object = *kept.object();
-    copy_list(mesh, "primitives", object, [](const Json& primitive) {
-      return only(primitive, {"attributes", "indices", "material", "mode"});
-    });
-    return kept;
-  });
-  copy_list(document, "nodes", out, [](const Json& node) {
-    return only(node, {"name", "children", "mesh", "matrix", "translation", "rotation", "scale"});
-  });
-  copy_list(document, "scenes", out, [](const Json& scene) { return only(scene, {"nodes"}); });
-  return dump_json(Json(std::move(out)));
-}
+Result<void> read_gltf_lists(GltfScene& scene) { return ListReader(scene).run(); }
 
 }  // namespace clamor

@@ -1,21 +1,15 @@
-// gltf_check.h: validates the parts of a glTF document that Clamor reads.
+// gltf_check.h: reads the lists of a glTF document, and validates them.
 //
-// Checks types, counts and all indices, because tinygltf ignores values of the wrong type and
-// follows some indices unchecked.
+// Checks types, counts and all indices, so that later stages rely on them.
 #pragma once
 
-#include <string>
-
 #include "common/result.h"
-#include "formats/files/json.h"
+#include "formats/gltf/gltf_scene.h"
 
 namespace clamor {
 
-// Returns the first error.
-Result<void> check_gltf(const Json& document);
-
-// Returns the parts of a checked document that Clamor reads as JSON text for tinygltf, without
-// images, textures, animations, extras or URIs.
-std::string essential_gltf(const Json& document);
+// Fills in the scene's views, accessors, meshes, nodes and materials from its document. Returns the
+// first error.
+Result<void> read_gltf_lists(GltfScene& scene);
 
 }  // namespace clamor

@@ -1,4 +1,4 @@
-// gltf_compression.h: unpacks compressed geometry, so that the other stages see a plain document.
+// gltf_compression.h: unpacks compressed geometry, so that the other stages see plain views.
 //
 //   EXT_meshopt_compression, KHR_meshopt_compression   buffer views  (meshopt_codec.h)
 //   KHR_draco_mesh_compression                         primitives    (draco_codec.h)
@@ -8,13 +8,13 @@
 #pragma once
 
 #include "common/result.h"
-#include "formats/gltf/gltf_document.h"
+#include "formats/gltf/gltf_scene.h"
 
 namespace clamor {
 
-// Appends buffers, and refers to them from the document. Afterwards a buffer view is empty if its
-// buffer is a fallback that is not there and nobody reads it. The document must be checked
-// (gltf_check.h).
-Result<void> unpack_geometry(GltfDocument& document);
+// Appends buffers, and lets views, accessors and primitives refer to them; the document stays as it
+// is. Afterwards a buffer view is empty if its buffer is a fallback that is not there and nobody
+// reads it.
+Result<void> unpack_geometry(GltfScene& scene);
 
 }  // namespace clamor

@@ -1,8 +1,7 @@
 #include "formats/gltf/gltf_document.h"
 
-#include <algorithm>
-#include <array>
 #include <cstring>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -104,8 +103,8 @@ Result<FileBytes> read_buffer(const Json& buffer, std::size_t index, const Conta
 
 }  // namespace
 
-Result<GltfDocument> read_gltf_document(const std::string& path, LevelFolder& folder,
-                                        std::span<const std::string> ignored_extensions) {
+Result<GltfScene> read_gltf_document(const std::string& path, LevelFolder& folder,
+                                     std::span<const std::string> ignored_extensions) {
   const auto file = folder.read_anywhere(path);
   if (!file.ok()) return file.error();
   const auto container = unpack(*file);
@@ -114,20 +113,20 @@ Result<GltfDocument> read_gltf_document(const std::string& path, LevelFolder& fo
   if (!json.ok()) return Error(path + ": " + json.error().message + ".");
   shorten_names(*json);
 
-  GltfDocument document{std::move(*json), {}, {}};
-  if (const auto ok = check_required_extensions(document.json, ignored_extensions); !ok.ok())
+  GltfScene scene;
+  scene.json = std::move(*json);
+  if (const auto ok = check_required_extensions(scene.json, ignored_extensions); !ok.ok())
     return ok.error().in(path);
-  if (const auto ok = check_gltf(document.json); !ok.ok()) return ok.error().in(path);
-  if (const Json* buffers = document.json.find("buffers"))
-    for (const Json& buffer : *buffers->array()) {
-      auto bytes = is_fallback(buffer) && buffer.find("uri") == nullptr
-                       ? Result(FileBytes{})
-                       : read_buffer(buffer, document.buffers.size(), *container, folder);
-      if (!bytes.ok() && is_fallback(buffer)) bytes = FileBytes{};
-      if (!bytes.ok()) return bytes.error().in(path);
-      document.buffers.push_back(std::move(*bytes));
-    }
-  return document;
+  if (const auto ok = read_gltf_lists(scene); !ok.ok()) return ok.error().in(path);
+  for (const Json& buffer : scene.json.list("buffers")) {
+    auto bytes = is_fallback(buffer) && buffer.find("uri") == nullptr
+                     ? Result(FileBytes{})
+                     : read_buffer(buffer, scene.buffers.size(), *container, folder);
+    if (!bytes.ok() && is_fallback(buffer)) bytes = FileBytes{};
+    if (!bytes.ok()) return bytes.error().in(path);
+    scene.buffers.push_back(std::move(*bytes));
+  }
+  return scene;
 }
 
 }  // namespace clamor

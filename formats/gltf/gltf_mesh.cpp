@@ -65,7 +65,7 @@ class MeshReader {
     for (std::size_t p = 0; p < primitives.size(); ++p) {
       if (surfaces_ != nullptr && !surfaces_->is_material(primitives[p].material)) continue;
       std::optional<PrimitivePose> posed;
-      if (pose_.moves(node) && primitives[p].positions != kNone) {
+      if (pose_.moves(node) && primitives[p].positions() != kNone) {
         auto opened = pose_.open(node, p);
         if (!opened.ok()) {
           local.unposed = opened.error().message;
@@ -86,8 +86,8 @@ class MeshReader {
       ++local.points_or_lines;
       return {};
     }
-    if (primitive.positions == kNone) return {};  // glTF requires to skip such a primitive
-    const auto positions = GltfReader::open(scene_, primitive.positions, 3);
+    if (primitive.positions() == kNone) return {};  // glTF requires to skip such a primitive
+    const auto positions = GltfReader::open(scene_, primitive.positions(), 3);
     if (!positions.ok()) return positions.error();
     std::optional<GltfReader> indices;
     if (primitive.indices != kNone) {
@@ -202,7 +202,7 @@ Result<std::uint64_t> count_triangles(const GltfScene& scene, const SceneSurface
   std::uint64_t count = 0;
   for (const GltfPrimitive& primitive : scene.meshes[mesh].primitives) {
     const bool indexed = primitive.indices != kNone;
-    const int accessor = indexed ? primitive.indices : primitive.positions;
+    const int accessor = indexed ? primitive.indices : primitive.positions();
     if (primitive.mode < kTriangles || accessor == kNone ||
         !surfaces.is_material(primitive.material))
       continue;

@@ -47,17 +47,16 @@ void report_poses(const GltfScene& scene, const SceneMesh& mesh, ImportReport& r
 }  // namespace
 
 std::vector<NamedTriangles> named_triangles(const GltfScene& scene, const SceneMesh& mesh) {
-  std::vector<int> parents(scene.nodes.size(), kNone);
-  for (std::size_t n = 0; n < scene.nodes.size(); ++n)
-    for (const int child : scene.nodes[n].children)
-      parents[static_cast<std::size_t>(child)] = static_cast<int>(n);
   std::vector<NamedTriangles> named;
   for (const PlacedTriangles& placed : mesh.placed) {
     NamedTriangles& one = named.emplace_back();
     one.first = placed.first_triangle;
     one.end = placed.end_triangle;
-    for (int node = placed.node; node != kNone; node = parents[static_cast<std::size_t>(node)])
-      one.nodes.push_back(scene.nodes[static_cast<std::size_t>(node)].name);
+    for (int at = placed.node; at != kNone;) {
+      const GltfNode& node = scene.nodes[static_cast<std::size_t>(at)];
+      one.nodes.push_back(node.name);
+      at = node.parent;
+    }
   }
   return named;
 }

@@ -8,8 +8,8 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include "common/text.h"
-#include "formats/gltf/gltf_marks.h"
 #include "formats/gltf/report_words.h"
+#include "formats/gltf/tool_losses.h"
 #include "formats/level/level_origin.h"
 #include "formats/level/name_match.h"
 
@@ -46,6 +46,7 @@ class MovableSearch {
     };
     MovableNodes found;
     found.part_of.assign(scene_.nodes.size(), kNone);
+    found.marks.resize(scene_.nodes.size());
     std::vector<Visit> stack;
     for (auto it = scene_.roots.rbegin(); it != scene_.roots.rend(); ++it)
       stack.push_back({*it, kNone, glm::dmat4(1.0)});
@@ -54,9 +55,11 @@ class MovableSearch {
       stack.pop_back();
       const auto n = static_cast<std::size_t>(visit.node);
       const glm::dmat4 world = visit.parent * scene_.nodes[n].local;
-      const auto marked = is_marked(n);
-      if (!marked.ok()) return marked.error();
-      if (*marked && visit.part == kNone) {
+      const bool is_listed = matches_glob(scene_.nodes[n].name);
+      auto marks = read_marks(scene_, n);
+      if (!marks.ok()) return marks.error();
+      found.marks[n] = std::move(*marks);
+      if ((is_listed || found.marks[n].movable) && visit.part == kNone) {
         visit.part = static_cast<int>(found.parts.size());
         found.parts.push_back({visit.node, pivot_of(world)});
         if (!(length(Vec3(world[3])) <= kMaxWorldCoordinate_m))
@@ -87,14 +90,11 @@ class MovableSearch {
   }
 
  private:
-  Result<bool> is_marked(std::size_t n) {
-    const std::string& name = scene_.nodes[n].name;
-    bool marked = false;
+  bool matches_glob(const std::string& name) {
+    bool matches = false;
     for (std::size_t g = 0; g < globs_.size(); ++g)
-      if (glob_matches(globs_[g], name)) marked = is_used_[g] = true;
-    const auto marks = read_marks(scene_, n);
-    if (!marks.ok()) return marks.error();
-    return marked || marks->movable;
+      if (glob_matches(globs_[g], name)) matches = is_used_[g] = true;
+    return matches;
   }
 
   const GltfScene& scene_;
@@ -106,17 +106,14 @@ class MovableSearch {
 // where its author put it. Other tools leave the middle of the mesh there when they unpack it.
 bool has_quantised_pivot(const GltfScene& scene, std::size_t node, const Mesh& part) {
   if (scene.nodes[node].mesh == kNone) return false;
-  constexpr int kFloat = 5126;
   for (const auto& primitive :
        scene.meshes[static_cast<std::size_t>(scene.nodes[node].mesh)].primitives)
-    if (primitive.positions != kNone &&
-        scene.accessors[static_cast<std::size_t>(primitive.positions)].component_type != kFloat)
+    if (const int positions = primitive.positions();
+        positions != kNone &&
+        scene.accessors[static_cast<std::size_t>(positions)].component_type != kGltfFloat)
       return true;
-  const Json* generator = scene.json.find({"asset", "generator"});
-  if (generator == nullptr || generator->string() == nullptr ||
-      (!generator->string()->starts_with("glTF-Transform") &&
-       !generator->string()->starts_with("gltfpack")))
-    return false;
+  const std::string generator = generator_of(scene.json);
+  if (!generator.starts_with("glTF-Transform") && !generator.starts_with("gltfpack")) return false;
   constexpr double kMiddle = 1e-3;  // of the diagonal
   const Boundsf bounds = bounds_of(part);
   return length(Vec3(bounds.low_m) + Vec3(bounds.high_m)) < 2 * kMiddle * bounds.diagonal_m();

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "common/result.h"
-#include "formats/gltf/gltf_placement.h"
+#include "formats/gltf/gltf_marks.h"
 #include "formats/gltf/gltf_scene.h"
 #include "formats/gltf/import_report.h"
 #include "formats/level/movable_part.h"
@@ -21,8 +21,9 @@ struct MovableNodes {
     int node = kNone;
     glm::dmat4 world{1.0};  // of the node, without scale and shear: its pivot
   };
-  std::vector<Part> parts;   // in the order of the scene
-  std::vector<int> part_of;  // by node, an index of `parts` or kNone
+  std::vector<Part> parts;       // in the order of the scene
+  std::vector<int> part_of;      // by node, an index of `parts` or kNone
+  std::vector<NodeMarks> marks;  // by node, of those in the scene
 };
 
 // The hierarchy must be a tree, which place_nodes() has checked. Warns of globs that match no node.

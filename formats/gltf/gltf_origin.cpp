@@ -17,8 +17,8 @@ std::optional<Vec3> middle_of(const GltfScene& scene, std::size_t mesh) {
   constexpr std::size_t kVertices = 64;  // of each primitive
   Bounds bounds;
   for (const GltfPrimitive& primitive : scene.meshes[mesh].primitives) {
-    if (primitive.positions == kNone) continue;
-    const auto positions = GltfReader::open(scene, primitive.positions, 3);
+    if (primitive.positions() == kNone) continue;
+    const auto positions = GltfReader::open(scene, primitive.positions(), 3);
     if (!positions.ok()) continue;  // build_mesh() says so
     const std::size_t step = std::max<std::size_t>(1, positions->count() / kVertices);
     for (std::size_t i = 0; i < positions->count(); i += step) {

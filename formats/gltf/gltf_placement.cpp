@@ -1,9 +1,10 @@
 #include "formats/gltf/gltf_placement.h"
 
+#include <array>
 #include <optional>
+#include <span>
 
 #include <fmt/format.h>
-#include <glm/gtc/quaternion.hpp>
 
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/level/emitter_spec.h"
@@ -28,21 +29,19 @@ struct InstancePlace {
 
 // Reads EXT_mesh_gpu_instancing, which reserves names that begin with _ for applications.
 Result<std::vector<InstancePlace>> instance_places(const GltfScene& scene, const Json& extension) {
-  const Json* attributes = extension.find("attributes");
   constexpr std::array<const char*, 4> kNames = {"TRANSLATION", "ROTATION", "SCALE", "_DELAY_S"};
   constexpr std::array kComponents = {3, 4, 3, 1};
   std::optional<GltfReader> readers[kNames.size()];
   std::optional<std::size_t> count;
   for (std::size_t i = 0; i < kNames.size(); ++i) {
-    const Json* accessor = attributes == nullptr ? nullptr : attributes->find(kNames[i]);
-    if (accessor == nullptr) continue;
-    const double* number = accessor->number();
-    if (number == nullptr || !(*number >= 0) ||
-        !(*number < static_cast<double>(scene.accessors.size())))
+    const Json* value = extension.find({"attributes", kNames[i]});
+    if (value == nullptr) continue;
+    const auto accessor = index_below(value, scene.accessors.size());
+    if (!accessor)
       return Error(
           fmt::format("{} '{}' points to none of the {} accessors; export the level again.",
                       kInstancing, kNames[i], scene.accessors.size()));
-    auto reader = GltfReader::open(scene, static_cast<int>(*number), kComponents[i]);
+    auto reader = GltfReader::open(scene, static_cast<int>(*accessor), kComponents[i]);
     if (!reader.ok()) return reader.error().in(kInstancing);
     if (count.value_or(reader->count()) != reader->count())
       return Error(
@@ -61,20 +60,11 @@ Result<std::vector<InstancePlace>> instance_places(const GltfScene& scene, const
     return Error(fmt::format("has {} instances; at most {} are read.", *count, kMaxPlacements));
   std::vector<InstancePlace> places(*count);
   for (std::size_t i = 0; i < *count; ++i) {
-    glm::dmat4& local = places[i].local;
-    if (readers[1]) {
-      const auto q = readers[1]->at(i);
-      const glm::dquat turn(q[3], q[0], q[1], q[2]);
-      if (glm::length(turn) > 0) local = glm::mat4_cast(glm::normalize(turn));
-    }
-    if (readers[2]) {
-      const auto scale = readers[2]->at(i);
-      for (int axis = 0; axis < 3; ++axis) local[axis] *= scale[static_cast<std::size_t>(axis)];
-    }
-    if (readers[0]) {
-      const auto move = readers[0]->at(i);
-      local[3] = glm::dvec4(move[0], move[1], move[2], 1);
-    }
+    std::array<double, 4> values[3];
+    std::span<const double> parts[3];
+    for (std::size_t part = 0; part < 3; ++part)
+      if (readers[part]) parts[part] = values[part] = readers[part]->at(i);
+    places[i].local = transform_of(parts[0], parts[1], parts[2]);
     if (readers[3]) {
       places[i].delay_s = readers[3]->at(i)[0];
       if (!(places[i].delay_s >= 0 && places[i].delay_s <= kMaxDelay_s))
@@ -95,7 +85,7 @@ Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene) {
   std::vector<PlacedNode> placements;
   std::vector<bool> visited(scene.nodes.size(), false);
   std::vector<Visit> stack;
-  const Json::Array* nodes = scene.nodes.empty() ? nullptr : scene.json.find("nodes")->array();
+  const auto nodes = scene.json.list("nodes");
   for (auto it = scene.roots.rbegin(); it != scene.roots.rend(); ++it)
     stack.push_back({*it, glm::dmat4(1.0)});
 
@@ -109,14 +99,13 @@ Result<std::vector<PlacedNode>> place_nodes(const GltfScene& scene) {
                    "node with two parents; export the level again.");
     visited[n] = true;
     const GltfNode& node = scene.nodes[n];
-    const Json* extensions = (*nodes)[n].find("extensions");
+    const Json* extensions = nodes[n].find("extensions");
     const glm::dmat4 world = visit.parent * node.local;
     // Pushed in reverse, so that children are popped in order.
     for (auto it = node.children.rbegin(); it != node.children.rend(); ++it)
       stack.push_back({*it, world});
 
-    if (node.mesh == kNone && extensions == nullptr && (*nodes)[n].find("extras") == nullptr)
-      continue;
+    if (node.mesh == kNone && extensions == nullptr && nodes[n].find("extras") == nullptr) continue;
     const Json* instancing = extensions == nullptr ? nullptr : extensions->find(kInstancing);
     if (instancing == nullptr) {
       placements.push_back({visit.node, 0, false, world});

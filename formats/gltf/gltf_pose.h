@@ -56,7 +56,6 @@ class GltfPose {
 
   const GltfScene& scene_;
   std::vector<unsigned char> kind_;  // by node
-  std::vector<int> parents_;         // by node; only if there are skins
   std::map<std::size_t, JointMatrices> joints_;
 };
 

@@ -1,7 +1,6 @@
-// gltf_scene.h: a glTF file as plain structs, independent of any library.
+// gltf_scene.h: a glTF file as plain structs.
 //
-//   .gltf | .glb -> gltf_document -> gltf_compression -> gltf_reader (tinygltf) -> GltfScene
-//   -> geometry, sounds
+//   .gltf | .glb -> gltf_document -> gltf_check -> gltf_compression -> geometry, sounds
 //
 // All indices are in range and all buffer views lie inside their buffers; accessors are checked
 // when they are opened (gltf_accessor.h).
@@ -10,7 +9,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -20,7 +22,8 @@
 
 namespace clamor {
 
-inline constexpr int kNone = -1;  // absent index
+inline constexpr int kNone = -1;         // absent index
+inline constexpr int kGltfFloat = 5126;  // component type
 
 struct GltfView {
   int buffer = kNone;
@@ -43,8 +46,13 @@ struct GltfAccessor {
 
 struct GltfPrimitive {
   int mode = 4;
-  int positions = kNone, indices = kNone;  // accessors
+  std::vector<std::pair<std::string, int>> attributes;  // accessors
+  int indices = kNone;                                  // an accessor
   int material = kNone;
+
+  // The accessor of an attribute, or kNone.
+  int accessor(std::string_view attribute) const;
+  int positions() const { return accessor("POSITION"); }
 };
 
 struct GltfMesh {
@@ -55,12 +63,13 @@ struct GltfMesh {
 struct GltfNode {
   std::string name;
   std::vector<int> children;
+  int parent = kNone;
   int mesh = kNone;
   glm::dmat4 local{1.0};
 };
 
 struct GltfScene {
-  std::vector<FileBytes> buffers;
+  std::vector<FileBytes> buffers;  // a fallback of compressed views may be empty
   std::vector<GltfView> views;
   std::vector<GltfAccessor> accessors;
   std::vector<GltfMesh> meshes;
@@ -70,7 +79,15 @@ struct GltfScene {
   std::optional<std::size_t> chosen;   // the scene; nothing if the file has none
   Json json;                           // whole document, for extensions and extras
   Vec3 origin_m{};                     // of the level; placements are relative to it
-  std::size_t bytes = 0;               // total size of all files, which limits allocations
+
+  std::size_t bytes() const;  // total size of all buffers, which limits allocations
+  // The bytes of a view; nothing if its buffer is a fallback that is not there.
+  std::optional<std::span<const std::byte>> bytes_of(const GltfView& view) const;
 };
+
+// The transform of a node or instance: a translation, a quaternion x, y, z, w, and scales. Each may
+// be empty.
+glm::dmat4 transform_of(std::span<const double> move, std::span<const double> turn,
+                        std::span<const double> scale);
 
 }  // namespace clamor

@@ -6,32 +6,23 @@
 
 #include <fmt/format.h>
 
+#include "formats/gltf/report_words.h"
+
 namespace clamor {
 
 namespace {
 
-std::span<const Json> scenes_of(const Json& document) {
-  const Json* scenes = document.find("scenes");
-  if (scenes == nullptr || scenes->array() == nullptr) return {};
-  return *scenes->array();
-}
-
-std::string name_of(const Json& scene) {
-  const Json* name = scene.find("name");
-  return name == nullptr || name->string() == nullptr ? "" : *name->string();
-}
-
 // "1 'hall'".
 std::string label_of(std::span<const Json> scenes, std::size_t index) {
-  const std::string name = name_of(scenes[index]);
+  const std::string name = scenes[index].text("name");
   return name.empty() ? std::to_string(index) : fmt::format("{} '{}'", index, name);
 }
 
 // The word after --scene that chooses a scene: its name, if no other has it.
 std::string word_for(std::span<const Json> scenes, std::size_t index) {
-  const std::string name = name_of(scenes[index]);
+  const std::string name = scenes[index].text("name");
   const auto twins =
-      std::ranges::count_if(scenes, [&](const Json& scene) { return name_of(scene) == name; });
+      std::ranges::count_if(scenes, [&](const Json& scene) { return scene.text("name") == name; });
   return name.empty() || twins > 1 ? std::to_string(index) : in_quotes(name);
 }
 
@@ -52,7 +43,7 @@ Contents contents_below(const GltfScene& scene, std::vector<int> stack, std::vec
     if (node.mesh == kNone) continue;
     ++contents.meshes;
     for (const auto& primitive : scene.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
-      const int accessor = primitive.indices != kNone ? primitive.indices : primitive.positions;
+      const int accessor = primitive.indices != kNone ? primitive.indices : primitive.positions();
       constexpr int kTriangles = 4;
       if (accessor == kNone || primitive.mode < kTriangles) continue;
       const std::size_t count = scene.accessors[static_cast<std::size_t>(accessor)].count;
@@ -64,60 +55,60 @@ Contents contents_below(const GltfScene& scene, std::vector<int> stack, std::vec
 }
 
 std::string in_words(const Contents& contents) {
-  return fmt::format("{} triangle{} in {} mesh{}", contents.triangles,
-                     contents.triangles == 1 ? "" : "s", contents.meshes,
-                     contents.meshes == 1 ? "" : "es");
+  return number_of(contents.triangles, "triangle") + " in " + number_of(contents.meshes, "mesh");
+}
+
+// The nodes of a scene; without one, all nodes that have no parent.
+std::vector<int> scene_roots(const GltfScene& scene, std::optional<std::size_t> index) {
+  std::vector<int> roots;
+  if (index) {
+    for (const Json& node : scene.json.list("scenes")[*index].list("nodes"))
+      roots.push_back(static_cast<int>(*node.number()));
+    return roots;
+  }
+  for (std::size_t i = 0; i < scene.nodes.size(); ++i)
+    if (scene.nodes[i].parent == kNone) roots.push_back(static_cast<int>(i));
+  return roots;
+}
+
+// The index of the scene that is wanted.
+Result<std::size_t> find_scene(std::span<const Json> scenes, const std::string& wanted) {
+  for (std::size_t i = 0; i < scenes.size(); ++i)
+    if (scenes[i].text("name") == wanted) return i;
+  std::size_t number = 0;
+  const char* const end = wanted.data() + wanted.size();
+  const auto [rest, wrong] = std::from_chars(wanted.data(), end, number);
+  if (wrong == std::errc() && rest == end && number < scenes.size()) return number;
+  std::string list;
+  for (std::size_t i = 0; i < scenes.size(); ++i) list += (i > 0 ? ", " : "") + label_of(scenes, i);
+  return Error(fmt::format("has no scene '{}'; {}. Give --scene one of their names or numbers.",
+                           wanted, scenes.empty() ? "it has no scenes at all" : "it has " + list));
 }
 
 }  // namespace
 
-Result<std::optional<std::size_t>> choose_scene(const Json& document,
-                                                const std::optional<std::string>& wanted) {
-  const auto scenes = scenes_of(document);
-  using Index = std::optional<std::size_t>;
-  if (!wanted) {
-    if (scenes.empty()) return Index();
-    const Json* scene = document.find("scene");  // checked, as are all indices
-    return Index(scene == nullptr ? 0 : static_cast<std::size_t>(*scene->number()));
+Result<void> choose_scene(GltfScene& scene, const std::optional<std::string>& wanted) {
+  if (wanted) {
+    const auto found = find_scene(scene.json.list("scenes"), *wanted);
+    if (!found.ok()) return found.error();
+    scene.chosen = *found;
+  } else if (!scene.json.list("scenes").empty()) {
+    const double* standard = scene.json.number("scene");
+    scene.chosen = standard == nullptr ? 0 : static_cast<std::size_t>(*standard);
   }
-  for (std::size_t i = 0; i < scenes.size(); ++i)
-    if (name_of(scenes[i]) == *wanted) return Index(i);
-  std::size_t number = 0;
-  const char* const end = wanted->data() + wanted->size();
-  const auto [rest, wrong] = std::from_chars(wanted->data(), end, number);
-  if (wrong == std::errc() && rest == end && number < scenes.size()) return Index(number);
-  std::string list;
-  for (std::size_t i = 0; i < scenes.size(); ++i) list += (i > 0 ? ", " : "") + label_of(scenes, i);
-  return Error(fmt::format("has no scene '{}'; {}. Give --scene one of their names or numbers.",
-                           *wanted, scenes.empty() ? "it has no scenes at all" : "it has " + list));
+  scene.roots = scene_roots(scene, scene.chosen);
+  return {};
 }
 
-std::vector<int> scene_roots(const GltfScene& scene, std::optional<std::size_t> index) {
-  std::vector<int> roots;
-  if (index) {
-    const Json* nodes = scenes_of(scene.json)[*index].find("nodes");
-    if (nodes != nullptr)
-      for (const Json& node : *nodes->array()) roots.push_back(static_cast<int>(*node.number()));
-    return roots;
-  }
-  std::vector<bool> is_child(scene.nodes.size(), false);
-  for (const GltfNode& node : scene.nodes)
-    for (const int child : node.children) is_child[static_cast<std::size_t>(child)] = true;
-  for (std::size_t i = 0; i < scene.nodes.size(); ++i)
-    if (!is_child[i]) roots.push_back(static_cast<int>(i));
-  return roots;
-}
-
-void report_other_scenes(const GltfScene& scene, std::optional<std::size_t> chosen,
-                         ImportReport& report) {
-  const auto scenes = scenes_of(scene.json);
-  if (!chosen) return;
+void report_other_scenes(const GltfScene& scene, ImportReport& report) {
+  const auto scenes = scene.json.list("scenes");
+  if (!scene.chosen) return;
   std::vector<bool> seen(scene.nodes.size(), false);
   const Contents own = contents_below(scene, scene.roots, seen);
   std::vector<bool> in_any = seen;
   std::string others;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
-    if (i == *chosen) continue;
+    if (i == *scene.chosen) continue;
     std::vector<bool> of_this(scene.nodes.size(), false);
     const Contents contents = contents_below(scene, scene_roots(scene, i), of_this);
     for (std::size_t n = 0; n < of_this.size(); ++n) in_any[n] = in_any[n] || of_this[n];
@@ -130,7 +121,7 @@ void report_other_scenes(const GltfScene& scene, std::optional<std::size_t> chos
   if (!others.empty())
     report.warnings.push_back(
         fmt::format("scene {} is baked, which has no meshes, while there is {}",
-                    label_of(scenes, *chosen), others));
+                    label_of(scenes, *scene.chosen), others));
   std::vector<int> rest;
   for (std::size_t n = 0; n < in_any.size(); ++n)
     if (!in_any[n]) rest.push_back(static_cast<int>(n));

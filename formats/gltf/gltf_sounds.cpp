@@ -11,8 +11,9 @@
 #include "common/maths.h"
 #include "common/random.h"
 #include "common/sample_rate.h"
-#include "formats/audio/audio_file.h"
+#include "formats/gltf/gltf_marks.h"
 #include "formats/gltf/khr_audio.h"
+#include "formats/gltf/report_words.h"
 #include "formats/level/acoustic_values.h"
 #include "formats/level/emitter_spec.h"
 
@@ -50,8 +51,9 @@ Result<void> read_extras(const Json& object, const std::string& where, Extra& ex
 
 class SoundReader {
  public:
-  SoundReader(const GltfScene& scene, LevelFolder& folder, SignalTable& signals, std::uint64_t seed)
-      : scene_(scene), folder_(folder), signals_(signals), seed_(seed) {}
+  SoundReader(const GltfScene& scene, LevelFolder& folder, SignalTable& signals, std::uint64_t seed,
+              ImportReport& report)
+      : scene_(scene), folder_(folder), signals_(signals), seed_(seed), report_(report) {}
 
   Result<SceneSounds> read(const std::vector<PlacedNode>& placements) {
     audio_ = read_khr_audio(scene_.json);
@@ -71,10 +73,10 @@ class SoundReader {
  private:
   // What is wrong with the sounds of a node costs its emitters and not the level.
   Result<void> read_node(std::span<const PlacedNode> places) {
-    const Json& node = *scene_.json.element("nodes", static_cast<std::size_t>(places[0].node));
-    const GltfNode& plain = scene_.nodes[static_cast<std::size_t>(places[0].node)];
-    const std::string where =
-        "node " + (plain.name.empty() ? std::to_string(places[0].node) : in_quotes(plain.name));
+    const auto n = static_cast<std::size_t>(places[0].node);
+    const Json& node = scene_.json.list("nodes")[n];
+    const GltfNode& plain = scene_.nodes[n];
+    const std::string where = node_in_words(scene_, n);
     const auto emitters = khr_emitters_of(node);
     if (!emitters.ok()) {
       leave_out(where, places[0], emitters.error().message);
@@ -82,9 +84,9 @@ class SoundReader {
     }
     if (emitters->empty()) {
       if (node.find({"extensions", "CLAMOR_emitter"}) != nullptr)
-        out_.warnings.push_back(where +
-                                " has CLAMOR_emitter but no KHR_audio_emitter, so nothing "
-                                "says what it plays; ignored");
+        report_.warnings.push_back(where +
+                                   " has CLAMOR_emitter but no KHR_audio_emitter, so nothing "
+                                   "says what it plays; ignored");
       return {};
     }
     for (const std::size_t index : *emitters) {
@@ -104,11 +106,11 @@ class SoundReader {
         continue;
       }
       if (!used_[index])
-        out_.ignored.insert(out_.ignored.end(), emitter.notes.begin(), emitter.notes.end());
+        report_.ignored.insert(report_.ignored.end(), emitter.notes.begin(), emitter.notes.end());
       used_[index] = true;
       Extra extra;
       const Json* json = scene_.json.find({"extensions", "KHR_audio_emitter"});
-      if (const auto ok = read_extras(*json->element("emitters", index), where, extra); !ok.ok())
+      if (const auto ok = read_extras(json->list("emitters")[index], where, extra); !ok.ok())
         return ok;
       if (const auto ok = read_extras(node, where, extra); !ok.ok()) return ok;
       std::string name = !plain.name.empty()     ? plain.name
@@ -209,11 +211,9 @@ class SoundReader {
       return samples.error();
     }
     if (source.playback_rate != 1 && !is_resampled)
-      out_.ignored.push_back(
+      report_.ignored.push_back(
           fmt::format("playback rate {:g} of source '{}'", source.playback_rate, source.name));
-    if (auto note = downmix.note(name); !note.empty()) out_.ignored.push_back(std::move(note));
-    if (auto warning = downmix.warning(name); !warning.empty())
-      out_.warnings.push_back(std::move(warning));
+    report_downmix(downmix, name, report_);
     return signals_.add(key, name, std::move(*samples), source.loop);
   }
 
@@ -224,10 +224,8 @@ class SoundReader {
       if (!bytes.ok()) return bytes.error().in("sound " + in_quotes(name));
       return decode_audio(*bytes, in_quotes(name), &downmix);
     }
-    const GltfView& view = scene_.views[*audio.view];
-    const FileBytes& buffer = scene_.buffers[static_cast<std::size_t>(view.buffer)];
-    auto samples = decode_audio(std::span(buffer).subspan(view.offset, view.length),
-                                in_quotes(name), &downmix);
+    auto samples =
+        decode_audio(*scene_.bytes_of(scene_.views[*audio.view]), in_quotes(name), &downmix);
     if (samples.ok()) return samples;
     return Error(
         fmt::format("buffer view {} holds no sound (tools that do not know the extension renumber "
@@ -244,7 +242,7 @@ class SoundReader {
 
   void warn_global(std::size_t index, const KhrEmitter& emitter) {
     if (!used_[index])
-      out_.warnings.push_back(
+      report_.warnings.push_back(
           fmt::format("global emitter {} '{}' has no place in the room; ignored "
                       "(make it positional, or use a sidecar)",
                       index, emitter.name));
@@ -254,7 +252,7 @@ class SoundReader {
   void report_rest() {
     for (const auto& [why, lost] : left_out_) {
       const std::string_view cause(why.data(), why.size() - (why.ends_with('.') ? 1 : 0));
-      out_.warnings.push_back(fmt::format(
+      report_.warnings.push_back(fmt::format(
           "the emitter of {}{} left out: {}. Repair the level, or add --emitter "
           "\"name=NAME,signal=FILE,at={:g},{:g},{:g}\"",
           lost.first, lost.others == 0 ? " is" : fmt::format(" and {} more are", lost.others),
@@ -262,22 +260,22 @@ class SoundReader {
     }
     if (!waiting_.empty()) {
       const std::string& name = (*audio_.sources[*waiting_.begin()]).name;
-      out_.ignored.push_back(fmt::format(
+      report_.ignored.push_back(fmt::format(
           "autoplay false of source {}{}: it plays from the start (mute its emitter until the game "
           "wants it: clamor_change_emitter)",
           name.empty() ? std::to_string(*waiting_.begin()) : in_quotes(name),
-          waiting_.size() == 1 ? "" : fmt::format(" and {} more", waiting_.size() - 1)));
+          and_more(waiting_.size() - 1)));
     }
     // Emitters that no node references.
     for (std::size_t i = 0; i < audio_.emitters.size(); ++i) {
       if (used_[i]) continue;
       const Result<KhrEmitter>& emitter = audio_.emitters[i];
       if (!emitter.ok())
-        out_.ignored.push_back(emitter.error().message);
+        report_.ignored.push_back(emitter.error().message);
       else if (emitter->global)
         warn_global(i, *emitter);
       else
-        out_.ignored.push_back(
+        report_.ignored.push_back(
             fmt::format("emitter {} '{}', which stands on no node of the scene", i, emitter->name));
     }
   }
@@ -292,6 +290,7 @@ class SoundReader {
   LevelFolder& folder_;
   SignalTable& signals_;
   std::uint64_t seed_;
+  ImportReport& report_;
   KhrAudioScene audio_;
   std::vector<bool> used_;                   // emitters on a node
   std::set<std::size_t> waiting_;            // sources that the game would start
@@ -310,9 +309,15 @@ double random_start_s(std::uint64_t seed, std::size_t index, double max_s) {
 
 Result<SceneSounds> read_scene_sounds(const GltfScene& scene,
                                       const std::vector<PlacedNode>& placements,
-                                      LevelFolder& folder, SignalTable& signals,
-                                      std::uint64_t seed) {
-  return SoundReader(scene, folder, signals, seed).read(placements);
+                                      LevelFolder& folder, SignalTable& signals, std::uint64_t seed,
+                                      ImportReport& report) {
+  return SoundReader(scene, folder, signals, seed, report).read(placements);
+}
+
+void report_downmix(const Downmix& downmix, const std::string& name, ImportReport& report) {
+  if (auto note = downmix.note(name); !note.empty()) report.ignored.push_back(std::move(note));
+  if (auto warning = downmix.warning(name); !warning.empty())
+    report.warnings.push_back(std::move(warning));
 }
 
 }  // namespace clamor

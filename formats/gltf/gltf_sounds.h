@@ -18,9 +18,11 @@
 #include <vector>
 
 #include "common/result.h"
+#include "formats/audio/audio_file.h"
 #include "formats/files/level_folder.h"
 #include "formats/gltf/gltf_placement.h"
 #include "formats/gltf/gltf_scene.h"
+#include "formats/gltf/import_report.h"
 #include "formats/level/emitter.h"
 #include "formats/level/signal_table.h"
 
@@ -29,13 +31,15 @@ namespace clamor {
 struct SceneSounds {
   std::vector<Emitter> emitters;
   std::vector<int> nodes;  // node of each emitter
-  std::vector<std::string> ignored, warnings;
 };
 
 Result<SceneSounds> read_scene_sounds(const GltfScene& scene,
                                       const std::vector<PlacedNode>& placements,
-                                      LevelFolder& folder, SignalTable& signals,
-                                      std::uint64_t seed);
+                                      LevelFolder& folder, SignalTable& signals, std::uint64_t seed,
+                                      ImportReport& report);
+
+// Reports what averaging the channels of a sound did to it.
+void report_downmix(const Downmix& downmix, const std::string& name, ImportReport& report);
 
 // A start delay in [0, max_s) for emitter `index`, a function of seed and index.
 double random_start_s(std::uint64_t seed, std::size_t index, double max_s);

@@ -26,13 +26,11 @@ bool is_hidden(const Json& node) {
 
 // The material has no opaque point: its factor is 0, and its mode says that this counts.
 bool is_transparent(const Json& material) {
-  const Json* mode = material.find("alphaMode");
-  const Json* alpha = material.find({"pbrMetallicRoughness", "baseColorFactor"});
-  if (mode == nullptr || mode->string() == nullptr || *mode->string() == "OPAQUE" ||
-      alpha == nullptr || alpha->array() == nullptr || alpha->array()->size() != 4)
-    return false;
-  const double* number = (*alpha->array())[3].number();
-  return number != nullptr && *number <= 0;
+  const std::string mode = material.text("alphaMode");
+  const Json* look = material.find("pbrMetallicRoughness");
+  if (mode.empty() || mode == "OPAQUE" || look == nullptr) return false;
+  const auto factor = look->list("baseColorFactor");
+  return factor.size() == 4 && factor[3].number() != nullptr && *factor[3].number() <= 0;
 }
 
 std::string_view mesh_name(const GltfScene& scene, const GltfNode& node) {
@@ -58,7 +56,7 @@ class SurfaceSearch {
 
  private:
   void find_materials() {
-    const Json* materials = scene_.json.find("materials");
+    const auto materials = scene_.json.list("materials");
     for (std::size_t m = 0; m < scene_.materials.size(); ++m) {
       const std::string& name = scene_.materials[m];
       NoSurface& reason = found_.materials[m];
@@ -66,7 +64,7 @@ class SurfaceSearch {
         reason = *keeps ? NoSurface::kNothing : NoSurface::kIgnored;
       else if (is_sky(name))
         reason = NoSurface::kSky;
-      else if (is_transparent((*materials->array())[m]))
+      else if (is_transparent(materials[m]))
         reason = NoSurface::kTransparent;
     }
   }
@@ -74,13 +72,10 @@ class SurfaceSearch {
   void find_names() {
     for (const GltfNode& node : scene_.nodes)
       names_.add(node.name.empty() ? mesh_name(scene_, node) : node.name, node.mesh != kNone);
-    const Json* nodes = scene_.json.find("nodes");
-    for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
-      const Json* ids = (*nodes->array())[n].find({"extensions", "MSFT_lod", "ids"});
-      if (ids == nullptr || ids->array() == nullptr) continue;
-      for (const Json& id : *ids->array())
-        if (id.number() != nullptr) lower_details_.insert(*id.number());
-    }
+    for (const Json& node : scene_.json.list("nodes"))
+      if (const Json* lod = node.find({"extensions", "MSFT_lod"}))
+        for (const Json& id : lod->list("ids"))
+          if (id.number() != nullptr) lower_details_.insert(*id.number());
   }
 
   void walk(ImportReport& report) {
@@ -130,7 +125,7 @@ class SurfaceSearch {
 
   NoSurface by_rules(std::size_t n) const {
     const GltfNode& node = scene_.nodes[n];
-    const Json& json = *scene_.json.element("nodes", n);
+    const Json& json = scene_.json.list("nodes")[n];
     if (is_hidden(json)) return with_hidden_ ? NoSurface::kNothing : NoSurface::kHidden;
     if (lower_details_.contains(static_cast<double>(n))) return NoSurface::kLevelOfDetail;
     if (json.find({"extensions", "MOZ_hubs_components", "nav-mesh"}) != nullptr)

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "formats/gltf/json_members.h"
+#include "formats/gltf/report_words.h"
 
 namespace clamor {
 
@@ -16,46 +16,35 @@ constexpr std::string_view kHubs = "MOZ_hubs_components";
 
 // The list `key` of an object, which is added if it is missing.
 Json::Array& list_of(Json& object, std::string_view key) {
-  Json* list = member(object, key);
-  if (list == nullptr || list->array() == nullptr) {
-    put(*object.object(), key, Json(Json::Array{}));
-    list = &object.object()->back().second;
-  }
-  return *list->array();
+  const Json* list = object.find(key);
+  if (list == nullptr || list->array() == nullptr) object.add(key, Json(Json::Array{}));
+  return *object.member(key)->array();
 }
 
 Json& object_of(Json& object, std::string_view key) {
-  Json* value = member(object, key);
-  if (value == nullptr || value->object() == nullptr) {
-    put(*object.object(), key, Json(Json::Object{}));
-    value = &object.object()->back().second;
-  }
-  return *value;
-}
-
-void copy_degrees(const Json& from, std::string_view key, Json::Object& to) {
-  const Json* value = from.find(key);
-  if (value == nullptr) return;
-  const double* degrees = value->number();
-  put(to, key, degrees == nullptr ? *value : Json(*degrees * std::numbers::pi / 180));
+  const Json* value = object.find(key);
+  if (value == nullptr || value->object() == nullptr) object.add(key, Json(Json::Object{}));
+  return *object.member(key);
 }
 
 Json emitter_of(const Json& audio, const Json& params, std::size_t source) {
-  Json::Object emitter;
-  const Json* type = params.find("audioType");
-  const bool stereo = type != nullptr && type->string() != nullptr && *type->string() == "stereo";
-  put(emitter, "type", Json(std::string(stereo ? "global" : "positional")));
-  copy(audio, "volume", emitter, "gain");
-  copy(params, "gain", emitter, "gain");
-  put(emitter, "sources", Json(Json::Array{Json(static_cast<double>(source))}));
-  Json::Object positional;
-  put(positional, "shapeType", Json(std::string("cone")));
+  Json emitter{Json::Object{}};
+  const bool stereo = params.text("audioType") == "stereo";
+  emitter.add("type", Json(std::string(stereo ? "global" : "positional")));
+  emitter.copy(audio, "volume", "gain");
+  emitter.copy(params, "gain", "gain");
+  emitter.add("sources", Json(Json::Array{Json(static_cast<double>(source))}));
+  Json positional{Json::Object{}};
+  positional.add("shapeType", Json(std::string("cone")));
   for (const char* key : {"distanceModel", "refDistance", "rolloffFactor", "coneOuterGain"})
-    copy(params, key, positional, key);
+    positional.copy(params, key, key);
   for (const char* key : {"coneInnerAngle", "coneOuterAngle"})
-    copy_degrees(params, key, positional);
-  put(emitter, "positional", Json(std::move(positional)));
-  return Json(std::move(emitter));
+    if (const double* degrees = params.number(key))
+      positional.add(key, Json(*degrees * std::numbers::pi / 180));
+    else
+      positional.copy(params, key, key);
+  emitter.add("positional", std::move(positional));
+  return emitter;
 }
 
 // Appends the emitter of a component to the lists of KHR_audio_emitter; returns its index.
@@ -65,14 +54,14 @@ std::size_t add_emitter(const Json& audio, const Json& params, Json& extension) 
     entries.push_back(std::move(entry));
     return entries.size() - 1;
   };
-  Json::Object file, source;
-  copy(audio, "src", file, "uri");
-  put(source, "audio", Json(static_cast<double>(append("audio", Json(std::move(file))))));
-  put(source, "loop", Json(true));  // the default of Hubs
-  copy(audio, "loop", source, "loop");
-  put(source, "autoplay", Json(true));
-  copy(audio, "autoPlay", source, "autoplay");
-  return append("emitters", emitter_of(audio, params, append("sources", Json(std::move(source)))));
+  Json file{Json::Object{}}, source{Json::Object{}};
+  file.copy(audio, "src", "uri");
+  source.add("audio", Json(static_cast<double>(append("audio", std::move(file)))));
+  source.add("loop", Json(true));  // the default of Hubs
+  source.copy(audio, "loop", "loop");
+  source.add("autoplay", Json(true));
+  source.copy(audio, "autoPlay", "autoplay");
+  return append("emitters", emitter_of(audio, params, append("sources", std::move(source))));
 }
 
 // Why a component is not read; empty if it does not concern sound.
@@ -99,72 +88,62 @@ void note_ignored(const Json& user, const std::string& where, Ignored& ignored) 
 
 // Returns whether the node has a sound, which is appended to the root extension `khr`.
 bool rewrite_node(Json& node, Json& khr) {
-  Json* extensions = member(node, "extensions");
-  const Json* components = extensions == nullptr ? nullptr : extensions->find(kHubs);
-  if (components == nullptr || components->object() == nullptr) return false;
-  const Json* visible = components->find("visible");
-  const Json* audio = components->find("audio");
-  const Json* params = components->find("audio-params");
-  Json::Object added;
-  if (visible != nullptr && extensions->find("KHR_node_visibility") == nullptr)
-    put(added, "KHR_node_visibility", *visible);
-  const bool sounds = audio != nullptr && audio->object() != nullptr &&
-                      extensions->find(kKhrAudioEmitter) == nullptr;
-  if (sounds) {
-    const std::size_t index = add_emitter(*audio, params == nullptr ? *audio : *params, khr);
-    Json::Object reference;
-    put(reference, "emitter", Json(static_cast<double>(index)));
-    put(added, kKhrAudioEmitter, Json(std::move(reference)));
-  }
-  for (auto& [name, value] : added) put(*extensions->object(), name, std::move(value));
-  return sounds;
+  Json* extensions = node.member("extensions");
+  const Json* known = extensions == nullptr ? nullptr : extensions->find(kHubs);
+  if (known == nullptr || known->object() == nullptr) return false;
+  const Json components = *known;
+  if (extensions->find("KHR_node_visibility") == nullptr)
+    extensions->copy(components, "visible", "KHR_node_visibility");
+  const Json* audio = components.find("audio");
+  if (audio == nullptr || audio->object() == nullptr ||
+      extensions->find(kKhrAudioEmitter) != nullptr)
+    return false;
+  const Json* params = components.find("audio-params");
+  const std::size_t index = add_emitter(*audio, params == nullptr ? *audio : *params, khr);
+  object_of(*extensions, kKhrAudioEmitter).add("emitter", Json(static_cast<double>(index)));
+  return true;
 }
 
 // Increases the references of a node or scene that point beyond a list of `size` emitters by
 // `added`: they dangle, as where a tool has dropped the list, and must not find what was added.
 void keep_dangling(Json& user, std::size_t size, std::size_t added) {
-  Json* extensions = member(user, "extensions");
-  Json* reference = extensions == nullptr ? nullptr : member(*extensions, kKhrAudioEmitter);
+  Json* extensions = user.member("extensions");
+  Json* reference = extensions == nullptr ? nullptr : extensions->member(kKhrAudioEmitter);
   if (reference == nullptr) return;
   const auto shift = [&](Json& index) {
     if (const double* at = index.number(); at != nullptr && *at >= static_cast<double>(size))
       index = Json(*at + static_cast<double>(added));
   };
-  if (Json* one = member(*reference, "emitter")) shift(*one);
-  if (Json* several = member(*reference, "emitters"); several != nullptr && several->array())
-    for (Json& index : *several->array()) shift(index);
+  if (Json* one = reference->member("emitter")) shift(*one);
+  for (Json& index : reference->list("emitters")) shift(index);
 }
 
 }  // namespace
 
-void rewrite_hubs_components(Json& document, RewrittenAudio& rewritten) {
+void rewrite_hubs_components(Json& document, std::vector<std::string>& rewritten,
+                             ImportReport& report) {
   Ignored ignored;
   const Json* known = document.find({"extensions", kKhrAudioEmitter});
   Json khr = known == nullptr || known->object() == nullptr ? Json(Json::Object{}) : *known;
   const std::size_t size = list_of(khr, "emitters").size();
   std::vector<Json*> others;  // that may refer to the emitters which were there before
-  if (Json* nodes = member(document, "nodes"); nodes != nullptr && nodes->array() != nullptr)
-    for (std::size_t i = 0; i < nodes->array()->size(); ++i) {
-      Json& node = (*nodes->array())[i];
-      if (!rewrite_node(node, khr)) others.push_back(&node);
-      note_ignored(node, fmt::format("node {}", i), ignored);
-    }
-  if (Json* scenes = member(document, "scenes"); scenes != nullptr && scenes->array() != nullptr)
-    for (Json& scene : *scenes->array()) {
-      others.push_back(&scene);
-      note_ignored(scene, "a scene", ignored);
-    }
+  std::size_t i = 0;
+  for (Json& node : document.list("nodes")) {
+    if (!rewrite_node(node, khr)) others.push_back(&node);
+    note_ignored(node, fmt::format("node {}", i++), ignored);
+  }
+  for (Json& scene : document.list("scenes")) {
+    others.push_back(&scene);
+    note_ignored(scene, "a scene", ignored);
+  }
   if (const std::size_t added = list_of(khr, "emitters").size() - size; added > 0) {
     for (Json* user : others) keep_dangling(*user, size, added);
-    rewritten.extensions.emplace_back(kHubs);
-    Json& root = object_of(document, "extensions");
-    object_of(root, kKhrAudioEmitter) = std::move(khr);
+    rewritten.emplace_back(kHubs);
+    object_of(object_of(document, "extensions"), kKhrAudioEmitter) = std::move(khr);
   }
   for (const auto& [component, users] : ignored)
-    rewritten.ignored.push_back(fmt::format(
-        "{} of {}{}: {}", component, users[0],
-        users.size() == 1 ? std::string() : fmt::format(" and {} more", users.size() - 1),
-        reason_to_ignore(component)));
+    report.ignored.push_back(fmt::format("{} of {}{}: {}", component, users[0],
+                                         and_more(users.size() - 1), reason_to_ignore(component)));
 }
 
 }  // namespace clamor

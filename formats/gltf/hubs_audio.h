@@ -12,10 +12,15 @@
 // Hubs-Foundation/hubs-blender-exporter, io_hubs_addon/components/definitions.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "formats/gltf/audio_extensions.h"
 
 namespace clamor {
 
-void rewrite_hubs_components(Json& document, RewrittenAudio& rewritten);
+// Adds the extension to `rewritten` if there were sounds.
+void rewrite_hubs_components(Json& document, std::vector<std::string>& rewritten,
+                             ImportReport& report);
 
 }  // namespace clamor

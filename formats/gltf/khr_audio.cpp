@@ -1,7 +1,6 @@
 #include "formats/gltf/khr_audio.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -14,20 +13,14 @@ namespace clamor {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kMaxEntries = 1e6;
+constexpr std::size_t kMaxEntries = 1'000'001;
 constexpr double kDecibelsPerDoubling = 20 * std::numbers::ln2 / std::numbers::ln10;
 constexpr const char* kExtension = "KHR_audio_emitter";
-
-std::optional<std::size_t> whole(const double* number) {
-  if (number == nullptr || !(*number >= 0 && *number <= kMaxEntries)) return std::nullopt;
-  if (std::floor(*number) != *number) return std::nullopt;
-  return static_cast<std::size_t>(*number);
-}
 
 std::optional<std::size_t> entry(JsonFields& fields, std::string_view key) {
   const Json* value = fields.any(key);
   if (value == nullptr) return std::nullopt;
-  const auto index = whole(value->number());
+  const auto index = index_below(value, kMaxEntries);
   if (!index) fields.fail(in_quotes(key) + " must be a whole number from 0 on");
   return index;
 }
@@ -36,9 +29,12 @@ std::vector<std::size_t> entries(JsonFields& fields, std::string_view key) {
   std::vector<std::size_t> result;
   const Json* list = fields.any(key);
   if (list == nullptr) return result;
-  if (list->array() == nullptr) fields.fail(in_quotes(key) + " must be a list");
-  for (std::size_t i = 0; list->array() != nullptr && i < list->array()->size(); ++i) {
-    const auto index = whole((*list->array())[i].number());
+  if (list->array() == nullptr) {
+    fields.fail(in_quotes(key) + " must be a list");
+    return result;
+  }
+  for (const Json& entry : *list->array()) {
+    const auto index = index_below(&entry, kMaxEntries);
     if (!index) fields.fail(in_quotes(key) + " must be a list of whole numbers from 0 on");
     result.push_back(index.value_or(0));
   }
@@ -137,9 +133,7 @@ Result<KhrAudio> read_audio_entry(const Json& json, std::size_t index, std::size
 template <class T, class Read>
 std::vector<Result<T>> read_list(const Json& extension, const char* key, Read read) {
   std::vector<Result<T>> result;
-  const Json* list = extension.find(key);
-  if (list == nullptr || list->array() == nullptr) return result;
-  for (const Json& item : *list->array()) result.push_back(read(item, result.size()));
+  for (const Json& item : extension.list(key)) result.push_back(read(item, result.size()));
   return result;
 }
 
@@ -149,8 +143,7 @@ KhrAudioScene read_khr_audio(const Json& document) {
   KhrAudioScene scene;
   const Json* extension = document.find({"extensions", kExtension});
   if (extension == nullptr) return scene;
-  const Json* list = document.find("bufferViews");
-  const std::size_t views = list == nullptr || list->array() == nullptr ? 0 : list->array()->size();
+  const std::size_t views = document.list("bufferViews").size();
   scene.audio = read_list<KhrAudio>(*extension, "audio", [&](const Json& json, std::size_t i) {
     return read_audio_entry(json, i, views);
   });

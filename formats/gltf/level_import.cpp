@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -11,20 +12,18 @@
 #include "formats/files/level_folder.h"
 #include "formats/gltf/audio_extensions.h"
 #include "formats/gltf/emitter_props.h"
+#include "formats/gltf/gltf_compression.h"
 #include "formats/gltf/gltf_document.h"
 #include "formats/gltf/gltf_groups.h"
+#include "formats/gltf/gltf_marks.h"
 #include "formats/gltf/gltf_mesh.h"
 #include "formats/gltf/gltf_mesh_report.h"
 #include "formats/gltf/gltf_movable.h"
 #include "formats/gltf/gltf_origin.h"
 #include "formats/gltf/gltf_placement.h"
-#include "formats/gltf/gltf_portals.h"
-#include "formats/gltf/gltf_probes.h"
-#include "formats/gltf/gltf_reader.h"
 #include "formats/gltf/gltf_scenes.h"
 #include "formats/gltf/gltf_sounds.h"
 #include "formats/gltf/gltf_surfaces.h"
-#include "formats/gltf/kept_extensions.h"
 #include "formats/gltf/level_materials.h"
 #include "formats/gltf/report_words.h"
 #include "formats/gltf/sky_shell.h"
@@ -80,10 +79,7 @@ Result<Emitter> realise(const EmitterSpec& spec, bool confined, LevelFolder& fol
   Downmix downmix;
   auto samples = decode_audio(*bytes, spec.signal, &downmix);
   if (!samples.ok()) return samples.error().in("emitter " + in_quotes(emitter.name));
-  if (auto note = downmix.note(spec.signal); !note.empty())
-    report.ignored.push_back(std::move(note));
-  if (auto warning = downmix.warning(spec.signal); !warning.empty())
-    report.warnings.push_back(std::move(warning));
+  report_downmix(downmix, spec.signal, report);
   const std::string name = std::filesystem::path(spec.signal).filename().string();
   emitter.signal = signals.add(key, name, std::move(*samples), loop);
   return emitter;
@@ -175,11 +171,10 @@ void keep_used_signals(Level& level) {
 
 void report_ignored(const Json& document, ImportReport& report) {
   for (const char* list : {"images", "cameras", "animations"}) {
-    const Json* items = document.find(list);
-    if (items == nullptr || items->array() == nullptr || items->array()->empty()) continue;
+    const std::size_t count = document.list(list).size();
     std::string thing(list);
     thing.pop_back();
-    report.ignored.push_back(number_of(items->array()->size(), thing));
+    if (count > 0) report.ignored.push_back(number_of(count, thing));
   }
 }
 
@@ -204,20 +199,13 @@ void hash_value(InputHash& hash, const T& value) {
 
 Result<GltfScene> read_scene(const std::string& path, const ImportOptions& options,
                              LevelFolder& folder, ImportReport& report) {
-  auto document = read_gltf_document(path, folder, options.ignored_extensions);
-  if (!document.ok()) return document.error();
-  for (const std::string& node : restore_kept_extensions(document->json))
-    report.warnings.push_back(fmt::format(
-        "node '{}' has an emitter in extras.gltfExtensions, but the tool that put it there has "
-        "dropped the list of emitters; it is left out: give it in the sidecar or with --emitter",
-        node));
-  const RewrittenAudio audio = rewrite_audio_extensions(document->json);
-  for (const std::string& extension : audio.extensions)
-    report.found.push_back(extension + ", read as KHR_audio_emitter");
-  report.ignored.insert(report.ignored.end(), audio.ignored.begin(), audio.ignored.end());
-  auto scene = read_gltf_scene(std::move(*document), options.scene);
-  if (!scene.ok()) return scene.error().in(path);
-  report_other_scenes(*scene, scene->chosen, report);
+  auto scene = read_gltf_document(path, folder, options.ignored_extensions);
+  if (!scene.ok()) return scene.error();
+  restore_kept_extensions(scene->json, report);
+  rewrite_audio_extensions(scene->json, report);
+  if (const auto ok = choose_scene(*scene, options.scene); !ok.ok()) return ok.error().in(path);
+  if (const auto ok = unpack_geometry(*scene); !ok.ok()) return ok.error().in(path);
+  report_other_scenes(*scene, report);
   return scene;
 }
 
@@ -225,6 +213,7 @@ Result<GltfScene> read_scene(const std::string& path, const ImportOptions& optio
 struct EmitterOrigins {
   const GltfScene& scene;
   const std::vector<PlacedNode>& placements;
+  std::span<const NodeMarks> marks;  // by node
   const Sidecar& sidecar;
   const std::vector<EmitterSpec>& command_line;
 
@@ -240,15 +229,13 @@ struct EmitterOrigins {
 Result<void> import_emitters(const EmitterOrigins& origins, LevelFolder& folder, std::uint64_t seed,
                              EmitterProps& props, ImportedLevel& imported) {
   SignalTable signals;
-  auto sounds = read_scene_sounds(origins.scene, origins.placements, folder, signals, seed);
+  auto sounds =
+      read_scene_sounds(origins.scene, origins.placements, folder, signals, seed, imported.report);
   if (!sounds.ok()) return sounds.error();
   props.add_objects(sounds->emitters, sounds->nodes,
                     [&](const std::string& name) { return origins.changes(name); });
   imported.level.emitters = std::move(sounds->emitters);
   imported.groups = scene_groups(origins.scene, sounds->nodes);
-  ImportReport& report = imported.report;
-  std::move(sounds->ignored.begin(), sounds->ignored.end(), std::back_inserter(report.ignored));
-  std::move(sounds->warnings.begin(), sounds->warnings.end(), std::back_inserter(report.warnings));
   if (auto ok = change_emitters(origins.sidecar.emitter_changes, imported); !ok.ok()) return ok;
   if (const auto ok = merge(origins.sidecar.emitters, true, folder, signals, seed, imported);
       !ok.ok())
@@ -264,7 +251,7 @@ Result<void> import_emitters(const EmitterOrigins& origins, LevelFolder& folder,
 // Probes of the scene come before those of the sidecar.
 Result<void> import_probes(const EmitterOrigins& origins, const std::vector<Vec3>& sidecar_m,
                            ImportedLevel& imported) {
-  auto scene_m = read_scene_probes(origins.scene, origins.placements);
+  auto scene_m = read_scene_probes(origins.scene, origins.marks, origins.placements);
   if (!scene_m.ok()) return scene_m.error();
   std::vector<Vec3>& probes_m = imported.level.probes_m = std::move(*scene_m);
   for (const Vec3& probe_m : sidecar_m) probes_m.push_back(probe_m - imported.level.origin_m);
@@ -274,10 +261,11 @@ Result<void> import_probes(const EmitterOrigins& origins, const std::vector<Vec3
 }
 
 // Portals of the scene come before those of the sidecar. Marks the placements of the former.
-Result<void> import_portals(const GltfScene& scene, std::vector<PlacedNode>& placements,
+Result<void> import_portals(const GltfScene& scene, std::span<const NodeMarks> marks,
+                            std::vector<PlacedNode>& placements,
                             const std::vector<PortalSpec>& of_sidecar,
                             std::vector<PortalSpec>& specs) {
-  auto of_scene = read_scene_portals(scene, placements);
+  auto of_scene = read_scene_portals(scene, marks, placements);
   if (!of_scene.ok()) return of_scene.error();
   specs = std::move(*of_scene);
   for (PortalSpec spec : of_sidecar) {
@@ -391,7 +379,9 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   imported.listeners = sidecar->listeners;
   for (ListenerSpec& listener : imported.listeners) listener.at_m -= level.origin_m;
   std::vector<PortalSpec> portals;
-  if (const auto ok = import_portals(*scene, *placements, sidecar->portals, portals); !ok.ok())
+  if (const auto ok =
+          import_portals(*scene, movable->marks, *placements, sidecar->portals, portals);
+      !ok.ok())
     return ok.error().in(path);
   const SceneSurfaces surfaces =
       find_surfaces(*scene, SurfaceChoice({sidecar->surfaces, {options.ignored, options.kept}}),
@@ -402,7 +392,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   report_mesh(*scene, *mesh, report);
   report_left_out(*scene, *placements, surfaces, report);
   leave_out_sky_shells(*scene, surfaces, *mesh, report);
-  const EmitterOrigins origins{*scene, *placements, *sidecar, command_line};
+  const EmitterOrigins origins{*scene, *placements, movable->marks, *sidecar, command_line};
   EmitterProps props(*scene, surfaces, *mesh);
   if (const auto ok = import_emitters(origins, folder, seed, props, imported); !ok.ok())
     return ok.error().in(path);

@@ -22,10 +22,8 @@ struct Assigned {
 };
 
 bool has_flat_extras(const Json* extras) {
-  if (extras == nullptr || extras->object() == nullptr) return false;
-  return std::any_of(extras->object()->begin(), extras->object()->end(), [](const auto& member) {
-    return member.first == "acoustic_preset" || member.first == "acoustic_absorption";
-  });
+  return extras != nullptr && (extras->find("acoustic_preset") != nullptr ||
+                               extras->find("acoustic_absorption") != nullptr);
 }
 
 // Step 1: the sidecar.
@@ -130,13 +128,13 @@ Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
   measure(level.mesh, measured);
   for (const MovablePart& part : level.movable_parts) measure(part.mesh, measured);
   std::vector<std::uint16_t> renumbered(measured.size(), 0);
-  const Json* materials = scene.json.find("materials");
+  const auto materials = scene.json.list("materials");
   std::size_t defaults = 0;
   for (std::size_t m = 0; m < measured.size(); ++m) {
     if (measured[m].triangles == 0) continue;
     const bool unnamed = m == scene.materials.size() || scene.materials[m].empty();
     const std::string name = unnamed ? kUnnamed : scene.materials[m];
-    const Json* json = m < scene.materials.size() ? &(*materials->array())[m] : nullptr;
+    const Json* json = m < materials.size() ? &materials[m] : nullptr;
     auto written = from_level(json, name, presets);
     if (!written.ok()) return written.error();
     if (auto ruled = from_sidecar(name, sidecar)) {
@@ -152,7 +150,7 @@ Result<void> assign_materials(const GltfScene& scene, const Sidecar& sidecar,
       *written = std::move(*guessed);
     }
     Assigned& assigned = **written;
-    if (const auto holes = material_holes(scene, m, folder))
+    if (const auto holes = json == nullptr ? std::nullopt : material_holes(scene, *json, folder))
       apply_holes(*holes, assigned.acoustics.preset, is_explicit, assigned.acoustics.material,
                   report);
     if (assigned.how == "default") ++defaults;

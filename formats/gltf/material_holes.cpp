@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "formats/gltf/texture_colour.h"
-#include "formats/gltf/texture_image.h"
 
 namespace clamor {
 
@@ -28,27 +27,24 @@ double alpha_factor(const Json& material) {
 
 }  // namespace
 
-std::optional<MaterialHoles> material_holes(const GltfScene& scene, std::size_t material,
+std::optional<MaterialHoles> material_holes(const GltfScene& scene, const Json& material,
                                             LevelFolder& folder) {
-  const Json* const json = scene.json.element("materials", material);
-  const Json* const mode = json == nullptr ? nullptr : json->find("alphaMode");
-  if (mode == nullptr || mode->string() == nullptr || *mode->string() == "OPAQUE")
-    return std::nullopt;
+  const std::string mode = material.text("alphaMode");
+  if (mode.empty() || mode == "OPAQUE") return std::nullopt;
   MaterialHoles holes;
-  holes.is_masked = *mode->string() == "MASK";
-  const double factor = alpha_factor(*json);
-  const Json* const texture = either(*json, "baseColorTexture", "diffuseTexture");
+  holes.is_masked = mode == "MASK";
+  const double factor = alpha_factor(material);
+  const Json* const texture = either(material, "baseColorTexture", "diffuseTexture");
   if (texture == nullptr) {
-    const Json* const cutoff = json->find("alphaCutoff");
-    const double least = cutoff == nullptr || cutoff->number() == nullptr ? 0.5 : *cutoff->number();
+    const double* const cutoff = material.number("alphaCutoff");
     holes.alpha = factor;
-    holes.open_share = factor <= 0 || (holes.is_masked && factor < least) ? 1 : 0;
+    holes.open_share =
+        factor <= 0 || (holes.is_masked && factor < (cutoff == nullptr ? 0.5 : *cutoff)) ? 1 : 0;
     return holes;
   }
   std::optional<TextureMeans> means;
   if (const Json* image = texture_image(scene.json, texture->find("index")))
-    if (const auto bytes = read_image(scene.json, scene.buffers, *image, folder))
-      means = texture_means(*bytes);
+    means = image_means(scene, *image, folder);
   holes.is_read = means.has_value();
   if (!means) return holes;
   holes.alpha = factor * means->alpha;

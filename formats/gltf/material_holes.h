@@ -24,7 +24,7 @@ struct MaterialHoles {
 };
 
 // Nothing for opaque materials. Reads the texture from `folder`.
-std::optional<MaterialHoles> material_holes(const GltfScene& scene, std::size_t material,
+std::optional<MaterialHoles> material_holes(const GltfScene& scene, const Json& material,
                                             LevelFolder& folder);
 
 // Opens a material: what does not hit it is absorbed and transmitted.

@@ -30,8 +30,11 @@ std::string first_names(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t i = 0; i < std::min(names.size(), kShownNames); ++i)
     text += (i > 0 ? ", " : "") + in_quotes(names[i]);
-  if (names.size() > kShownNames) text += fmt::format(" and {} more", names.size() - kShownNames);
-  return text;
+  return text + and_more(names.size() - std::min(names.size(), kShownNames));
+}
+
+std::string and_more(std::size_t count) {
+  return count == 0 ? "" : fmt::format(" and {} more", count);
 }
 
 }  // namespace clamor

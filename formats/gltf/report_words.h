@@ -14,6 +14,9 @@ std::string plural_of(std::string_view thing);
 // "1 mesh", "2 meshes".
 std::string number_of(std::size_t count, std::string_view thing);
 
+// " and 2 more"; empty for none.
+std::string and_more(std::size_t count);
+
 // "'a', 'b', 'c' and 2 more".
 std::string first_names(const std::vector<std::string>& names);
 

@@ -90,21 +90,13 @@ constexpr std::array kPlaces = {Place{"nodes", "which meshes there are, and wher
 constexpr std::array<const char*, 7> kLooks = {"materials", "textures", "images",    "samplers",
                                                "cameras",   "scenes",   "animations"};
 
-bool has_extension(const Json& object, std::string_view name) {
-  return object.find({"extensions", name}) != nullptr;
-}
-
 std::size_t count_users(const Json& document, const char* list, std::string_view extension) {
-  const Json* items = document.find(list);
-  if (items == nullptr || items->array() == nullptr) return 0;
-  std::size_t count = 0;
-  for (const Json& item : *items->array()) {
-    bool uses = has_extension(item, extension);
-    if (const Json* parts = item.find("primitives"); parts != nullptr && parts->array() != nullptr)
-      for (const Json& part : *parts->array()) uses |= has_extension(part, extension);
-    count += uses ? 1 : 0;
-  }
-  return count;
+  const auto uses = [&](const Json& item) {
+    return item.find({"extensions", extension}) != nullptr;
+  };
+  return static_cast<std::size_t>(std::ranges::count_if(document.list(list), [&](const Json& item) {
+    return uses(item) || std::ranges::any_of(item.list("primitives"), uses);
+  }));
 }
 
 // What an extension may change; empty if nothing that is heard.

@@ -69,7 +69,7 @@ void leave_out_sky_shells(const GltfScene& scene, const SceneSurfaces& surfaces,
                           ImportReport& report) {
   std::vector<bool> shining(scene.materials.size() + 1, false);
   for (std::size_t m = 0; m < scene.materials.size(); ++m)
-    shining[m] = shines(*scene.json.element("materials", m));
+    shining[m] = shines(scene.json.list("materials")[m]);
   if (std::ranges::none_of(shining, std::identity{})) return;
 
   std::vector<Shell> shells(mesh.placed.size());

@@ -2,12 +2,54 @@
 
 #include <array>
 #include <string>
+#include <utility>
 
 #include <tiny_gltf.h>
 
 #include "common/maths.h"
 
 namespace clamor {
+
+namespace {
+
+// The item of a list of the document that an index names, or null.
+const Json* item(const Json& document, const char* list, const Json* index) {
+  const auto items = document.list(list);
+  const auto known = index_below(index, items.size());
+  return known ? &items[*known] : nullptr;
+}
+
+// The bytes of an image: a file of the level, a data URI or a buffer view; nothing if that fails.
+std::optional<FileBytes> read_image(const GltfScene& scene, const Json& image,
+                                    LevelFolder& folder) {
+  if (const Json* const uri = image.find("uri"); uri != nullptr && uri->string() != nullptr) {
+    auto bytes = folder.read(*uri->string());
+    return bytes.ok() ? std::optional(std::move(*bytes)) : std::nullopt;
+  }
+  const auto view = index_below(image.find("bufferView"), scene.views.size());
+  const auto bytes = view ? scene.bytes_of(scene.views[*view]) : std::nullopt;
+  return bytes ? std::optional(FileBytes(bytes->begin(), bytes->end())) : std::nullopt;
+}
+
+}  // namespace
+
+const Json* texture_image(const Json& document, const Json* index) {
+  const Json* const texture = item(document, "textures", index);
+  if (texture == nullptr) return nullptr;
+  if (const Json* image = item(document, "images", texture->find("source"))) return image;
+  for (const char* extension :
+       {"KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds"})
+    if (const Json* image =
+            item(document, "images", texture->find({"extensions", extension, "source"})))
+      return image;
+  return nullptr;
+}
+
+std::optional<TextureMeans> image_means(const GltfScene& scene, const Json& image,
+                                        LevelFolder& folder) {
+  const auto bytes = read_image(scene, image, folder);
+  return bytes ? texture_means(*bytes) : std::nullopt;
+}
 
 #ifdef TINYGLTF_NO_STB_IMAGE
 

@@ -29,16 +29,28 @@ constexpr std::array kDroppers = {
     Dropper{"THREE.GLTFExporter", kElsewhere},
     Dropper{"Khronos glTF Blender I/O", "export it with Clamor's add-on for Blender"}};
 
-std::string generator_of(const Json& document) {
-  const Json* generator = document.find({"asset", "generator"});
-  return generator == nullptr || generator->string() == nullptr ? "" : *generator->string();
+bool has_node_names(const Json& document) {
+  return std::ranges::any_of(document.list("nodes"),
+                             [](const Json& node) { return node.find("name") != nullptr; });
 }
 
-bool has_node_names(const Json& document) {
-  const Json* nodes = document.find("nodes");
-  return nodes != nullptr && nodes->array() != nullptr &&
-         std::ranges::any_of(*nodes->array(),
-                             [](const Json& node) { return node.find("name") != nullptr; });
+// Moves the extensions that extras of a material or node hold, and returns whether an emitter has
+// no list.
+bool restore(Json& owner, const Json& lists) {
+  const Json* kept = owner.find({"extras", "gltfExtensions"});
+  if (kept == nullptr || kept->object() == nullptr) return false;
+  const Json::Object moved = *kept->object();
+  if (owner.find("extensions") == nullptr) owner.add("extensions", Json(Json::Object{}));
+  Json* extensions = owner.member("extensions");
+  if (extensions->object() == nullptr) return false;
+  bool is_lost = false;
+  for (const auto& [name, value] : moved) {
+    const bool has_no_list =
+        name.find("_audio") != std::string::npos && lists.find(name) == nullptr;
+    is_lost |= has_no_list;
+    if (!has_no_list && extensions->find(name) == nullptr) extensions->add(name, value);
+  }
+  return is_lost;
 }
 
 // A material whose acoustics nobody chose for the level as it is now.
@@ -67,6 +79,24 @@ void warn_of_palettes(const std::string& generator, ImportReport& report) {
 }
 
 }  // namespace
+
+std::string generator_of(const Json& document) {
+  const Json* asset = document.find("asset");
+  return asset == nullptr ? "" : asset->text("generator");
+}
+
+void restore_kept_extensions(Json& document, ImportReport& report) {
+  const Json* root = document.find("extensions");
+  const Json lists = root == nullptr ? Json() : *root;
+  for (const char* list : {"materials", "nodes"})
+    for (Json& owner : document.list(list))
+      if (restore(owner, lists))
+        report.warnings.push_back(fmt::format(
+            "node '{}' has an emitter in extras.gltfExtensions, but the tool that put it there has "
+            "dropped the list of emitters; it is left out: give it in the sidecar or with "
+            "--emitter",
+            owner.text("name")));
+}
 
 void warn_of_collapsed_materials(const Json& document, ImportReport& report) {
   const std::string generator = generator_of(document);

@@ -13,18 +13,11 @@ namespace {
 
 constexpr double kMaxWhole = 9007199254740992.0;  // 2^53, the limit of exact integers in JSON
 
-std::optional<std::uint64_t> whole_number(JsonFields& fields, const char* key, double low) {
-  const auto value = fields.number(key, low, kMaxWhole);
-  if (!value) return std::nullopt;
-  if (std::floor(*value) != *value) fields.fail(in_quotes(key) + " must be a whole number");
-  return static_cast<std::uint64_t>(*value);
-}
-
 Result<ImportedSettings> read_settings(const Json& json) {
   ImportedSettings settings;
   JsonFields fields(json, "settings");
-  settings.photons = whole_number(fields, "photons", 1);
-  settings.seed = whole_number(fields, "seed", 0);
+  settings.photons = fields.whole_number("photons", 1, kMaxWhole);
+  settings.seed = fields.whole_number("seed", 0, kMaxWhole);
   if (const Json* air = fields.any("air")) {
     JsonFields values(*air, "settings: air");
     Air result;

@@ -101,10 +101,7 @@ const std::vector<Fence> kFences = {
       "formats/bake_file/octree_writer.cpp", "formats/bake_file/signal_*.cpp",
       "formats/level/embree_scene.cpp", "tests/bake/octree/octree_*", "tests/benchmarks/octree_*",
       "tests/benchmarks/synthetic_shards.cpp", "tests/one_tbb_thread.cpp"}},
-    // The reader leaves out images; texture_colour.cpp decodes single ones for displays.
-    {"tinygltf",
-     {"tiny_gltf.h"},
-     {"formats/gltf/gltf_reader.cpp", "formats/gltf/texture_colour.cpp"}},
+    {"tinygltf", {"tiny_gltf.h"}, {"formats/gltf/texture_colour.cpp"}},
     {"Valgrind", {"valgrind/*"}, {"tests/price/*"}},
     {"xxHash",
      {"xxhash.h"},

@@ -11,7 +11,6 @@
 #include "formats/files/level_folder.h"
 #include "formats/gltf/gltf_document.h"
 #include "formats/gltf/texture_colour.h"
-#include "formats/gltf/texture_image.h"
 
 namespace clamor {
 
@@ -72,22 +71,20 @@ std::optional<Vec3f> colour_in(const Json* factor) {
 // Mean colours of the textures of a document, each image decoded once.
 class TextureColours {
  public:
-  TextureColours(const GltfDocument& document, LevelFolder& folder)
-      : document_(document), folder_(folder) {}
+  TextureColours(const GltfScene& scene, LevelFolder& folder) : scene_(scene), folder_(folder) {}
 
   // `index`: of a texture; null: none.
   std::optional<Vec3f> mean(const Json* index) {
-    const Json* const image = texture_image(document_.json, index);
+    const Json* const image = texture_image(scene_.json, index);
     if (image == nullptr) return std::nullopt;
     const auto [known, is_new] = means_.try_emplace(image);
-    if (!is_new) return known->second;
-    if (const auto bytes = read_image(document_.json, document_.buffers, *image, folder_))
-      if (const auto means = texture_means(*bytes)) known->second = means->colour;
+    if (is_new)
+      if (const auto means = image_means(scene_, *image, folder_)) known->second = means->colour;
     return known->second;
   }
 
  private:
-  const GltfDocument& document_;
+  const GltfScene& scene_;
   LevelFolder& folder_;
   std::map<const Json*, std::optional<Vec3f>> means_;  // by image
 };
@@ -97,19 +94,16 @@ class TextureColours {
 std::map<std::string, Vec3f> base_colours(const std::string& level_path) {
   std::map<std::string, Vec3f> colours;
   LevelFolder folder(level_path);
-  const auto document = read_gltf_document(level_path, folder);
-  if (!document.ok()) return colours;
-  TextureColours textures(*document, folder);
-  const Json* const materials = document->json.find("materials");
-  if (materials == nullptr || materials->array() == nullptr) return colours;
-  for (const Json& material : *materials->array()) {
-    const Json* const name = material.find("name");
-    if (name == nullptr || name->string() == nullptr) continue;
+  const auto scene = read_gltf_document(level_path, folder);
+  if (!scene.ok()) return colours;
+  TextureColours textures(*scene, folder);
+  for (const Json& material : scene->json.list("materials")) {
+    const std::string name = material.text("name");
+    if (name.empty()) continue;
     const auto factor = colour_in(material.find({"pbrMetallicRoughness", "baseColorFactor"}));
     const auto texture =
         textures.mean(material.find({"pbrMetallicRoughness", "baseColorTexture", "index"}));
-    if (factor || texture)
-      colours[*name->string()] = factor.value_or(Vec3f(1)) * texture.value_or(Vec3f(1));
+    if (factor || texture) colours[name] = factor.value_or(Vec3f(1)) * texture.value_or(Vec3f(1));
   }
   return colours;
 }

@@ -1,4 +1,4 @@
-#include "formats/gltf/gltf_probes.h"
+#include "formats/gltf/gltf_marks.h"
 
 #include <gmock/gmock.h>
 
