@@ -12,20 +12,6 @@
 // after. And neither failure has a reason to report. So after any failure of mapped bytes they are
 // read again with pread(), which succeeds or reports why not. A file that cannot be mapped is read.
 //
-// Cost for 4 million sources (41 MB, 6107 pages) on two busy cores, best of six times ten runs of
-// `benchmarks --benchmark_filter='first_sound_of|pages_of_file'`:
-//
-//                                           warm, in the page cache     cold, from the disk
-//                                           read         mapped         read         mapped
-//   opening                                 0.05 ms      0.06 ms        1.4 ms       1.1 ms
-//   first sound (60 ms of waiting at most)  75 ms        66 ms          67 ms        66 ms
-//   all pages in order: a second            17 200       16 800         10 800       9 000
-//     processor time of each                18.1 us      18.2 us        29.5 us      30.0 us
-//   in random order: a second               13 000       14 900         7 700        7 300
-//     processor time of each                19.1 us      19.1 us        31.2 us      31.2 us
-//   private memory, shared memory           0, 0 MB      0, 38 MB       0, 0 MB      0, 38 MB
-//   bytes from the disk                     none         none           38 MB        38 MB
-//
 // For a single player mapping is no faster: the copy that it saves (2 %) pays for the second
 // checksum, the guard and page faults. Its gain is that players of one level share the page cache,
 // which the kernel can reclaim.

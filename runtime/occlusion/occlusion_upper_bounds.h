@@ -92,7 +92,6 @@ class OcclusionUpperBounds {
   static std::uint32_t phase_of(std::uint64_t number) {
     return static_cast<std::uint32_t>(number % kPhases);
   }
-  bool retests_all() const { return all_; }
   // Returns whether the keyframe treats a number as unoccluded.
   bool is_retested(std::uint64_t number) const { return all_ || number % phases_ == phase_; }
   std::uint32_t phases() const { return phases_; }

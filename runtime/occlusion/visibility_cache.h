@@ -1,21 +1,5 @@
 // visibility_cache.h: the visibility of each source from where the listener is, within a budget of
-// rays.
-//
-// A visibility estimate costs 10 to 1200 rays, and thousands of sources matter, so precision goes
-// where it is heard. A direct sound is significant if it alone would be a fiftieth of all that is
-// heard, in any band, without occlusion: any other changes the sum by less than 0.1 dB. Reflections
-// change together at a door, and are from a thousandth on. These have estimates of their own.
-// The others share the mean of one or two of their neighbours' (occlusion_grid.h) whose straight
-// line to the listener is free or blocked like their own, which one ray tells; the first of a
-// neighbourhood is estimated. Nothing is shared while the listener is at rest, but for direct
-// sounds in an exact cache, whose edges cost the most: rays that are left give each source its own.
-// A crowd of 16 000 is heard within 0.2 dB of what as many estimates of their own give
-// (tests/physics/crowd_occlusion_test.cpp), at the price of some hundred.
-//
-// Each estimate is valid within a ball around the listener's position whose radius is 1/24 of the
-// source's distance, from 0.1 to 0.4 m, and down to a quarter of that where an edge partly occludes
-// a source that is a large part of the sum. Outside that ball a stale estimate stays in use until
-// the source's turn comes.
+// rays (runtime/README.md, "Visibility and late reflections").
 //
 // There are three levels of precision (VisibilityPrecision):
 //
@@ -27,38 +11,15 @@
 //              sounds, the medium one and all edges near the path (direct_sound.h); for images,
 //              their mirrors and edges (image_path.h)
 //
-// Each keyframe has a budget of rays, twice as many where the whole scene changed at once, as it
-// does behind a door. The budget pays, in this order, for
+// An estimate is valid within a ball around the listener's position; outside of it a stale one
+// stays in use until the source's turn comes. Sources that are no large part of the sum share the
+// mean of their neighbours (occlusion_grid.h). Steps beyond line tests of new sources are in
+// visibility_refresh.cpp, and what movable parts make stale in visibility_parts.cpp.
 //
-//   1. line tests of new sources that may be chosen, by priority, with up to half of the rays,
-//   2. line tests of sources with stale estimates, oldest first, with up to a quarter of the rays,
-//      which corrects all of them within a few keyframes,
-//   3. new estimates for these, by weight times age,
-//   4. fine estimates where there is a medium one, by priority.
-//
-// Steps 2 to 4 (visibility_refresh.cpp) consider a quarter of the sources at a time
-// (occlusion_upper_bounds.h), the next quarter where there is nothing to do, and all sources where
-// the whole scene changed.
-//
-// Where movable parts appeared, moved or vanished, the visibility of sources behind them is stale
-// (visibility_parts.cpp). Sources whose straight line passes near by, and emitters and moving
-// sources whose Fresnel zone does, are renewed in the same keyframe, before all others, and none of
-// them counts as occluded before. Such a keyframe has twice as many rays, and up to eight times as
-// many again for emitters and moving sources. Sources farther from the straight line keep their
-// visibility until their turn comes.
-//
-// For moving sources, sound transmitted straight through walls is added to the visibility. For
-// static ones, the bake stores it as sources on the far side of the wall, and only what movable
-// parts transmit is added.
-//
-// New sources for which no rays are left count as occluded. They are a few keyframes late and
-// quieter than all tested ones.
-//
-// An offline render uses an exact cache, which has no budget. Its sampler requests an estimate
+// An offline render uses an exact cache, which has no budget: its sampler requests an estimate
 // (estimate_now) of every source that may be chosen and has none that is valid at the listener's
-// position.
-//
-// The budget counts rays and not time, so the result does not depend on the machine's load.
+// position. The budget counts rays and not time, so the result does not depend on the machine's
+// load.
 //
 // Threads: the sampler's alone.   Memory: 200 to 280 bytes per source that mattered recently.
 #pragma once
