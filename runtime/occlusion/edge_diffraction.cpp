@@ -13,9 +13,6 @@ namespace {
 using Complex = std::complex<double>;
 using std::numbers::pi;
 
-// Rays pass the edge at this distance in the air, and go on as far, so that a surface that touches
-// the edge blocks them.
-constexpr double kOffset_m = 0.005;
 // Nodes of the integral are evenly spaced in t, z = z_apex + scale sinh(t).
 constexpr double kStep = 0.2, kZoneFraction = 0.5;
 constexpr int kMaxNodes = 400;
@@ -23,31 +20,12 @@ constexpr double kSlowTurn_rad = 0.3;  // of the phase between nodes
 // Points of the edge that rays look at, in steps of t.
 constexpr double kSightStep = 0.8;
 constexpr int kMinSights = 6, kMaxSights = 40, kBisections = 6;
-constexpr double kInset_m = 0.01;       // from the ends of the edge
 constexpr double kMinAngle_rad = 1e-4;  // to the boundary of a shadow
-// An edge that ends at a surface at about a right angle goes on as its image in it.
-constexpr double kMirrorReach_m = 0.02, kMirrorCosine = 0.95;
-// A wedge with more air is a sheet. The sound reflected by a wedge's face is diffracted where the
-// face's plane is this far behind.
-constexpr double kSheet_rad = 6.2, kFade_rad = pi / 18;
-// A wall end is a sheet where it is narrower than the first fraction of the wave, two corners where
-// it is wider than the second.
-constexpr double kNarrow = 0.5, kBroad = 2;
+// The sound reflected by a wedge's face is diffracted where the face's plane is this far behind.
+constexpr double kFade_rad = pi / 18;
 constexpr double kThird = 0.2316;       // of an octave, relative to the frequency in its middle
 constexpr int kPathIterations = 6;      // to find the shortest path over two edges
 constexpr double kMinBetween_m = 1e-4;  // nearer edges are one
-// Nodes of each edge in the double integral across a sheet, and nodes in a wave: with fewer than
-// the first there is no second order, from the second on there is all of it.
-constexpr int kNodesAcross = 6;
-constexpr double kFewNodes = 3, kManyNodes = 6;
-
-// The wave number of a tone, in radians per metre. Tones are a third of an octave apart, around the
-// bands' centres.
-double wave_number(std::size_t tone, double speed_of_sound_mps) {
-  const double octave = (static_cast<double>(tone) - 1) / static_cast<double>(kTonesPerBand);
-  return 2 * pi * 62.5 * std::exp2(octave) / speed_of_sound_mps;
-}
-
 // Weights of the four terms of beta: the two of the direct sound, and those that the first and the
 // second face reflect.
 using Weights = std::array<double, 4>;
@@ -79,12 +57,12 @@ Weights weights_of_reflection(const DiffractingEdge& edge, const Vec3& from_m, c
 }
 
 // The edge between a source and a listener in cylindrical coordinates.
-class Wedge {
+class Wedge : private PointsAroundEdge {
  public:
   // `straight_m` is the distance of the free field that the sound is relative to.
   Wedge(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m, double straight_m,
         const Weights& weights)
-      : points_(edge, from_m, to_m),
+      : PointsAroundEdge(edge, from_m, to_m),
         index_(pi / static_cast<double>(edge.air_rad)),
         straight_m_(straight_m) {
     const double a = edge.angle_in_air_rad(from_m), b = edge.angle_in_air_rad(to_m);
@@ -92,24 +70,22 @@ class Wedge {
               term(pi - a - b, weights[2]), term(pi + a + b, weights[3])};
   }
 
-  bool is_singular() const { return points_.is_singular() || !(straight_m_ > 0); }
-  double apex_m() const { return points_.apex_m(); }
+  using PointsAroundEdge::apex_m, PointsAroundEdge::path_m;
+  bool is_singular() const { return PointsAroundEdge::is_singular() || !(straight_m_ > 0); }
   // Length of the edge around its apex within which the integrand changes little: less near the
   // boundary of a shadow, and less than the shortest wave's first zone.
   double scale_m(double shortest_wave_m) const {
-    const double reach_m = points_.r_from_m * points_.r_to_m / (points_.r_from_m + points_.r_to_m);
+    const double reach_m = r_from_m * r_to_m / (r_from_m + r_to_m);
     return std::min(reach_m * boundary_rad_, kZoneFraction * std::sqrt(shortest_wave_m * reach_m));
   }
 
-  double path_m(double z) const { return points_.path_m(z); }
   double detour_m(double z) const { return path_m(z) - straight_m_; }
 
   // The integrand without its phase, per metre.
   double density(double z) const {
-    const double from_z = z - points_.z_from_m, to_z = z - points_.z_to_m;
-    const double m = std::hypot(points_.r_from_m, from_z), l = std::hypot(points_.r_to_m, to_z);
-    const double cosh_eta =
-        std::max(1.0, (m * l + from_z * to_z) / (points_.r_from_m * points_.r_to_m));
+    const double from_z = z - z_from_m, to_z = z - z_to_m;
+    const double m = std::hypot(r_from_m, from_z), l = std::hypot(r_to_m, to_z);
+    const double cosh_eta = std::max(1.0, (m * l + from_z * to_z) / (r_from_m * r_to_m));
     const double sinh_half = std::sinh(index_ * std::acosh(cosh_eta) / 2);
     double beta = 0;
     for (const Term& term : terms_) {
@@ -136,7 +112,6 @@ class Wedge {
     return {phi, weight};
   }
 
-  PointsAroundEdge points_;
   double index_, straight_m_;
   std::array<Term, 4> terms_{};
   double boundary_rad_ = pi;
@@ -150,11 +125,12 @@ struct Node {
 // The integral along an edge. Between nodes, the density and the phase are taken as linear.
 class EdgeIntegral {
  public:
-  EdgeIntegral(const Wedge& wedge, const EdgeInAir& edge, double speed_of_sound_mps)
-      : wedge_(wedge), edge_(edge), apex_m_(wedge.apex_m()) {
-    for (std::size_t j = 0; j < kTonesPerBand; ++j)
-      wave_numbers_[j] = wave_number(j, speed_of_sound_mps);
-    scale_m_ = wedge.scale_m(2 * pi / wave_number(kTones - 1, speed_of_sound_mps));
+  EdgeIntegral(const Wedge& wedge, const EdgeInAir& edge)
+      : wedge_(wedge),
+        edge_(edge),
+        apex_m_(wedge.apex_m()),
+        scale_m_(wedge.scale_m(2 * pi / edge.wave_number(kTones - 1))) {
+    for (std::size_t j = 0; j < kTonesPerBand; ++j) wave_numbers_[j] = edge.wave_number(j);
   }
 
   double t_of(double z) const { return std::asinh((z - apex_m_) / scale_m_); }
@@ -205,7 +181,7 @@ class EdgeIntegral {
 
   const Wedge& wedge_;
   const EdgeInAir& edge_;
-  double apex_m_, scale_m_ = 1;
+  double apex_m_, scale_m_;
   std::array<double, kTonesPerBand> wave_numbers_{};
   Tones sum_{};
 };
@@ -248,18 +224,23 @@ Sight find_sight(double first, double last, const IsSeen& is_seen) {
   return sight;
 }
 
+// Multiplies the tones of a pressure by factor(tone).
+template <class Factor>
+void scale(Tones& pressure, const Factor& factor) {
+  for (std::size_t i = 0; i < kTones; ++i) pressure[i] *= factor(i);
+}
+
 // The integral over a whole edge, relative to a spherical wave at the end of the shortest path.
-Tones whole_edge(const EdgeInAir& edge, const Vec3& from_m, const Vec3& to_m, double path_m,
-                 double speed_of_sound_mps) {
-  const Wedge wedge(edge.edge(), from_m, to_m, length(to_m - from_m), {1, 1, 1, 1});
+Tones whole_edge(const EdgeInAir& edge, const Vec3& from_m, const Vec3& to_m, double path_m) {
+  const double straight_m = length(to_m - from_m);
+  const Wedge wedge(edge.edge(), from_m, to_m, straight_m, {1, 1, 1, 1});
   if (wedge.is_singular()) return {};
-  EdgeIntegral integral(wedge, edge, speed_of_sound_mps);
+  EdgeIntegral integral(wedge, edge);
   integral.add(integral.t_of(edge.first_m()), integral.t_of(edge.last_m()));
   Tones relative = integral.sum();
-  const double straight_m = length(to_m - from_m);
-  for (std::size_t i = 0; i < kTones; ++i)
-    relative[i] *= std::polar(path_m / straight_m,
-                              -wave_number(i, speed_of_sound_mps) * (path_m - straight_m));
+  scale(relative, [&](std::size_t tone) {
+    return std::polar(path_m / straight_m, -edge.wave_number(tone) * (path_m - straight_m));
+  });
   return relative;
 }
 
@@ -290,10 +271,6 @@ double crossing_m(const EdgeInAir& edge, const Vec3& from_m, const Vec3& to_m) {
   return points.is_singular() ? 0 : std::clamp(points.apex_m(), 0.0, edge.length_m());
 }
 
-Vec3 point_m(const EdgeInAir& edge, double z) {
-  return Vec3(edge.edge().from_m) + z * Vec3(edge.edge().along);
-}
-
 // Returns whether the edge bends sound from one point to the other: both are in the air, or one of
 // them on a face.
 bool bends(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m, const Vec3& on_edge) {
@@ -307,35 +284,17 @@ bool bends(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m, co
 void reflect(const EdgeInAir& edge, const PathEnd& end, double z, EdgeSound& sound) {
   if (!end.is_image()) return;
   const auto path = edge.path_from(end, z);
-  for (std::size_t i = 0; i < kTones; ++i)
-    sound.pressure[i] *=
-        path ? std::sqrt(static_cast<double>(path->reflected[i / kTonesPerBand])) : 0.0;
-}
-
-// cosh(eta) of two points, as seen from a point of the edge.
-double cosh_between(const DiffractingEdge& edge, const Vec3& on_edge_m, const Vec3& from_m,
-                    const Vec3& to_m) {
-  const PointsAroundEdge points(edge, from_m, to_m);
-  const Vec3 along(edge.along);
-  return (length(from_m - on_edge_m) * length(to_m - on_edge_m) +
-          dot(on_edge_m - from_m, along) * dot(on_edge_m - to_m, along)) /
-         std::max(points.r_from_m * points.r_to_m, 1e-12);
-}
-
-// beta of a sheet between a point at this angle and one on the face.
-double beta_on_face(double angle_rad, double cosh_eta) {
-  const double cosh_half = std::sqrt(std::max(cosh_eta + 1, 2.0) / 2);
-  const auto part = [&](double phi) { return std::sin(phi) / (cosh_half - std::cos(phi) + 1e-12); };
-  return 2 * (part((pi + angle_rad) / 2) + part((pi - angle_rad) / 2));
+  scale(sound.pressure, [&](std::size_t tone) {
+    return path ? std::sqrt(static_cast<double>(path->reflected[tone / kTonesPerBand])) : 0.0;
+  });
 }
 
 // To waves for which a corner is that of a sheet, the wedge is `sheet`, unless that is null.
 EdgeSound sound_over(const EdgeInAir& edge, const DiffractingEdge& faces, const Wedge& wedge,
-                     const Wedge* sheet, const PathEnd& from, const PathEnd& to,
-                     double speed_of_sound_mps) {
+                     const Wedge* sheet, const PathEnd& from, const PathEnd& to) {
   EdgeSound sound;
   if (wedge.is_singular()) return sound;
-  EdgeIntegral integral(wedge, edge, speed_of_sound_mps);
+  EdgeIntegral integral(wedge, edge);
   const bool source_is_beside = faces.is_in_air(from.seen_m),
              listener_is_beside = faces.is_in_air(to.seen_m);
   const Sight sight =
@@ -353,14 +312,14 @@ EdgeSound sound_over(const EdgeInAir& edge, const DiffractingEdge& faces, const 
   const double z = integral.z_of(*sight.nearest);
   sound.is_heard = true;
   sound.pressure = integral.sum();
-  for (std::size_t i = 0; i < kTones; ++i) sound.pressure[i] *= edge.share(i, speed_of_sound_mps);
+  scale(sound.pressure, [&](std::size_t tone) { return edge.share(tone); });
   if (sheet != nullptr) {
-    EdgeIntegral to_long_waves(*sheet, edge, speed_of_sound_mps);
+    EdgeIntegral to_long_waves(*sheet, edge);
     for (const auto& [first, last] : sight.parts)
       to_long_waves.add(to_long_waves.t_of(integral.z_of(first)),
                         to_long_waves.t_of(integral.z_of(last)));
     for (std::size_t i = 0; i < kTones; ++i)
-      sound.pressure[i] += (1 - edge.share(i, speed_of_sound_mps)) * to_long_waves.sum()[i];
+      sound.pressure[i] += (1 - edge.share(i)) * to_long_waves.sum()[i];
   }
   reflect(edge, from, z, sound);
   reflect(edge, to, z, sound);
@@ -401,149 +360,37 @@ Bands power_of(const Tones& straight, double straight_m, std::span<const EdgeSou
   return power;
 }
 
-EdgeInAir::EdgeInAir(const OcclusionGeometry& geometry, const DiffractingEdge& edge,
-                     std::uint64_t& rays)
-    : geometry_(geometry),
-      edge_(edge),
-      start_m_(edge.from_m),
-      length_m_(length(Vec3(edge.to_m) - Vec3(edge.from_m))),
-      rays_(rays) {
-  const double half_air = 0.5 * static_cast<double>(edge.air_rad);
-  start_m_ +=
-      kOffset_m * (std::cos(half_air) * Vec3(edge.face) + std::sin(half_air) * Vec3(edge.air));
-  if (edge.is_sheet)
-    aside_m_ = (0.5 * static_cast<double>(edge.width_m) + kOffset_m) * Vec3(edge.air);
-  before_m_ = edge.goes_on_before && is_mirrored(0, -1) ? length_m_ : 0;
-  beyond_m_ = edge.goes_on_beyond && is_mirrored(length_m_, 1) ? length_m_ : 0;
-}
-
-double EdgeInAir::weight(double z) const {
-  const double u = z < 0 ? -z / before_m_ : z > length_m_ ? (z - length_m_) / beyond_m_ : 0;
-  return 0.5 + 0.5 * std::cos(pi * std::min(u, 1.0));
-}
-
-Vec3 EdgeInAir::place_m(double z) const {
-  if (z < 0) z = -z;
-  if (z > length_m_) z = 2 * length_m_ - z;
-  const double inset_m = std::min(kInset_m, 0.1 * length_m_);
-  return start_m_ + std::clamp(z, inset_m, length_m_ - inset_m) * Vec3(edge_.along);
-}
-
-double EdgeInAir::share(std::size_t tone, double speed_of_sound_mps) const {
-  const double waves =
-      static_cast<double>(edge_.width_m) * wave_number(tone, speed_of_sound_mps) / (2 * pi);
-  const double corners =
-      std::clamp(std::log2(waves / kNarrow) / std::log2(kBroad / kNarrow), 0.0, 1.0);
-  return edge_.is_sheet ? 1 - corners : corners;
-}
-
-// Over a sheet, sound passes one corner and then the other.
-std::optional<MirrorPath> EdgeInAir::path_from(const PathEnd& end, double z) const {
-  Vec3 point = place_m(z);
-  if (edge_.is_sheet) point += (dot(end.seen_m - point, aside_m_) < 0 ? -1.0 : 1.0) * aside_m_;
-  return mirror_path(geometry_, point + kOffset_m * normalize(point - end.seen_m), end, rays_);
-}
-
-bool EdgeInAir::is_open(double z) const {
-  if (!edge_.is_sheet) return true;
-  ++rays_;
-  const Vec3 point = place_m(z);
-  return geometry_.is_free(Vec3f(point - aside_m_), Vec3f(point + aside_m_));
-}
-
-// Returns whether a surface crosses the end of the edge, on both sides of a sheet.
-bool EdgeInAir::is_mirrored(double z, double direction) const {
-  const Vec3 reach_m = direction * kMirrorReach_m * Vec3(edge_.along);
-  const Vec3 back_m = -std::min(1.0, 0.2 * length_m_ / kMirrorReach_m) * reach_m;
-  const auto is_crossed = [&](const Vec3& end_m) {
-    ++rays_;
-    const auto surface = geometry_.first_surface(Vec3f(end_m + back_m), Vec3f(end_m + reach_m));
-    return surface && std::abs(dot(Vec3(surface->normal), Vec3(edge_.along))) > kMirrorCosine;
-  };
-  const Vec3 end_m = start_m_ + z * Vec3(edge_.along);
-  return is_crossed(end_m + aside_m_) && (!edge_.is_sheet || is_crossed(end_m - aside_m_));
-}
-
-EdgeSound sound_over_edge(const EdgeInAir& edge, const PathEnd& from, const PathEnd& to,
-                          double speed_of_sound_mps) {
+EdgeSound sound_over_edge(const EdgeInAir& edge, const PathEnd& from, const PathEnd& to) {
   const DiffractingEdge faces =
       edge.edge().is_sheet ? at_blocking_corner(edge.edge(), from.seen_m, to.seen_m) : edge.edge();
   const Wedge wedge(faces, from.seen_m, to.seen_m, length(to.seen_m - from.seen_m),
                     weights_of_direct_sound(faces, from.seen_m, to.seen_m));
-  EdgeSound sound = sound_over(edge, faces, wedge, nullptr, from, to, speed_of_sound_mps);
+  EdgeSound sound = sound_over(edge, faces, wedge, nullptr, from, to);
   if (!sound.is_heard || !faces.is_post) return sound;
   const double share = share_of_direction(faces, to.seen_m - from.seen_m);
-  for (Complex& pressure : sound.pressure) pressure *= share;
+  scale(sound.pressure, [&](std::size_t) { return share; });
   return sound;
 }
 
 // A corner at the end of a thin plate is the border of a sheet to long waves.
 EdgeSound sound_over_border(const EdgeInAir& border, const Vec3& from_m, const Vec3& to_m,
-                            const Vec3& image_m, double speed_of_sound_mps) {
-  const auto wedge_of = [&](const DiffractingEdge& edge) {
-    return Wedge(edge, from_m, to_m, length(to_m - image_m),
-                 weights_of_reflection(edge, from_m, to_m));
-  };
+                            const Vec3& image_m) {
   const DiffractingEdge& edge = border.edge();
+  const auto wedge_of = [&](const DiffractingEdge& faces) {
+    return Wedge(faces, from_m, to_m, length(to_m - image_m),
+                 weights_of_reflection(faces, from_m, to_m));
+  };
   if (weights_of_reflection(edge, from_m, to_m) == Weights{}) return {};
   const Wedge wedge = wedge_of(edge);
-  if (!std::isfinite(edge.width_m))
-    return sound_over(border, edge, wedge, nullptr, from_m, to_m, speed_of_sound_mps);
+  if (!std::isfinite(edge.width_m)) return sound_over(border, edge, wedge, nullptr, from_m, to_m);
   DiffractingEdge sheet = edge;
   sheet.air_rad = static_cast<float>(2 * pi);
   const Wedge as_sheet = wedge_of(sheet);
-  return sound_over(border, edge, wedge, &as_sheet, from_m, to_m, speed_of_sound_mps);
+  return sound_over(border, edge, wedge, &as_sheet, from_m, to_m);
 }
 
-Tones sound_across_sheet(const EdgeInAir& first, const EdgeInAir& second, const Vec3& from_m,
-                         const Vec3& to_m, const Vec3& image_m, double speed_of_sound_mps) {
-  Tones pressure{};
-  const double straight_m = length(to_m - image_m);
-  const double steps_m[] = {first.length_m() / kNodesAcross, second.length_m() / kNodesAcross};
-  const double step_m = std::max(steps_m[0], steps_m[1]);
-  std::array<double, kTones> shares{};
-  for (std::size_t i = 0; i < kTones; ++i) {
-    const auto of_sheet = [&](const EdgeInAir& edge) {
-      return edge.edge().air_rad > static_cast<float>(kSheet_rad)
-                 ? 1
-                 : 1 - edge.share(i, speed_of_sound_mps);
-    };
-    const double nodes = 2 * pi / wave_number(i, speed_of_sound_mps) / step_m;
-    shares[i] = std::clamp((nodes - kFewNodes) / (kManyNodes - kFewNodes), 0.0, 1.0) *
-                of_sheet(first) * of_sheet(second);
-  }
-  if (!(std::ranges::max(shares) > 0)) return pressure;
-  const double a = first.edge().angle_rad(from_m), b = second.edge().angle_rad(to_m);
-  for (int i = 0; i < kNodesAcross; ++i)
-    for (int j = 0; j < kNodesAcross; ++j) {
-      const Vec3 p = point_m(first, (i + 0.5) * steps_m[0]),
-                 q = point_m(second, (j + 0.5) * steps_m[1]);
-      const double before_m = length(p - from_m), between_m = length(q - p),
-                   after_m = length(to_m - q);
-      // The other edge has to be at the face.
-      if (!(dot(q - p, Vec3(first.edge().face)) > 0 && dot(p - q, Vec3(second.edge().face)) > 0))
-        continue;
-      const double cosh_1 = cosh_between(first.edge(), p, from_m, q),
-                   cosh_2 = cosh_between(second.edge(), q, p, to_m);
-      const double beta = beta_on_face(a, cosh_1) * beta_on_face(b, cosh_2) +
-                          beta_on_face(2 * pi - a, cosh_1) * beta_on_face(2 * pi - b, cosh_2);
-      const double density = beta / (128 * pi * pi) * steps_m[0] * steps_m[1] * straight_m /
-                             (before_m * between_m * after_m);
-      const double detour_m = before_m + between_m + after_m - straight_m;
-      for (std::size_t t = 0; t < kTonesPerBand; ++t) {
-        Complex phase = std::polar(1.0, wave_number(t, speed_of_sound_mps) * detour_m);
-        for (std::size_t tone = t; tone < kTones && shares[tone] > 0; tone += kTonesPerBand) {
-          pressure[tone] += shares[tone] * density * phase;
-          phase *= phase;
-        }
-      }
-    }
-  return pressure;
-}
-
-EdgeSound sound_over_edges(const OcclusionGeometry& geometry, const EdgeInAir& first,
-                           const EdgeInAir& second, const PathEnd& from, const PathEnd& to,
-                           double speed_of_sound_mps, std::uint64_t& rays) {
+EdgeSound sound_over_edges(const EdgeInAir& first, const EdgeInAir& second, const PathEnd& from,
+                           const PathEnd& to) {
   const Vec3 &from_m = from.seen_m, &to_m = to.seen_m;
   EdgeSound sound;
   // A sheet stands for corners, and does not go with them.
@@ -552,17 +399,15 @@ EdgeSound sound_over_edges(const OcclusionGeometry& geometry, const EdgeInAir& f
     return sound;
   double z1 = 0.5 * first.length_m(), z2 = 0.5 * second.length_m();
   for (int i = 0; i < kPathIterations; ++i) {
-    z1 = crossing_m(first, from_m, point_m(second, z2));
-    z2 = crossing_m(second, point_m(first, z1), to_m);
+    z1 = crossing_m(first, from_m, second.point_m(z2));
+    z2 = crossing_m(second, first.point_m(z1), to_m);
   }
-  const Vec3 a = point_m(first, z1), b = point_m(second, z2);
+  const Vec3 a = first.point_m(z1), b = second.point_m(z2);
   const double before_m = length(a - from_m), between_m = length(b - a), after_m = length(to_m - b);
   if (!(before_m > 0 && between_m > kMinBetween_m && after_m > 0)) return sound;
   if (!bends(first.edge(), from_m, b, b) || !bends(second.edge(), a, to_m, a)) return sound;
   if (!first.path_from(from, z1) || !second.path_from(to, z2)) return sound;
-  if (!first.is_open(z1) || !second.is_open(z2)) return sound;
-  ++rays;
-  if (!geometry.is_free(Vec3f(first.place_m(z1)), Vec3f(second.place_m(z2)))) return sound;
+  if (!first.is_open(z1) || !second.is_open(z2) || !first.sees(z1, second, z2)) return sound;
 
   const Vec3 onward = (b - a) / between_m;
   const double path_m = before_m + between_m + after_m, straight_m = length(to_m - from_m);
@@ -572,19 +417,17 @@ EdgeSound sound_over_edges(const OcclusionGeometry& geometry, const EdgeInAir& f
     start_m = a;
   else
     target_m = b;
-  const Tones p1 =
-      whole_edge(first, from_m, target_m, before_m + length(target_m - a), speed_of_sound_mps);
-  const Tones p2 =
-      whole_edge(second, start_m, to_m, length(b - start_m) + after_m, speed_of_sound_mps);
+  const Tones p1 = whole_edge(first, from_m, target_m, before_m + length(target_m - a)),
+              p2 = whole_edge(second, start_m, to_m, length(b - start_m) + after_m);
   const bool share_a_face = first.edge().is_on_face(b) && second.edge().is_on_face(a);
   const auto share = [&](std::size_t tone) {
-    const double of_first = first.share(tone, speed_of_sound_mps);
-    return share_a_face ? 0.5 * of_first : of_first * second.share(tone, speed_of_sound_mps);
+    const double of_first = first.share(tone);
+    return share_a_face ? 0.5 * of_first : of_first * second.share(tone);
   };
   for (std::size_t i = 0; i < kTones; ++i)
-    sound.pressure[i] = p1[i] * p2[i] *
-                        std::polar(share(i) * straight_m / path_m,
-                                   wave_number(i, speed_of_sound_mps) * (path_m - straight_m));
+    sound.pressure[i] =
+        p1[i] * p2[i] *
+        std::polar(share(i) * straight_m / path_m, first.wave_number(i) * (path_m - straight_m));
   reflect(first, from, z1, sound);
   reflect(second, to, z2, sound);
   sound.is_heard = true;

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <cstddef>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -13,6 +15,8 @@ namespace clamor {
 
 namespace {
 
+using std::numbers::pi;
+
 // Edges on either side of the mirror, and those searched, which may be behind it.
 constexpr std::size_t kMaxMirrorEdges = 12, kMaxSearched = 24;
 constexpr double kReachInWaves = 1, kMinReach_m = 0.001;
@@ -21,6 +25,10 @@ constexpr double kOnPlaneSine = 0.05;
 constexpr double kGrazing = 0.18;  // tangent of 10 degrees (edge_diffraction.cpp)
 constexpr double kFade_m = 0.3;    // from a border, of sound over other edges
 constexpr double kInto_m = 0.02;   // from a border to a point of its mirror
+// Nodes of each edge in the double integral across a sheet, and nodes in a wave: with fewer than
+// the first there is no second order, from the second on there is all of it.
+constexpr int kNodesAcross = 6;
+constexpr double kFewNodes = 3, kManyNodes = 6;
 
 struct Plane {
   Vec3 middle_m, normal;  // unit, towards the source
@@ -65,6 +73,69 @@ double distance_to_line_m(const Vec3& point_m, const Vec3& a_m, const Vec3& b_m)
   const double at =
       length2_m2 > 0 ? std::clamp(dot(point_m - a_m, along_m) / length2_m2, 0.0, 1.0) : 0;
   return length(point_m - a_m - at * along_m);
+}
+
+// cosh(eta) of two points, as seen from a point of the edge.
+double cosh_between(const DiffractingEdge& edge, const Vec3& on_edge_m, const Vec3& from_m,
+                    const Vec3& to_m) {
+  const PointsAroundEdge points(edge, from_m, to_m);
+  const Vec3 along(edge.along);
+  return (length(from_m - on_edge_m) * length(to_m - on_edge_m) +
+          dot(on_edge_m - from_m, along) * dot(on_edge_m - to_m, along)) /
+         std::max(points.r_from_m * points.r_to_m, 1e-12);
+}
+
+// beta of a sheet between a point at this angle and one on the face.
+double beta_on_face(double angle_rad, double cosh_eta) {
+  const double cosh_half = std::sqrt(std::max(cosh_eta + 1, 2.0) / 2);
+  const auto part = [&](double phi) { return std::sin(phi) / (cosh_half - std::cos(phi) + 1e-12); };
+  return 2 * (part((pi + angle_rad) / 2) + part((pi - angle_rad) / 2));
+}
+
+// Sound that goes along both sides of a sheet from one border to another, relative to the free
+// field of a source's image. It matters where the sheet is no wider than the wave.
+Tones sound_across_sheet(const EdgeInAir& first, const EdgeInAir& second, const Vec3& from_m,
+                         const Vec3& to_m, const Vec3& image_m) {
+  Tones pressure{};
+  const double straight_m = length(to_m - image_m);
+  const double steps_m[] = {first.length_m() / kNodesAcross, second.length_m() / kNodesAcross};
+  const double step_m = std::max(steps_m[0], steps_m[1]);
+  std::array<double, kTones> shares{};
+  for (std::size_t i = 0; i < kTones; ++i) {
+    const auto of_sheet = [&](const EdgeInAir& edge) {
+      return edge.edge().air_rad > static_cast<float>(kSheet_rad) ? 1 : 1 - edge.share(i);
+    };
+    const double nodes = 2 * pi / first.wave_number(i) / step_m;
+    shares[i] = std::clamp((nodes - kFewNodes) / (kManyNodes - kFewNodes), 0.0, 1.0) *
+                of_sheet(first) * of_sheet(second);
+  }
+  if (!(std::ranges::max(shares) > 0)) return pressure;
+  const double a = first.edge().angle_rad(from_m), b = second.edge().angle_rad(to_m);
+  for (int i = 0; i < kNodesAcross; ++i)
+    for (int j = 0; j < kNodesAcross; ++j) {
+      const Vec3 p = first.point_m((i + 0.5) * steps_m[0]),
+                 q = second.point_m((j + 0.5) * steps_m[1]);
+      const double before_m = length(p - from_m), between_m = length(q - p),
+                   after_m = length(to_m - q);
+      // The other edge has to be at the face.
+      if (!(dot(q - p, Vec3(first.edge().face)) > 0 && dot(p - q, Vec3(second.edge().face)) > 0))
+        continue;
+      const double cosh_1 = cosh_between(first.edge(), p, from_m, q),
+                   cosh_2 = cosh_between(second.edge(), q, p, to_m);
+      const double beta = beta_on_face(a, cosh_1) * beta_on_face(b, cosh_2) +
+                          beta_on_face(2 * pi - a, cosh_1) * beta_on_face(2 * pi - b, cosh_2);
+      const double density = beta / (128 * pi * pi) * steps_m[0] * steps_m[1] * straight_m /
+                             (before_m * between_m * after_m);
+      const double detour_m = before_m + between_m + after_m - straight_m;
+      for (std::size_t t = 0; t < kTonesPerBand; ++t) {
+        std::complex<double> phase = std::polar(1.0, first.wave_number(t) * detour_m);
+        for (std::size_t tone = t; tone < kTones && shares[tone] > 0; tone += kTonesPerBand) {
+          pressure[tone] += shares[tone] * density * phase;
+          phase *= phase;
+        }
+      }
+    }
+  return pressure;
 }
 
 class EdgesOfMirror {
@@ -142,17 +213,16 @@ class EdgesOfMirror {
     const Bands reflected = reflected_at(geometry_, plane_, is_in_part_, edge,
                                          Vec3(edge.from_m) + z * Vec3(edge.along), rays_);
     if (reflected == Bands{}) return;
-    Heard one{EdgeInAir(geometry_, edge, rays_), 0, reflected};
-    const EdgeSound sound =
-        sound_over_border(one.border, source_m_, place_m_, image_m_, speed_of_sound_mps_);
+    Heard one{EdgeInAir(geometry_, edge, speed_of_sound_mps_, rays_), 0, reflected};
+    const EdgeSound sound = sound_over_border(one.border, source_m_, place_m_, image_m_);
     if (sound.is_heard) one.share = add(sound, reflected, false);
     borders_.push_back(one);
   }
 
   void add_pair(const Heard& first, const Heard& second) {
     if (!(first.share * second.share > 0)) return;
-    const Tones across = sound_across_sheet(first.border, second.border, source_m_, place_m_,
-                                            image_m_, speed_of_sound_mps_);
+    const Tones across =
+        sound_across_sheet(first.border, second.border, source_m_, place_m_, image_m_);
     for (std::size_t i = 0; i < kTones; ++i)
       made_.across[i] += across[i] * first.share * second.share *
                          std::sqrt(static_cast<double>(first.reflected[i / kTonesPerBand]));

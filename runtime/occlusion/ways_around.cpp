@@ -50,8 +50,9 @@ void WaysAround::add_single_edges() {
   const double lowest_m = kReach * wavelength_m(0, speed_of_sound_mps_);
   for (std::size_t i = 0; i < found_.size(); ++i) {
     if (heard_ && found_[i].detour_m > nearest_heard_m_ + lowest_m) return;
-    const EdgeInAir& edge = edges_.emplace_back(geometry_, found_[i].edge, rays_);
-    EdgeSound sound = sound_over_edge(edge, from_, to_, speed_of_sound_mps_);
+    const EdgeInAir& edge =
+        edges_.emplace_back(geometry_, found_[i].edge, speed_of_sound_mps_, rays_);
+    EdgeSound sound = sound_over_edge(edge, from_, to_);
     if (sound.is_seen_by_source && seen_by_source_.size() < kMaxOfPair)
       seen_by_source_.push_back(i);
     if (sound.is_seen_by_listener && seen_by_listener_.size() < kMaxOfPair)
@@ -65,9 +66,7 @@ void WaysAround::add_single_edges() {
 void WaysAround::add_pairs() {
   for (const std::size_t i : seen_by_source_)
     for (const std::size_t j : seen_by_listener_)
-      if (i != j)
-        add(sound_over_edges(geometry_, edges_[i], edges_[j], from_, to_, speed_of_sound_mps_,
-                             rays_));
+      if (i != j) add(sound_over_edges(edges_[i], edges_[j], from_, to_));
 }
 
 std::optional<BentPath> mean_path(const LineOfSight& line, std::span<const EdgeSound> sounds) {
