@@ -1,9 +1,8 @@
 // fresnel_zone.h: the detour paths of one source and listener, and the rings that they sample (the
 // model is in fresnel_visibility.h).
 //
-// Both estimators build on this file: fresnel_visibility() casts one path at a time, and
-// occlusion_batch.cpp casts packets of neighbouring sources. Paths and rings are the same in both,
-// to the last bit.
+// fresnel_visibility() casts one path at a time, and occlusion_batch.cpp packets of neighbouring
+// sources (zone_estimator.h). Paths and rings are the same in both, to the last bit.
 #pragma once
 
 #include <array>

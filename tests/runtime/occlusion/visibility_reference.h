@@ -6,8 +6,10 @@
 #include <cmath>
 #include <cstdint>
 #include <numbers>
+#include <optional>
 
 #include "runtime/occlusion/fresnel_visibility.h"
+#include "runtime/occlusion/fresnel_zone.h"
 
 namespace clamor::testing {
 
@@ -18,6 +20,27 @@ inline double halton(std::uint32_t base, std::uint32_t i) {
     value += digit * (i % base);
   }
   return value;
+}
+
+// Returns whether the path that is `detour_m` longer than the straight line, on the side given by
+// `azimuth_rad`, is unoccluded. `chance` in [0, 1) decides where the listener is close behind the
+// plane of a wall. Nothing if the path gets lost between surfaces.
+inline std::optional<bool> path_is_free(const OcclusionGeometry& geometry, const LineOfSight& line,
+                                        double detour_m, double azimuth_rad, double chance,
+                                        std::uint64_t& rays) {
+  const PathFrame frame(line);
+  if (!(frame.length_m > 0)) return true;
+  DetourPath path(frame, detour_m, PathAzimuth(azimuth_rad), chance);
+  for (std::size_t i = 1; i <= DetourPath::kSegments; ++i)
+    for (;;) {
+      ++rays;
+      const auto wall = geometry.first_surface(path.points_m[i - 1], path.points_m[i]);
+      if (!wall) break;
+      const PathHit hit = path.hit(*wall, i, line);
+      if (hit == PathHit::kBlocked) return false;
+      if (hit == PathHit::kLost) return std::nullopt;
+    }
+  return true;
 }
 
 // Share of the power that passes. Adds the number of rays to `rays`.
