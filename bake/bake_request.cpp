@@ -58,7 +58,8 @@ std::optional<std::string> BakeRequest::complaint() const {
       (!whole_number(early_order) || *whole_number(early_order) > std::uint64_t{kMaxImageOrder}))
     return "--early-order " + in_quotes(early_order) + " is neither auto nor 0 to " +
            std::to_string(kMaxImageOrder);
-  if (!(kappa >= 0 && kappa <= 1)) return "--kappa must lie between 0 and 1";
+  if (!(roulette_exponent >= 0 && roulette_exponent <= 1))
+    return "--kappa must lie between 0 and 1";
   if (longest_s && !(*longest_s > 0 && *longest_s <= kLongestPath_s))
     return "--longest must lie between 0 and 60 seconds";
   return std::nullopt;
@@ -85,7 +86,7 @@ std::vector<std::string> BakeRequest::words() const {
   if (simplify_m > 0) add("--simplify", fmt::format("{}", simplify_m));
   if (instances != "on") add("--instances", instances);
   if (early_order != "auto") add("--early-order", early_order);
-  if (kappa != BakeSettings{}.roulette_exponent) add("--kappa", fmt::format("{}", kappa));
+  if (roulette_exponent != kRouletteExponent) add("--kappa", fmt::format("{}", roulette_exponent));
   if (longest_s) add("--longest", fmt::format("{}", *longest_s));
   return words;
 }

@@ -24,7 +24,7 @@ struct BakeRequest {
   std::string instances = "on";
   std::string early_order = "auto";  // or 0 to kMaxImageOrder
   double simplify_m = 0;
-  double kappa = BakeSettings{}.roulette_exponent;
+  double roulette_exponent = kRouletteExponent;
   std::optional<double> longest_s;  // see BakeSettings; the plan chooses it if there is none
 
   // The problem with the values, if there is one.

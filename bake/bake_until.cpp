@@ -35,7 +35,7 @@ std::uint64_t two_digits_up(double value) {
   return static_cast<std::uint64_t>(std::ceil(value / step) * step);
 }
 
-// Makes the next round so many times as large, as far as a file allows; false if it holds no more.
+// Scales the next round by `growth`, as far as a file allows; false if it holds no more.
 bool grow(BakeRounds& rounds, double growth, std::string& reason) {
   const std::uint64_t most = kMostSources / rounds.first_sources;
   if (rounds.times == most) {

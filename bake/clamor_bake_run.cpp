@@ -67,7 +67,7 @@ clamor::BakeRequest request_of(const ApplicationLevel& level, const clamor_bake_
   if (options.no_instances != 0) request.instances = "off";
   if (options.has_early_order != 0) request.early_order = std::to_string(options.early_order);
   request.simplify_m = options.simplify_m;
-  if (options.roulette_exponent > 0) request.kappa = options.roulette_exponent;
+  if (options.roulette_exponent > 0) request.roulette_exponent = options.roulette_exponent;
   if (options.longest_path_s > 0) request.longest_s = options.longest_path_s;
   return request;
 }

@@ -142,7 +142,7 @@ BakeOptions LevelBake::bake_options() const {
   options.settings.sources = number_or(request_.sources, 0);
   if (const auto order = whole_number(request_.early_order))
     options.settings.early_order = static_cast<int>(*order);
-  options.settings.roulette_exponent = request_.kappa;
+  options.settings.roulette_exponent = request_.roulette_exponent;
   options.settings.longest_path_s = request_.longest_s.value_or(0);
   options.settings.air = imported_->level.air;
   options.probes_m = probes_.positions_m;

@@ -33,9 +33,10 @@ std::vector<KernelMaterial> kernel_materials(std::span<const Material> materials
     for (std::size_t b = 0; b < kBandCount; ++b) {
       const float reflected = 1 - material.absorption[b];
       const float transmitted = material.transmission[b];
-      table.kept[b] = reflected + transmitted;
-      table.transmitted_of_kept[b] = transmitted > 0 ? transmitted / table.kept[b] : 0;
-      table.reflected_of_kept[b] = 1 - table.transmitted_of_kept[b];
+      table.reflectance_plus_transmittance[b] = reflected + transmitted;
+      table.transmitted_fraction[b] =
+          transmitted > 0 ? transmitted / table.reflectance_plus_transmittance[b] : 0;
+      table.reflected_fraction[b] = 1 - table.transmitted_fraction[b];
       table.transmits |= transmitted > 0;
       table.inverse_exponent[b] = is_mirror(material) ? 0 : 1 / (table.brdf.exponent[b] + 1);
       table.lobes[b] = laws.lobe(m, b);

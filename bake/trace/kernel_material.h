@@ -15,10 +15,10 @@
 namespace clamor {
 
 struct alignas(64) KernelMaterial {
-  Bands kept{};                    // share of the power that is reflected or transmitted
-  Bands reflected_of_kept{};       // reflected share of that,
-  Bands transmitted_of_kept{};     // and transmitted share
-  Bands inverse_exponent{};        // 1 / (p + 1)
+  Bands reflectance_plus_transmittance{};  // share of the power that is reflected or transmitted
+  Bands reflected_fraction{};              // reflected share of that,
+  Bands transmitted_fraction{};            // and transmitted share
+  Bands inverse_exponent{};                // 1 / (p + 1)
   ReflectionTable brdf;            // of reflection and, around the other side, of transmission
   bool same_in_all_bands = false;  // the BRDF
   // A mirror reflects what it does not scatter in exactly the mirror direction. Deposits of what it

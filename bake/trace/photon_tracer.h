@@ -32,6 +32,7 @@
 #include "bake/trace/scene.h"
 #include "bake/trace/trace_kernel.h"
 #include "bake/trace/weight_window.h"
+#include "formats/bake_file/bake_metadata.h"
 
 namespace clamor {
 
@@ -41,7 +42,7 @@ struct Level;
 struct TraceSettings {
   std::uint64_t seed = 1;
   // Survival probability = (power after / before)^exponent, in the loudest band.
-  double roulette_exponent = 0.5;
+  double roulette_exponent = kRouletteExponent;
   double longest_path_s = 10;  // longer paths end and are counted as unfinished
   double fade_s = 0;           // before that, over which the power of paths falls to 0 linearly
   double speed_mps = 343.2;

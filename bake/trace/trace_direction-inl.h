@@ -48,7 +48,7 @@ namespace {
         material.transmits && unit_of(scratch.direction_bits.words[0][k] << 24 |
                                       (scratch.direction_bits.words[1][k] & 255) << 16 |
                                       (scratch.direction_bits.words[2][k] & 255) << 8) <
-                                  material.transmitted_of_kept[drawn];
+                                  material.transmitted_fraction[drawn];
     const Vec3f normal = transmitted ? -hit.normal : hit.normal;
     const Vec3f arrival = rays[scratch.survivor_hit[k]].direction;
     const Vec3f mirror = transmitted ? arrival : arrival + hit.normal * (2 * hit.cos_i);
@@ -194,7 +194,7 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
              lobe;
       }
       if (material.transmits) {
-        const BandVector share = load(material.transmitted_of_kept);
+        const BandVector share = load(material.transmitted_fraction);
         q *= transmitted ? share : 1 - share;
       }
       const float sum = sum_of(q);

@@ -45,7 +45,7 @@ struct alignas(64) KernelPhoton {
 };
 
 struct KernelSettings {
-  float roulette_exponent = 0.5f;
+  float roulette_exponent = 0;
   double max_path_m = 0;
   double fade_m = 0;  // see TraceSettings::fade_s
   std::uint32_t max_bounces = 0xffffffff;

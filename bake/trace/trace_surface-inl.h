@@ -84,7 +84,8 @@ CLAMOR_INLINE float share_ending(const KernelSettings& settings, double from_m, 
     const KernelMaterial& material = materials[hit.material];
     const BandVector power = load(photon.power), weight = load(photon.weight);
     const BandVector through_air = power * exp2_of_bands(air * -hit.distance_m);
-    const BandVector left = through_air * load(material.kept) * (1 - ending);
+    const BandVector left =
+        through_air * load(material.reflectance_plus_transmittance) * (1 - ending);
     const BandVector after = left * weight;
     if (auto* const arrived = runs[photon.run].arrived; arrived != nullptr) {
       const BandVector arriving = through_air * weight * (1 - ending);
@@ -95,7 +96,7 @@ CLAMOR_INLINE float share_ending(const KernelSettings& settings, double from_m, 
     store(after, scratch.left[count]);
     scratch.before[count] = max_of(power * weight);
     scratch.after[count] = max_of(after);
-    scratch.reflected[count] = sum_of(after * load(material.reflected_of_kept));
+    scratch.reflected[count] = sum_of(after * load(material.reflected_fraction));
     scratch.slot[count] = slots[i];
     scratch.hit[count] = static_cast<std::uint32_t>(i);
     scratch.key[0][count] = static_cast<std::uint32_t>(photon.key);
@@ -193,7 +194,7 @@ CLAMOR_INLINE float thinning_factor(const KernelRun& run, const KernelPhoton& ph
     const float times = photon.deposit_times;
     photon.deposit_times = 1;
     const BandVector left = load(scratch.left[j]);
-    BandVector reflected = left * load(material.reflected_of_kept);
+    BandVector reflected = left * load(material.reflected_fraction);
     float reflected_sum = scratch.reflected[j];
     std::uint32_t deposited_as = hit.material;
     if (material.is_mirror && is_of_image(with, photon, hit, with.rays[scratch.hit[j]])) {
@@ -214,7 +215,7 @@ CLAMOR_INLINE float thinning_factor(const KernelRun& run, const KernelPhoton& ph
       write_deposit(with, photon, scratch.hit[j], deposited_as, reflected * scale,
                     scratch.random[j], false);
     if (material.transmits) {
-      const BandVector part = left * load(material.transmitted_of_kept);
+      const BandVector part = left * load(material.transmitted_fraction);
       const RandomBits bits =
           philox(photon.key, {static_cast<std::uint32_t>(photon.number),
                               static_cast<std::uint32_t>(photon.number >> 32), with.bounce,

@@ -12,13 +12,16 @@
 
 namespace clamor {
 
+// By Russian roulette, a photon survives with probability (power after / power before)^exponent.
+inline constexpr double kRouletteExponent = 0.15;
+
 // Settings that determine the bake. There is no clock, thread count or path among them: the same
 // level and settings give the same bytes.
 struct BakeSettings {
   std::uint64_t seed = 1;
   std::uint64_t photons = 0;  // 0: chosen from the number of sources
   std::uint64_t sources = 0;  // maximum number of secondary sources; 0: 200 000 per room
-  double roulette_exponent = 0.15;
+  double roulette_exponent = kRouletteExponent;
   double longest_path_s = 10;  // 0: as the level's decay needs
   // Reflections of early specular paths, 0 to kMaxImageOrder; below 0: chosen by their cost.
   int early_order = -1;

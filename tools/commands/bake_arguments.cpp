@@ -55,7 +55,7 @@ void add_bake_options(Arguments& parser, BakeRequest& request) {
       "reflections by mirrors that are image sources, heard exactly and in phase: 0 to 3, "
       "or auto, which takes 3 for up to 16 emitters and 0 for more than 256");
   parser.option(
-      "--kappa", request.kappa,
+      "--kappa", request.roulette_exponent,
       "exponent of Russian roulette, 0 to 1: a path survives with probability (power after / "
       "power before)^kappa");
   parser.option("--longest", request.longest_s,
