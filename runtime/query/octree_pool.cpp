@@ -48,12 +48,6 @@ void OctreePool::update_representatives() {
   context_.representatives.update([this](const PageEntry& entry) { return loader_.find(entry); });
 }
 
-void OctreePool::ablate(const QuerySwitches& on) {
-  on_ = on;
-  shortlists_.keep(on.shortlists);
-  context_.use_representatives = on.representatives;
-}
-
 bool OctreePool::refresh() {
   stage_ = Stage::kRefreshed;
   const bool changed = loader_.begin_sample();
@@ -76,11 +70,10 @@ void OctreePool::begin(const Listener& listener, double time_s) {
 }
 
 void OctreePool::set_occlusion_bounds(const OcclusionUpperBounds* bounds) {
-  shortlists_.set_occlusion_bounds(on_.occlusion ? bounds : nullptr);
+  shortlists_.set_occlusion_bounds(bounds);
 }
 
 void OctreePool::set_late_boost(float strength) {
-  if (!on_.late_boost) strength = 0;
   if (strength != context_.bounds.late_boost()) fronts_.forget();
   context_.bounds.set_late_boost(strength);
 }
@@ -128,12 +121,10 @@ void OctreePool::request_pages(const Vec3& next_place, double threshold) {
   assert(stage_ == Stage::kQueried && "find_above() comes first");
   stage_ = Stage::kIdle;
   shortlists_.add_threshold(threshold_);
-  if (on_.front) {
-    std::size_t steps = fronts_.prepare({query_.centre, 0, threshold_, query_.until_s}, next_place);
-    for (; steps > 0 && !is_exhausted() && fronts_.grow(); --steps) {
-      spend(WorkBudget::kFrontStep);
-      ++totals_.front_nodes;
-    }
+  std::size_t steps = fronts_.prepare({query_.centre, 0, threshold_, query_.until_s}, next_place);
+  for (; steps > 0 && !is_exhausted() && fronts_.grow(); --steps) {
+    spend(WorkBudget::kFrontStep);
+    ++totals_.front_nodes;
   }
   if (context_.trees.empty()) return;
   find_pages_ahead(next_place, threshold);

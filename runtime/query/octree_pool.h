@@ -10,7 +10,6 @@
 // Of the pages in memory, nothing is left out but by upper bounds, so within its budget a query
 // finds what testing all sources would find. Each cached result knows the region of place,
 // threshold and time that it holds in (validity_region.h).
-// What each part saves: runtime/README.md.
 //
 // The bound of a page that is missing is known from its parent's page, so missing pages are
 // requested in the order of their bounds (page_requests.h).
@@ -36,16 +35,6 @@ namespace clamor {
 PageLoader::Fetch page_fetch(const BakeFile& file, const RadiationModel& radiation,
                              const SignalWeights& weights);
 
-// Parts of the query that can be turned off, to measure what each of them saves. As long as the
-// budget suffices, all but `late_boost` leave the sample as it is.
-struct QuerySwitches {
-  bool front = true;            // NodeFront
-  bool shortlists = true;       // false: lists hold for one keyframe only
-  bool representatives = true;  // InstanceRepresentatives
-  bool occlusion = true;        // OcclusionUpperBounds
-  bool late_boost = true;
-};
-
 class OctreePool final : public SourcePool {
  public:
   // `trees` and `signal_maps` as in BakeFile; the last tree is the level's. `weights` are those of
@@ -54,9 +43,6 @@ class OctreePool final : public SourcePool {
   OctreePool(const RadiationModel& radiation, const SignalWeights& weights,
              std::span<const PageEntry> trees,
              std::span<const std::vector<std::uint32_t>> signal_maps, PageLoader& loader);
-
-  // Before the first query.
-  void ablate(const QuerySwitches& on);
 
   bool refresh() override;
   void begin(const Listener& listener, double time_s) override;
@@ -145,7 +131,6 @@ class OctreePool final : public SourcePool {
   PlacedSources placed_;  // of the last query
   ValidityRegion query_;  // the last one
   double threshold_ = 0;  // of the last query that was completed
-  QuerySwitches on_;
   Totals totals_;
   Stage stage_ = Stage::kIdle;
 };

@@ -114,8 +114,7 @@ void OctreeTraversal::add_instance(const Node& from, const Frame& outer, const I
   inner.error_m = kInstanceErrorPerM * length(region_.centre) / inner.placement.scale;
   const double representative_key = key / placement.power;
   const double threshold = region_.threshold * inner.to_threshold;
-  const InstanceRepresentative* const representative =
-      context_->use_representatives ? context_->representatives.of(instance.tree) : nullptr;
+  const InstanceRepresentative* const representative = context_->representatives.of(instance.tree);
   const double rest_key = representative != nullptr ? representative->rest_key
                                                     : std::max<double>(representative_key, 0);
   const double rest_bound = bound(*inner.tree, inner, rest_key);

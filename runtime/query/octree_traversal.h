@@ -44,7 +44,6 @@ struct QueryContext {
   SignalMaps maps;
   NodeBounds bounds;
   InstanceRepresentatives representatives;
-  bool use_representatives = true;
   std::uint64_t steps_left = 0;  // nodes and instances of this keyframe
   std::uint64_t work = 0;        // since it was last charged (work_budget.h)
 };

@@ -61,7 +61,6 @@ ValidityRegion PageShortlists::region_for(const List& list, const ShortlistPage&
   const double radius_m =
       std::clamp(reach.radius_per_distance * distance_m(page.bounds, page.query.centre),
                  reach.min_radius_m / scale, kMaxListRadius_m / scale);
-  if (!keeps_) return page.query;
   if (kMinListDuration_s * speed_mps >= scale * radius_m)
     return {page.query.centre, 0, kListReach.threshold * page.query.threshold};
   Vec3 ahead = speed_mps > 0 ? now_.velocity_mps / speed_mps : Vec3(0);

@@ -9,8 +9,8 @@
 // A list is made for a share of the lowest recent threshold, and anew outside its ball, after its
 // time, below its threshold, or far above it (kMaxListExcess).
 //
-// Most of the cost is waiting for memory (tests/benchmarks/query_ablation_benchmark.cpp), so what
-// is read for every source lies apart from what is read for few.
+// Most of the cost is waiting for memory, so what is read for every source lies apart from what is
+// read for few.
 //
 // Threads: the sampler's alone.   Memory: 84 bytes per source in a list.
 #pragma once
@@ -82,9 +82,6 @@ class PageShortlists {
   // Marks a list as used and charges its test. Returns the number of its sources.
   std::size_t use(std::uint32_t list);
   void prefetch(std::uint32_t list) const { prefetch_to_read(&lists_[list], sizeof(List)); }
-
-  // False: lists hold for one keyframe only, to measure what keeping them saves.
-  void keep(bool keeps) { keeps_ = keeps; }
 
   // The cost of making and testing lists since the last call (work_budget.h).
   std::uint64_t take_work() { return std::exchange(work_, 0); }
@@ -169,7 +166,6 @@ class PageShortlists {
   Scratch scratch_;
   Now now_;
   ThresholdHistory thresholds_;
-  bool keeps_ = true;
   std::uint32_t generation_ = 0, keyframe_ = 0;
   std::uint64_t work_ = 0;
 };
