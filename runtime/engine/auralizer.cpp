@@ -424,7 +424,7 @@ void Auralizer::set_portals(std::vector<float> openness) {
   state_->pipeline.set_portals(std::move(openness));
 }
 
-void Auralizer::set_focus(const SoundFocus& focus) { state_->focus.set(focus); }
+void Auralizer::set_focus(const SoloSettings& focus) { state_->focus.set(focus); }
 
 std::span<const HeardSource> Auralizer::newest_sample() const { return state_->heard; }
 

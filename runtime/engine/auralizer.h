@@ -43,10 +43,10 @@ struct AuralizerOptions;     // auralizer_options.h
 struct AuralizerStatistics;  // auralizer_statistics.h
 struct Keyframe;
 struct Listener;
-struct HeardSource;  // heard_source.h
-struct PartHandle;   // moving_parts.h
-struct SlotSignal;   // replaceable_signals.h
-struct SoundFocus;   // sound_focus.h
+struct HeardSource;   // heard_source.h
+struct PartHandle;    // moving_parts.h
+struct SlotSignal;    // replaceable_signals.h
+struct SoloSettings;  // solo_settings.h
 
 inline constexpr int kOutputChannels = 2;  // of the default output format
 
@@ -137,7 +137,7 @@ class Auralizer {
 
   // Scales bands, and direct, early and late sound, of all voices that are sampled from now on;
   // those that play fade to it. What is chosen does not change. Sampler thread.
-  void set_focus(const SoundFocus& focus);
+  void set_focus(const SoloSettings& focus);
 
   // The sources that the newest keyframe was made from, by ascending number; empty unless the
   // options keep them. Sampler thread.

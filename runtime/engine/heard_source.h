@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "common/vec.h"
-#include "runtime/engine/sound_focus.h"
+#include "runtime/engine/solo_settings.h"
 
 namespace clamor {
 
@@ -12,7 +12,7 @@ struct HeardSource {
   std::uint64_t number = 0;
   Vec3f position_m{};
   float power = 0;       // at the listener, summed over bands, as it is mixed
-  float visibility = 1;  // share of its power that passes occluders, in the clearest band
+  float power_gain = 1;  // by occlusion, portals and its emitter, in the clearest band
   std::uint32_t emitter = 0;
   SoundPart part = SoundPart::kDirect;
 };

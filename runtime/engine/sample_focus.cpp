@@ -20,7 +20,7 @@ std::span<const SampledSource> SampleFocus::apply(std::span<const SampledSource>
   scaled_.assign(sample.begin(), sample.end());
   for (SampledSource& chosen : scaled_) {
     const float part = focus_.parts[static_cast<std::size_t>(part_of(chosen, listener))];
-    for (std::size_t b = 0; b < kBandCount; ++b) chosen.visibility[b] *= part * focus_.bands[b];
+    for (std::size_t b = 0; b < kBandCount; ++b) chosen.factors.focus[b] = part * focus_.bands[b];
   }
   return scaled_;
 }
@@ -32,12 +32,13 @@ void SampleFocus::describe(std::span<const SampledSource> sample, const Listener
     const Source& source = *chosen.source;
     const Bands intensity = radiation_.intensity(source, listener.position_m);
     const SoundPart part = part_of(chosen, listener);
+    const Bands gain = power_gain(chosen.factors);
     double power = 0;
     for (std::size_t b = 0; b < kBandCount; ++b)
-      power += static_cast<double>(intensity[b] * chosen.visibility[b] * focus_.bands[b]);
+      power += static_cast<double>(intensity[b] * gain[b] * focus_.bands[b]);
     power *= chosen.power_scale * static_cast<double>(focus_.parts[static_cast<std::size_t>(part)]);
     heard.push_back({chosen.number, source.position_m, static_cast<float>(power),
-                     *std::ranges::max_element(chosen.visibility), source.emitter, part});
+                     *std::ranges::max_element(gain), source.emitter, part});
   }
 }
 

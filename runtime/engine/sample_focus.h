@@ -1,4 +1,4 @@
-// sample_focus.h: applies a SoundFocus to samples of sources, and describes them for displays.
+// sample_focus.h: applies a SoloSettings to samples of sources, and describes them for displays.
 //
 // Threads: the sampler's.
 #pragma once
@@ -8,7 +8,7 @@
 
 #include "common/listener.h"
 #include "runtime/engine/heard_source.h"
-#include "runtime/engine/sound_focus.h"
+#include "runtime/engine/solo_settings.h"
 #include "runtime/propagation/radiation_model.h"
 #include "runtime/sampling/sampler.h"
 
@@ -20,15 +20,15 @@ class SampleFocus {
   SampleFocus(const RadiationModel& radiation, const std::vector<Emitter>& emitters)
       : radiation_(radiation), emitters_(emitters) {}
 
-  void set(const SoundFocus& focus) { focus_ = focus; }
+  void set(const SoloSettings& focus) { focus_ = focus; }
 
-  // The sample with its visibilities scaled, valid until the next call; the same one if the focus
-  // is neutral. The keyframe maker fades to visibilities that change.
+  // The sample with its factors of focus, valid until the next call; the same one if the focus is
+  // neutral. The keyframe maker fades to factors that change.
   std::span<const SampledSource> apply(std::span<const SampledSource> sample,
                                        const Listener& listener);
 
   // Replaces `heard` by a description of a sample that apply() has not scaled. Its powers are as
-  // they are mixed, with the focus, its visibilities without.
+  // they are mixed, with the focus, its gains without.
   void describe(std::span<const SampledSource> sample, const Listener& listener,
                 std::vector<HeardSource>& heard) const;
 
@@ -37,7 +37,7 @@ class SampleFocus {
 
   const RadiationModel& radiation_;
   const std::vector<Emitter>& emitters_;
-  SoundFocus focus_;
+  SoloSettings focus_;
   std::vector<SampledSource> scaled_;
 };
 

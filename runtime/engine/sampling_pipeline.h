@@ -65,7 +65,7 @@ class SamplingPipeline {
   // portals.
   void update_parts();
   // Returns whether there is a commit that update_parts() has not taken over.
-  bool has_new_parts() const { return parts_ != nullptr && parts_->has_news(); }
+  bool has_new_parts() const { return parts_ != nullptr && parts_->has_pending_commit(); }
 
   // Scales the power of the sources of each emitter of the level, and of what has passed each of
   // its portals: 0 to 1, or kOpenedByParts. Those beyond the end of a list have their full power,

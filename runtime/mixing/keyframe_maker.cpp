@@ -59,7 +59,7 @@ KeyframeMaker::KeyframeMaker(const RadiationModel& radiation, std::size_t slots,
       directory_(slots),
       slots_(slots),
       voices_(slots),
-      visibility_targets_(slots) {
+      power_gain_targets_(slots) {
   for (std::size_t s = 0; s < slots; ++s) voices_[s].slot = static_cast<std::uint32_t>(s);
 }
 
@@ -106,16 +106,16 @@ void KeyframeMaker::place_all() {
   }
 }
 
-// Moves half of the way to the target visibility.
-void KeyframeMaker::smooth_visibility(std::uint32_t s) {
+// Moves half of the way to the target.
+void KeyframeMaker::smooth_power_gain(std::uint32_t s) {
   constexpr float kNear = 1e-3f;
-  Bands& visibility = table_.radiation.visibility[s];
-  const Bands& target = visibility_targets_[s];
+  Bands& gain = table_.radiation.power_gain[s];
+  const Bands& target = power_gain_targets_[s];
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    const float change = target[b] - visibility[b];
-    visibility[b] = std::abs(change) < kNear ? target[b] : visibility[b] + change / 2;
+    const float change = target[b] - gain[b];
+    gain[b] = std::abs(change) < kNear ? target[b] : gain[b] + change / 2;
   }
-  slots_[s].smooths = visibility != target;
+  slots_[s].smooths = gain != target;
   slots_[s].changed = true;
 }
 
@@ -215,7 +215,7 @@ std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& ke
           std::clamp(slot.fade + (is_chosen(slot) ? 1 : -1), 0, kFadeKeyframes));
     if (slot.moves && !is_chosen(slot) && !slot.frozen) extrapolate(s);
     if (slot.frozen) continue;
-    if (slot.smooths) smooth_visibility(s);
+    if (slot.smooths) smooth_power_gain(s);
     update_scale(s);
     if (!still || slot.changed) made[makes++] = s;
     slot.changed = false;

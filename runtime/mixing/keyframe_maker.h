@@ -11,7 +11,7 @@
 // kOnset_frames once, after silence (auralizer_input.h). The voice switches to the loop where both
 // have the same samples.
 //
-// Occlusion changes in steps, as rays are cast, so a voice's visibility moves half of the way to
+// Occlusion changes in steps, as rays are cast, so a voice's gain moves half of the way to
 // its target at each keyframe. A source's power scale changes with tau, as k changes or the
 // listener walks. Each change of scale follows the curve of a fade over kFadeKeyframes, so that
 // voices that enter, leave and stay keep the total power that the sampler intends. (Exponential
@@ -27,7 +27,7 @@
 // fades out; if it jumps, it is heard as two. A moving source is heard at the position where the
 // sound left it.
 //
-// A voice whose source and listener have not moved, and whose visibility, scale and fade are
+// A voice whose source and listener have not moved, and whose power gain, scale and fade are
 // constant, keeps its values. All others are computed a tile of slots at a time by vector code
 // (voice_kernel.h) from data prepared when they took their slots (voice_table.h). Intensity becomes
 // amplitude there and nowhere else.
@@ -113,7 +113,7 @@ class KeyframeMaker {
     bool frozen = false;   // its path jumped: fades out as it was
     bool changed = false;  // must be recomputed even if the listener stays
     bool moves = false;
-    bool smooths = false;           // visibility is moving to its target
+    bool smooths = false;           // its power gain is moving to its target
     std::uint32_t loop = kNoOnset;  // the loop that follows while the voice plays an onset
   };
   // Which slots are free, and which belong to which source.
@@ -150,7 +150,7 @@ class KeyframeMaker {
   bool keep(std::uint32_t s, const SampledSource& chosen);
   bool follow(std::uint32_t s, const SampledSource& chosen);
   void extrapolate(std::uint32_t s);
-  void smooth_visibility(std::uint32_t s);
+  void smooth_power_gain(std::uint32_t s);
   void update_scale(std::uint32_t s);
   MovingSourcePoint point_of(const SampledSource& chosen) const;
   bool slides_to(std::uint32_t s, const MovingSourcePoint& point, double emission_frames) const;
@@ -168,7 +168,7 @@ class KeyframeMaker {
   SlotDirectory directory_;
   std::vector<Slot> slots_;
   std::vector<Voice> voices_;              // by slot: as in the last keyframe, before fading
-  std::vector<Bands> visibility_targets_;  // by slot
+  std::vector<Bands> power_gain_targets_;  // by slot
   std::uint64_t keyframe_count_ = 0;
   double due_frames_ = 0;  // time of the keyframe being made
 };

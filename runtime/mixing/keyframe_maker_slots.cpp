@@ -75,10 +75,10 @@ bool KeyframeMaker::keep(std::uint32_t s, const SampledSource& chosen) {
   slot.last_chosen = keyframe_count_;
   slot.scale.set_target(static_cast<float>(chosen.power_scale));
   slot.rank = static_cast<float>(chosen.rank);
-  // Without smoothing the current visibility is the target.
-  if ((slot.smooths ? visibility_targets_[s] : table_.radiation.visibility[s]) !=
-      chosen.visibility) {
-    visibility_targets_[s] = chosen.visibility;
+  // Without smoothing the current gain is the target.
+  const Bands gain = power_gain(chosen.factors);
+  if ((slot.smooths ? power_gain_targets_[s] : table_.radiation.power_gain[s]) != gain) {
+    power_gain_targets_[s] = gain;
     slot.smooths = true;
   }
   return true;
@@ -118,7 +118,7 @@ std::uint32_t KeyframeMaker::start(const SampledSource& chosen) {
   table_.put(s, source, chosen.start_s);
   table_.set_velocity(s, chosen.velocity_mps);
   table_.radiation.scale[s] = static_cast<float>(chosen.power_scale);
-  table_.radiation.visibility[s] = visibility_targets_[s] = chosen.visibility;
+  table_.radiation.power_gain[s] = power_gain_targets_[s] = power_gain(chosen.factors);
   slots_[s] = {.number = chosen.number,
                .last_chosen = keyframe_count_,
                .scale = {.target = static_cast<float>(chosen.power_scale)},

@@ -228,7 +228,7 @@ HWY_INLINE void make_gains(const Ears& ears, const VoiceRadiation& radiation, st
     const auto air =
         air_transmittance_of(d, row(radiation.air_log2_loss_per_m), ears.each(at.away_m));
     intensity = hn::Mul(hn::Mul(intensity, ears.each(at.outer)),
-                        hn::Mul(air, row(radiation.visibility[slot])));
+                        hn::Mul(air, row(radiation.power_gain[slot])));
     // The square root from the bake's power to the mixer's amplitude.
     hn::StoreU(hn::Mul(hn::Sqrt(intensity), hn::Set(d, radiation.sign[slot])), d, gain + b);
   }

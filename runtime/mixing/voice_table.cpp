@@ -21,7 +21,7 @@ VoiceTable::VoiceTable(const RadiationModel& radiation_model, std::size_t slots)
   geometry.frames_per_m = kSampleRate_hz / radiation_model.speed_of_sound_mps();
 
   resize(radiation.kind, radiation.power, radiation.compensation, radiation.inverse_cos_i,
-         radiation.exponent, radiation.law, radiation.sign, radiation.scale, radiation.visibility);
+         radiation.exponent, radiation.law, radiation.sign, radiation.scale, radiation.power_gain);
   radiation.air_log2_loss_per_m = radiation_model.air_log2_loss_per_m();
 
   resize_each(arrivals.delay_frames, arrivals.last_delay_frames, arrivals.distance_m,

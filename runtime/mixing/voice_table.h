@@ -45,9 +45,9 @@ struct VoiceRadiation {
   std::vector<const float*> exponent;       // kBandCount, if the kind has any
   std::vector<const ReflectionTable*> law;  // of a reflection
   VoiceColumn sign;
-  VoiceColumn scale;  // of power
-  std::vector<Bands> visibility;
-  Bands air_log2_loss_per_m{};  // powers of 1/2
+  VoiceColumn scale;              // of power
+  std::vector<Bands> power_gain;  // the product of the gain factors, smoothed over keyframes
+  Bands air_log2_loss_per_m{};    // powers of 1/2
 };
 
 // Sound at the listener, by receiver. Written by place_voices().

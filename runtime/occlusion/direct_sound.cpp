@@ -29,9 +29,9 @@ DirectSound direct_sound(const OcclusionGeometry& geometry, const LineOfSight& l
   const Vec3 from_m(line.from_m), to_m(line.to_m);
   std::vector<EdgeBetween> found;
   geometry.find_edges(from_m, to_m, kMaxEdges, kLongestDetour_m, found);
-  const WaysAround ways(geometry, from_m, to_m, line.speed_of_sound_mps, std::move(found), true,
-                        rays);
-  for (const EdgeSound& sound : ways.sounds())
+  const DiffractionPaths paths(geometry, from_m, to_m, line.speed_of_sound_mps, std::move(found),
+                               true, rays);
+  for (const EdgeSound& sound : paths.sounds())
     for (std::size_t i = 0; i < kTones; ++i) pressure[i] += sound.pressure[i];
   Bands power = power_of(pressure);
   if (line_is_free) {
@@ -42,13 +42,13 @@ DirectSound direct_sound(const OcclusionGeometry& geometry, const LineOfSight& l
   }
   double clutter = 0;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    const float share = ways.clutter(b);
+    const float share = paths.clutter(b);
     const float least = line_is_free ? 0 : kLeastOfZone * zone[b];
     direct.visibility[b] = (1 - share) * std::max(power[b], least) + share * zone[b];
     clutter += static_cast<double>(share) / kBandCount;
   }
-  direct.is_over_edges = !ways.sounds().empty();
-  if (!line_is_free) direct.bent = mean_path(line, ways.sounds());
+  direct.is_over_edges = !paths.sounds().empty();
+  if (!line_is_free) direct.bent = mean_path(line, paths.sounds());
   if (direct.bent) direct.bent = blend(line, *direct.bent, 1 - clutter);
   return direct;
 }

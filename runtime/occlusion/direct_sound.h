@@ -18,9 +18,9 @@
 
 #include "common/bands.h"
 #include "common/vec.h"
+#include "runtime/occlusion/diffraction_paths.h"
 #include "runtime/occlusion/fresnel_visibility.h"
 #include "runtime/occlusion/occlusion_geometry.h"
-#include "runtime/occlusion/ways_around.h"
 
 namespace clamor {
 

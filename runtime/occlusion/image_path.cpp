@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "runtime/occlusion/diffraction_paths.h"
 #include "runtime/occlusion/mirror_edges.h"
 #include "runtime/occlusion/mirror_path.h"
-#include "runtime/occlusion/ways_around.h"
 
 namespace clamor {
 

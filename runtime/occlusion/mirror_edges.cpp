@@ -8,8 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "runtime/occlusion/diffraction_paths.h"
 #include "runtime/occlusion/fresnel_visibility.h"
-#include "runtime/occlusion/ways_around.h"
 
 namespace clamor {
 
@@ -244,9 +244,9 @@ class EdgesOfMirror {
       one.edge.goes_on_before = !is_on_plane(Vec3(one.edge.from_m));
       one.edge.goes_on_beyond = !is_on_plane(Vec3(one.edge.to_m));
     }
-    const WaysAround ways(geometry_, from, to, speed_of_sound_mps_, std::move(found), is_hidden_,
-                          rays_);
-    for (EdgeSound sound : ways.sounds()) {
+    const DiffractionPaths paths(geometry_, from, to, speed_of_sound_mps_, std::move(found),
+                                 is_hidden_, rays_);
+    for (EdgeSound sound : paths.sounds()) {
       const Vec3 mirrored_at_m =
           is_before ? crossing_m(sound.last_m, to.seen_m) : crossing_m(sound.first_m, from.seen_m);
       const double inside = share_inside(mirrored_at_m);
@@ -287,7 +287,7 @@ class EdgesOfMirror {
       sound.pressure[i] *= share * std::sqrt(static_cast<double>(reflected[i / kTonesPerBand]));
     const double distance_m = distance_to_line_m(sound.first_m, image_m_, place_m_);
     made_.nearness =
-        std::max(made_.nearness, share * std::clamp(2 - distance_m / kNear_m, 0.0, 1.0));
+        std::max(made_.nearness, share * std::clamp(2 - distance_m / kBlendRadius_m, 0.0, 1.0));
     made_.sounds.push_back(sound);
     return share;
   }

@@ -37,12 +37,12 @@ struct MirrorEdges {
   // mirror are mirrored.
   std::vector<EdgeSound> sounds;
   Tones across{};  // second order across sheets that are mirrors, without a place
-  // From 0 to 1 where the straight path passes within 2 kNear_m of an edge that is heard.
+  // From 0 to 1 where the straight path passes within 2 kBlendRadius_m of an edge that is heard.
   double nearness = 0;
 };
 
-// Edges within this distance of a path decide alone where it ends; from twice that on, they do not.
-inline constexpr double kNear_m = 0.15;
+// Blend radius: within it, edges alone decide where a path ends; from twice that on, the path does.
+inline constexpr double kBlendRadius_m = 0.15;
 
 // The sound over edges from an image in one mirror to `place_m`, relative to the image's free
 // field. `is_hidden` says whether the straight path is blocked. Adds the rays cast to `rays`.

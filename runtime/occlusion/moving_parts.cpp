@@ -103,7 +103,8 @@ void MovingParts::commit() {
 }
 
 const MovingParts::Snapshot& MovingParts::latest() noexcept {
-  if (has_news()) reading_ = middle_.exchange(reading_, std::memory_order_acq_rel) & kCopy;
+  if (has_pending_commit())
+    reading_ = middle_.exchange(reading_, std::memory_order_acq_rel) & kCopy;
   return copies_[reading_];
 }
 

@@ -64,7 +64,9 @@ class MovingParts {
   };
 
   // Returns whether there is a commit that latest() has not returned yet.
-  bool has_news() const noexcept { return (middle_.load(std::memory_order_relaxed) & kFresh) != 0; }
+  bool has_pending_commit() const noexcept {
+    return (middle_.load(std::memory_order_relaxed) & kFresh) != 0;
+  }
   // The newest commit; valid until the next call.
   const Snapshot& latest() noexcept;
 

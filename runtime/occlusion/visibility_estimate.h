@@ -12,9 +12,9 @@
 
 #include "common/bands.h"
 #include "formats/bake_file/source.h"
+#include "runtime/occlusion/diffraction_paths.h"
 #include "runtime/occlusion/fresnel_visibility.h"
 #include "runtime/occlusion/occlusion_geometry.h"
-#include "runtime/occlusion/ways_around.h"
 
 namespace clamor {
 

@@ -16,7 +16,7 @@
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/heard_source.h"
-#include "runtime/engine/sound_focus.h"
+#include "runtime/engine/solo_settings.h"
 #include "runtime/occlusion/moving_parts.h"
 #include "runtime/output/loudness_meter.h"
 #include "runtime/output/supervised_output.h"
@@ -175,7 +175,7 @@ struct Player::State {
       {
         const std::lock_guard lock(auralizers.exchange);
         const Listener& listener = listeners.latest();
-        const SoundFocus& focus = focuses.latest();
+        const SoloSettings& focus = focuses.latest();
         for (const Playing* const playing : {&auralizers.current, &auralizers.outgoing})
           if (playing->auralizer != nullptr) playing->auralizer->set_focus(focus);
         was_busy = make_wanted_keyframe(auralizers.current, listener);
@@ -215,9 +215,9 @@ struct Player::State {
   LoudnessReading loudness;                    // updated by the sampler, because it allocates
   AudioCallback callback;
   LatestValue<Listener> listeners;
-  LatestValue<SoundFocus> focuses;
-  Listener moved_to;  // the last one, for the caller's thread
-  SoundFocus focus;   // likewise
+  LatestValue<SoloSettings> focuses;
+  Listener moved_to;   // the last one, for the caller's thread
+  SoloSettings focus;  // likewise
   ThreadCpuMeter shares;
   std::atomic<bool> stopping{false};
   std::jthread sampler;
@@ -352,7 +352,7 @@ Result<void> Player::replace(std::shared_ptr<const BakeFile> file,
   return {};
 }
 
-void Player::set_focus(const SoundFocus& focus) {
+void Player::set_focus(const SoloSettings& focus) {
   state_->focus = focus;
   state_->focuses.publish(focus);
 }

@@ -26,8 +26,8 @@ class MovingParts;
 class MovingSources;
 struct AuralizerInput;
 struct AuralizerOptions;
-struct HeardSource;  // runtime/engine/heard_source.h
-struct SoundFocus;   // runtime/engine/sound_focus.h
+struct HeardSource;   // runtime/engine/heard_source.h
+struct SoloSettings;  // runtime/engine/solo_settings.h
 struct Listener;
 struct PartHandle;        // runtime/occlusion/moving_parts.h
 struct PlayerOptions;     // player_options.h
@@ -86,7 +86,7 @@ class Player {
 
   // Listens to a part of the sound (Auralizer::set_focus()), also after replace(). For the thread
   // that calls move().
-  void set_focus(const SoundFocus& focus);
+  void set_focus(const SoloSettings& focus);
 
   // Replaces `heard` by what the newest keyframe was made from (Auralizer::newest_sample());
   // nothing unless the options keep samples. Any thread; waits for a keyframe in progress.

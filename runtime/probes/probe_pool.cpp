@@ -15,8 +15,8 @@ namespace {
 
 constexpr float kFactorSlack = 1.00001f;  // for the rounding of factors
 constexpr std::uint32_t kSeedOfCopies = 0x70726f62;
-// About so many copies of a crowd hold each source of their tree.
-constexpr double kCrowd = 8;
+// Target number of copies per source of a tree, after thinning.
+constexpr double kCopiesPerSource = 8;
 // A copy holds at least so many sources of its tree's top page, or nearly.
 constexpr double kLeastTopSources = 4;
 constexpr double kLongestPath_m = 1000;  // from a surface to the listener, for signals' windows
@@ -44,7 +44,7 @@ std::uint32_t crowd_level(double loudness, double all_loudness, std::size_t copi
                           std::size_t top_sources) {
   const double others = std::min(static_cast<double>(copies), all_loudness / loudness);
   const double excess =
-      std::min(others / kCrowd, static_cast<double>(top_sources) / kLeastTopSources);
+      std::min(others / kCopiesPerSource, static_cast<double>(top_sources) / kLeastTopSources);
   return excess < 2 ? 0 : static_cast<std::uint32_t>(std::ilogb(excess));
 }
 

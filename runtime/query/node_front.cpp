@@ -33,8 +33,8 @@ void NodeFront::clear() {
 bool NodeFront::grow(PageLoader& loader, PageShortlists& lists) {
   OctreeTraversal::Node at;
   if (!traversal_.next(at)) return false;
-  PageLoader::Place* const place = loader.place_of(*at.entry);
-  const ResidentPage* const page = place != nullptr ? place->resident() : nullptr;
+  PageLoader::CacheEntry* const cached = loader.find_entry(*at.entry);
+  const ResidentPage* const page = cached != nullptr ? cached->resident() : nullptr;
   if (page == nullptr) {
     ++missing_;
     nodes_.push_back({at, nullptr, nullptr, nullptr, 0});
@@ -42,7 +42,7 @@ bool NodeFront::grow(PageLoader& loader, PageShortlists& lists) {
     return true;
   }
   if (at.entry->source_count > 0) {
-    nodes_.push_back({at, page, place, page->sources.data(), lists.list_of(at.first)});
+    nodes_.push_back({at, page, cached, page->sources.data(), lists.list_of(at.first)});
     results_.emplace_back();
   }
   if (at.entry->sources_below > at.entry->source_count) traversal_.expand(at, *page);

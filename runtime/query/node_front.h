@@ -25,13 +25,14 @@ namespace clamor {
 class NodeFront {
  public:
   struct Node {
-    OctreeTraversal::Node at;            // `bound` holds in the whole region
-    const ResidentPage* page = nullptr;  // null: it is missing
-    PageLoader::Place* place = nullptr;  // of the page in the loader
-    const Source* sources = nullptr;     // of the page
-    std::uint32_t list = 0;              // in the shortlists
+    OctreeTraversal::Node at;                  // `bound` holds in the whole region
+    const ResidentPage* page = nullptr;        // null: it is missing
+    PageLoader::CacheEntry* cached = nullptr;  // the page in the loader
+    const Source* sources = nullptr;           // of the page
+    std::uint32_t list = 0;                    // in the shortlists
   };
-  // Where no source of a node reaches the threshold, or where its shortlist holds those that do.
+  // The region in which the result stays valid: no source of the node reaches the threshold there,
+  // or its shortlist holds those that do.
   struct Result {
     ValidityRegion region;
     bool is_empty = true;

@@ -95,7 +95,7 @@ bool OctreePool::find_in_front(std::size_t max_count, std::vector<FoundSource>& 
   }
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     if (results[n].is_empty) continue;
-    loader_.use(*nodes[n].place, nodes[n].at.bound);
+    loader_.use(*nodes[n].cached, nodes[n].at.bound);
     add_pending({nodes[n].at, nodes[n].sources, nodes[n].list, query_.threshold, false}, found);
     if (found.size() > max_count || is_exhausted()) return false;
   }
@@ -210,7 +210,7 @@ const Source* OctreePool::PlacedSources::add(const Source& stored, const Placeme
   return &source;
 }
 
-// Of a forged file, an emitter may not exist.
+// A forged file may name an emitter that is missing.
 bool OctreePool::has_emitter(const Source& stored, const Placement& placement) const {
   return std::uint64_t{stored.emitter} + placement.emitters < context_.radiation.emitter_count();
 }

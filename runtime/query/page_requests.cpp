@@ -19,21 +19,21 @@ void PageRequests::add_ahead(const PageEntry& entry, double bound) {
 }
 
 void PageRequests::send(double threshold) {
-  std::vector<WantedPage> wanted;
-  for (const WantedPage& one : missing_)
+  std::vector<PageRequest> wanted;
+  for (const PageRequest& one : missing_)
     if (one.bound >= threshold && one.bound > 0) wanted.push_back(one);
   lacked_any_ = !wanted.empty();
-  for (const WantedPage& one : ahead_)
+  for (const PageRequest& one : ahead_)
     if (!loader_.is_here(one.entry)) wanted.push_back(one);
-  const auto is_more_urgent = [](const WantedPage& a, const WantedPage& b) {
+  const auto is_more_urgent = [](const PageRequest& a, const PageRequest& b) {
     return a.needed != b.needed ? a.needed : a.bound > b.bound;
   };
   // Instances of one tree want the same pages.
-  std::sort(wanted.begin(), wanted.end(), [&](const WantedPage& a, const WantedPage& b) {
+  std::sort(wanted.begin(), wanted.end(), [&](const PageRequest& a, const PageRequest& b) {
     return a.entry.page.offset != b.entry.page.offset ? a.entry.page.offset < b.entry.page.offset
                                                       : is_more_urgent(a, b);
   });
-  const auto is_same = [](const WantedPage& a, const WantedPage& b) {
+  const auto is_same = [](const PageRequest& a, const PageRequest& b) {
     return a.entry.page.offset == b.entry.page.offset;
   };
   wanted.erase(std::unique(wanted.begin(), wanted.end(), is_same), wanted.end());
@@ -42,7 +42,7 @@ void PageRequests::send(double threshold) {
                      is_more_urgent);
     wanted.resize(query::kMaxRequests);
   }
-  loader_.ask(std::move(wanted));
+  loader_.request(std::move(wanted));
 }
 
 }  // namespace clamor

@@ -36,7 +36,7 @@ class PageRequests {
 
  private:
   PageLoader& loader_;
-  std::vector<WantedPage> missing_, ahead_;
+  std::vector<PageRequest> missing_, ahead_;
   double max_missing_ = -1;
   std::uint32_t look_aheads_ = 0;
   bool lacked_any_ = false;  // at the last send()

@@ -38,9 +38,8 @@ void bend(SampledSource& sampled, const BentPath& path, const Vec3& place_m, Sou
   sampled.source = &source;
   sampled.velocity_mps = Vec3f(turn * Vec3(sampled.velocity_mps));
   sampled.moves = true;
-  // The visibility is relative to the straight line's distance.
-  const auto nearer = static_cast<float>(path_m * path_m / (straight_m * straight_m));
-  for (float& share : sampled.visibility) share *= nearer;
+  // Occlusion is relative to the straight line's distance.
+  sampled.factors.detour = static_cast<float>(path_m * path_m / (straight_m * straight_m));
 }
 
 class PrioritySampler final : public Sampler {
@@ -147,13 +146,10 @@ class PrioritySampler final : public Sampler {
       double scale = std::max(found.min_scale, tau / (chosen.weight * found.boost));
       if (const double key = inputs_.pool.missing_key(found, tau); key > 0)
         scale = std::max(scale, key / sum_of(source.power));
-      Bands visibility = chosen.is_occlusion_applied
-                             ? inputs_.occlusion->visibility(chosen.visibility)
-                             : same_in_all_bands(1);
-      // An emitter that is turned down, and a portal that closes, count as visibility.
-      const float power_share = inputs_.power_share(found);
-      for (float& share : visibility) share *= power_share;
-      sample_.push_back({found.number, scale, &source, found.signal, visibility,
+      GainFactors factors{.portals = found.openness, .emitter = inputs_.emitter_power(found)};
+      if (chosen.is_occlusion_applied)
+        factors.occlusion = inputs_.occlusion->visibility(chosen.visibility);
+      sample_.push_back({found.number, scale, &source, found.signal, factors,
                          chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
       if (found.voice != 0) sample_.back().set_moving(found);
       if (chosen.is_occlusion_applied && (source.is_emitter || found.voice != 0))

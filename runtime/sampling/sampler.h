@@ -58,6 +58,7 @@
 #include "runtime/occlusion/visibility_cache.h"
 #include "runtime/propagation/reception.h"
 #include "runtime/query/source_pool.h"
+#include "runtime/sampling/gain_factors.h"
 #include "runtime/streaming/wanted_sound.h"
 
 namespace clamor {
@@ -67,7 +68,7 @@ struct SampledSource {
   double power_scale = 1;
   const Source* source = nullptr;  // valid until the next call of sample()
   std::uint32_t signal = 0;
-  Bands visibility = same_in_all_bands(1);  // share of the power that passes occluders
+  GainFactors factors{};
   // Fraction of k below which the source would not be chosen: 0 is dropped last, 1 is dropped next.
   // Below 0 if unknown.
   double rank = -1;
@@ -75,7 +76,7 @@ struct SampledSource {
   Vec3f velocity_mps{};  // of a moving source, when the sound left it
   double start_s = 0;    // of a moving source's sound, on top of the source's delay
 
-  // Makes this a moving source, whose voice has another number than its visibility.
+  // Makes this a moving source, whose voice id differs from the key of its cached visibility.
   void set_moving(const FoundSource& found) {
     number = found.voice;
     moves = true;

@@ -29,8 +29,11 @@ struct SamplingInputs {
 
   // The share of its power that a source has left by its emitter and by portals.
   float power_share(const FoundSource& found) const {
+    return found.openness * emitter_power(found);
+  }
+  float emitter_power(const FoundSource& found) const {
     const std::uint32_t emitter = found.source->emitter;
-    return found.openness * (emitter < emitter_powers.size() ? emitter_powers[emitter] : 1.0f);
+    return emitter < emitter_powers.size() ? emitter_powers[emitter] : 1.0f;
   }
 
   // Whether some sounds may not be in memory.

@@ -27,7 +27,7 @@ struct PageLoader::Shared {
   std::mutex mutex;
   std::condition_variable work, arrival;
   bool closing = false;
-  std::vector<WantedPage> queue;         // the highest bound last
+  std::vector<PageRequest> queue;        // the highest bound last
   std::vector<std::uint64_t> under_way;  // offsets of pages being read
   std::vector<Arrival> arrived;
   PageStatistics statistics;
@@ -50,7 +50,7 @@ struct PageLoader::Shared {
 
   // Reads the most urgent page, of which there must be one. Holds no lock meanwhile.
   void load_next(std::unique_lock<std::mutex>& lock, const Fetch& fetch, const Announce& announce) {
-    const WantedPage wanted = queue.back();
+    const PageRequest wanted = queue.back();
     const std::uint64_t page = wanted.entry.page.offset;
     queue.pop_back();
     under_way.push_back(page);
@@ -92,7 +92,7 @@ PageLoader::~PageLoader() {
 
 void PageLoader::take(std::uint64_t offset, double bound, Content content) {
   PageStatistics& statistics = shared_->statistics;
-  Place& slot = slots_[offset];
+  CacheEntry& slot = slots_[offset];
   if (!content.ok()) {
     ++statistics.failed;
     if (statistics.failure.empty()) statistics.failure = content.error().message;
@@ -117,7 +117,7 @@ void PageLoader::count_what_is_here() {
 }
 
 // A forged file may name one page twice, with different sources.
-bool PageLoader::Place::is_of(const PageEntry& entry) const {
+bool PageLoader::CacheEntry::is_of(const PageEntry& entry) const {
   return page != nullptr && page->sources.size() == entry.source_count;
 }
 
@@ -195,21 +195,21 @@ const ResidentPage* PageLoader::use(const PageEntry& entry, double bound) {
   return found->second.page.get();
 }
 
-void PageLoader::use(Place& place, double bound) {
-  if (place.page != nullptr && place.last_use < sample_) {
-    place.bound = 0;
-    usage_.used_bytes += place.bytes;
-    place.last_use = sample_;
+void PageLoader::use(CacheEntry& cached, double bound) {
+  if (cached.page != nullptr && cached.last_use < sample_) {
+    cached.bound = 0;
+    usage_.used_bytes += cached.bytes;
+    cached.last_use = sample_;
   }
-  place.bound = std::max(place.bound, bound);
+  cached.bound = std::max(cached.bound, bound);
 }
 
-PageLoader::Place* PageLoader::place_of(const PageEntry& entry) {
+PageLoader::CacheEntry* PageLoader::find_entry(const PageEntry& entry) {
   const auto slot = slots_.find(entry.page.offset);
   return slot == slots_.end() || !slot->second.is_of(entry) ? nullptr : &slot->second;
 }
 
-std::size_t PageLoader::count_that_fit(std::span<const WantedPage> by_urgency) const {
+std::size_t PageLoader::count_that_fit(std::span<const PageRequest> by_urgency) const {
   if (usage_.max_page_bytes == 0) return by_urgency.size();
   const std::uint64_t room =
       budget_.bytes > usage_.used_bytes ? budget_.bytes - usage_.used_bytes : 0;
@@ -226,25 +226,25 @@ std::size_t PageLoader::count_that_fit(std::span<const WantedPage> by_urgency) c
   return fit;
 }
 
-void PageLoader::ask(std::vector<WantedPage> wanted) {
-  std::sort(wanted.begin(), wanted.end(), [](const WantedPage& a, const WantedPage& b) {
+void PageLoader::request(std::vector<PageRequest> wanted) {
+  std::sort(wanted.begin(), wanted.end(), [](const PageRequest& a, const PageRequest& b) {
     if (a.needed != b.needed) return a.needed;
     return a.bound != b.bound ? a.bound > b.bound : a.entry.page.offset > b.entry.page.offset;
   });
   std::size_t fit = count_that_fit(wanted);
   if (!budget_.strict)
-    fit =
-        std::max<std::size_t>(fit, std::count_if(wanted.begin(), wanted.end(),
-                                                 [](const WantedPage& one) { return one.needed; }));
+    fit = std::max<std::size_t>(fit,
+                                std::count_if(wanted.begin(), wanted.end(),
+                                              [](const PageRequest& one) { return one.needed; }));
   if (wanted.size() > fit) wanted.resize(fit);
   std::reverse(wanted.begin(), wanted.end());
   const std::lock_guard lock(shared_->mutex);
-  std::erase_if(wanted, [this](const WantedPage& one) {
+  std::erase_if(wanted, [this](const PageRequest& one) {
     return shared_->is_on_its_way(one.entry.page.offset);
   });
-  for (const WantedPage& one : wanted)
+  for (const PageRequest& one : wanted)
     shared_->statistics.asked +=
-        std::none_of(shared_->queue.begin(), shared_->queue.end(), [&](const WantedPage& before) {
+        std::none_of(shared_->queue.begin(), shared_->queue.end(), [&](const PageRequest& before) {
           return before.entry.page.offset == one.entry.page.offset;
         });
   shared_->queue = std::move(wanted);

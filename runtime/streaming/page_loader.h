@@ -24,7 +24,7 @@
 
 namespace clamor {
 
-struct WantedPage {
+struct PageRequest {
   double bound = 0;  // upper bound of the priorities in the page and below
   PageEntry entry;
   bool needed = true;  // by the last sample; false: soon, perhaps
@@ -63,12 +63,12 @@ class PageLoader {
   std::span<const std::uint64_t> arrived() const { return arrived_; }
 
   // Marks a page as used. Null if it is not in memory. Valid until the next begin_sample(). `bound`
-  // as in WantedPage.
+  // as in PageRequest.
   const ResidentPage* use(const PageEntry& entry, double bound);
 
-  // The place of a page in memory, to use it again without a search. Valid until a begin_sample()
+  // The entry of a page in memory, to use it again without a search. Valid until a begin_sample()
   // that evicts any.
-  class Place {
+  class CacheEntry {
    public:
     const ResidentPage* resident() const { return page.get(); }
 
@@ -81,8 +81,8 @@ class PageLoader {
     double bound = 0;            // in that sample
     bool stays = false;
   };
-  Place* place_of(const PageEntry& entry);
-  void use(Place& place, double bound);
+  CacheEntry* find_entry(const PageEntry& entry);
+  void use(CacheEntry& cached, double bound);
 
   bool is_here(const PageEntry& entry) const { return find(entry) != nullptr; }
   // Without marking it as used or late.
@@ -92,7 +92,7 @@ class PageLoader {
   // Replaces all requests that are not being read yet: needed pages first, then those of the
   // highest bounds, as many as fit the budget beside the pages that the last sample used and whose
   // bounds are more than half as high.
-  void ask(std::vector<WantedPage> wanted);
+  void request(std::vector<PageRequest> wanted);
 
   // Waits until all requested pages have arrived; false if there are none.
   bool wait();
@@ -109,7 +109,7 @@ class PageLoader {
   void take(std::uint64_t offset, double bound, Content content);
   void count_what_is_here();
   void drop_too_much();
-  std::size_t count_that_fit(std::span<const WantedPage> by_urgency) const;
+  std::size_t count_that_fit(std::span<const PageRequest> by_urgency) const;
 
   // Pages in memory, and their bytes.
   struct Usage {
@@ -123,7 +123,7 @@ class PageLoader {
   const Announce announce_;
   const PageBudget budget_;
   // By offset in the file: those in memory, and those that cannot be read.
-  std::unordered_map<std::uint64_t, Place> slots_;
+  std::unordered_map<std::uint64_t, CacheEntry> slots_;
   Usage usage_;
   bool has_dropped_ = false;
   std::vector<std::uint64_t> arrived_;

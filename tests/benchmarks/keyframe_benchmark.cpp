@@ -46,7 +46,7 @@ void keyframe(benchmark::State& state, bool moving, const Make& make, const Args
     source.delay_s = static_cast<float>(random_unit(i, 5));
     for (std::uint32_t b = 0; b < kBandCount; ++b)
       source.power[b] = static_cast<float>(random_unit(i, 6 + b) / kVoices);
-    sample[i] = {i, 1.0, &source, 0, same_in_all_bands(1), random_unit(i, 20)};
+    sample[i] = {i, 1.0, &source, 0, {}, random_unit(i, 20)};
   }
   Maker maker(radiation, kVoices, args...);
   KeyframeQueue queue(2, kVoices);

@@ -124,7 +124,7 @@ void moving_parts_keyframe(benchmark::State& state) {
   const auto keyframe = [&](double open_deg) {
     (void)parts.move(door, testing::door_pose(open_deg));
     parts.commit();
-    if (parts.has_news()) cache.change_parts(scene.update(parts.latest()));
+    if (parts.has_pending_commit()) cache.change_parts(scene.update(parts.latest()));
     sampler->sample(place);
   };
   for (int i = 0; i < 100; ++i) keyframe(45);

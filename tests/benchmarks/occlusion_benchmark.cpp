@@ -122,7 +122,7 @@ struct SponzaScene {
     for (const SampledSource& one : sample) {
       const Bands intensity = radiation.intensity(*one.source, place);
       for (std::size_t b = 0; b < kBandCount; ++b)
-        power[b] += one.power_scale * static_cast<double>(intensity[b] * one.visibility[b]);
+        power[b] += one.power_scale * static_cast<double>(intensity[b] * one.factors.occlusion[b]);
     }
     return power;
   }

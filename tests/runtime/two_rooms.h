@@ -66,8 +66,9 @@ inline std::array<double, kBandCount> heard(const World& world,
   std::array<double, kBandCount> power{};
   for (const SampledSource& one : sample) {
     const Bands intensity = world.radiation.intensity(*one.source, place);
+    const Bands gain = power_gain(one.factors);
     for (std::size_t b = 0; b < kBandCount; ++b)
-      power[b] += one.power_scale * static_cast<double>(intensity[b]) * one.visibility[b];
+      power[b] += one.power_scale * static_cast<double>(intensity[b]) * gain[b];
   }
   return power;
 }

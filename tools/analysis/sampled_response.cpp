@@ -20,8 +20,9 @@ std::vector<Arrival> arrivals_of(std::span<const SampledSource> sample,
     Arrival arrival;
     arrival.time_s = radiation.delay_s(source, listener_m) - emitters[source.emitter].delay_s;
     arrival.energy = radiation.intensity(source, listener_m);
+    const Bands gain = power_gain(chosen.factors);
     for (std::size_t b = 0; b < kBandCount; ++b)
-      arrival.energy[b] *= static_cast<float>(chosen.power_scale) * chosen.visibility[b];
+      arrival.energy[b] *= static_cast<float>(chosen.power_scale) * gain[b];
     arrival.polarity = source.is_emitter ? 1 : source.polarity;
     arrivals.push_back(arrival);
   }
@@ -67,7 +68,7 @@ std::vector<Arrival> sampled_response(const StrategyOptions& options,
     const std::vector<Bands> visible =
         fine_visibility(*surfaces, radiation.speed_of_sound_mps(), looked_at, listener_m);
     for (std::size_t i = 0; i < sample.size(); ++i)
-      if (!sample[i].moves) sample[i].visibility = visible[i];
+      if (!sample[i].moves) sample[i].factors.occlusion = visible[i];
   }
   std::vector<Arrival> arrivals = arrivals_of(sample, radiation, playing, listener_m);
   std::erase_if(arrivals, [](const Arrival& arrival) { return arrival.energy == Bands{}; });

@@ -31,7 +31,7 @@ class All final : public Sampler {
         const std::size_t count = std::min(kTogether, still_ - first);
         const std::vector<Bands> visible =
             occlusion_->estimate_now(std::span(wanted_).subspan(first, count));
-        for (std::size_t i = 0; i < count; ++i) sample_[first + i].visibility = visible[i];
+        for (std::size_t i = 0; i < count; ++i) sample_[first + i].factors.occlusion = visible[i];
       }
     }
     place_ = place;
@@ -61,7 +61,7 @@ class All final : public Sampler {
           sample_.emplace_back(SampledSource{found.number, 1, found.source, found.signal});
       sampled.set_moving(found);
       if (occlusion_ != nullptr)
-        sampled.visibility = occlusion_->estimate_now(found.number, *found.source);
+        sampled.factors.occlusion = occlusion_->estimate_now(found.number, *found.source);
     }
   }
 

@@ -62,7 +62,7 @@ void LiveSound::move(const Listener& listener) {
   if (player_ != nullptr) player_->move(listener);
 }
 
-void LiveSound::set_focus(const SoundFocus& focus) {
+void LiveSound::set_focus(const SoloSettings& focus) {
   focus_ = focus;
   if (player_ != nullptr) player_->set_focus(focus);
 }

@@ -22,7 +22,7 @@
 #include "common/listener.h"
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/heard_source.h"
-#include "runtime/engine/sound_focus.h"
+#include "runtime/engine/solo_settings.h"
 #include "runtime/player/player.h"
 #include "runtime/player/player_options.h"
 #include "runtime/player/player_statistics.h"
@@ -45,8 +45,8 @@ class LiveSound {
   const AuralizerOptions& options() const { return options_.auralizer; }
 
   void move(const Listener& listener);
-  void set_focus(const SoundFocus& focus);
-  const SoundFocus& focus() const { return focus_; }
+  void set_focus(const SoloSettings& focus);
+  const SoloSettings& focus() const { return focus_; }
   // Opens and closes doors of what plays, and of what will.
   void set_doors(const LevelDoors& doors);
 
@@ -92,7 +92,7 @@ class LiveSound {
   std::unique_ptr<Player> player_;  // made by the thread, then left to the caller
   std::string path_, name_, error_;
   Listener listener_;
-  SoundFocus focus_;
+  SoloSettings focus_;
   LevelDoors doors_;
   std::vector<float> openness_;  // of the portals of file_, as set
   bool is_opening_ = false;

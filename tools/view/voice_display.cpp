@@ -24,7 +24,7 @@ void VoiceDisplay::update(std::span<const HeardSource> heard, double seconds) {
     shown.is_chosen = true;
     shown.point.position_m = source.position_m;
     shown.point.part = source.part;
-    shown.point.is_hidden = source.visibility < kHidden;
+    shown.point.is_hidden = source.power_gain < kHidden;
     hidden_ += shown.point.is_hidden ? 1 : 0;
     const double below_db = source.power > 0
                                 ? 10 * std::log10(static_cast<double>(source.power / loudest))

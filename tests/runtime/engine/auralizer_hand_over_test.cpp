@@ -11,7 +11,7 @@
 #include "runtime/engine/auralizer_crossfade.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/heard_source.h"
-#include "runtime/engine/sound_focus.h"
+#include "runtime/engine/solo_settings.h"
 #include "runtime/voices/keyframe.h"
 #include "tests/baked_room.h"
 #include "tests/temporary_file.h"
@@ -114,17 +114,17 @@ TEST(AuralizerHandOver, HasAllPagesInItsFirstKeyframeOnceItIsWarmedUp) {
   EXPECT_NE(first_sample(**cold), expected) << "the test would not see pages that are missing";
 }
 
-std::vector<float> focused(const SoundFocus& focus) {
+std::vector<float> focused(const SoloSettings& focus) {
   const auto auralizer = auralizer_of({});
   auralizer->set_focus(focus);
   return played(*auralizer, 4'800);
 }
 
-TEST(SoundFocus, PartsAddUpToTheWhole) {
+TEST(SoloSettings, PartsAddUpToTheWhole) {
   const std::vector<float> whole = focused({});
   std::vector<float> sum(whole.size());
   for (std::size_t part = 0; part < kSoundParts; ++part) {
-    SoundFocus focus;
+    SoloSettings focus;
     focus.parts = {};
     focus.parts[part] = 1;
     const std::vector<float> alone = focused(focus);
@@ -134,11 +134,11 @@ TEST(SoundFocus, PartsAddUpToTheWhole) {
   EXPECT_LT(difference(sum, whole), 1e-3 * loudest(whole));
 }
 
-TEST(SoundFocus, BandsAddUpToTheWhole) {
+TEST(SoloSettings, BandsAddUpToTheWhole) {
   const std::vector<float> whole = focused({});
   std::vector<float> sum(whole.size());
   for (std::size_t band = 0; band < kBandCount; ++band) {
-    SoundFocus focus;
+    SoloSettings focus;
     focus.bands = {};
     focus.bands[band] = 1;
     const std::vector<float> alone = focused(focus);
@@ -156,7 +156,7 @@ TEST(AuralizerSample, TellsWhatWasChosenAndItsPart) {
   const auto direct = std::ranges::count(heard, SoundPart::kDirect, &HeardSource::part);
   EXPECT_EQ(direct, 3);
   for (const HeardSource& source : heard) {
-    EXPECT_EQ(source.visibility, 1) << "nothing occludes in a list of sources";
+    EXPECT_EQ(source.power_gain, 1) << "nothing occludes in a list of sources";
     EXPECT_GE(source.power, 0);
   }
 }

@@ -76,7 +76,7 @@ class Crowd {
       chosen.power_scale = 1 + std::floor(4 * static_cast<double>(between(i, 100 + k / 5, 0, 1)));
       chosen.rank = i % 3 == 0 ? -1 : static_cast<double>(i) / kSources;
       for (std::uint32_t b = 0; b < kBandCount; ++b)
-        chosen.visibility[b] = k / 6 % 2 == i % 2 ? 1.0f : between(i, 200 + k / 6, 0, 1);
+        chosen.factors.occlusion[b] = k / 6 % 2 == i % 2 ? 1.0f : between(i, 200 + k / 6, 0, 1);
       chosen.moves = moves(i);
       chosen.velocity_mps = moved_m / static_cast<float>(kKeyframe_s);
     }

@@ -54,7 +54,7 @@ class KeyframeReference {
     double rank = -1;
     bool moves = false;
     Vec3f velocity_mps{};
-    Bands visibility = same_in_all_bands(1), visibility_goal = same_in_all_bands(1);
+    Bands power_gain = same_in_all_bands(1), power_gain_goal = same_in_all_bands(1);
     Voice voice;  // as in the last keyframe, before the fade
   };
 
@@ -74,7 +74,7 @@ class KeyframeReference {
                         ear);
   }
   void listen(Slot& slot, const ListenerFrame& head) const;
-  static void approach_visibility(Slot& slot);
+  static void approach_power_gain(Slot& slot);
   static void approach_power_scale(Slot& slot);
   static std::uint8_t rank_of(const Slot& slot);
   void start(const SampledSource& chosen, const ListenerFrame& head);
@@ -174,7 +174,7 @@ inline void KeyframeReference::listen(Slot& slot, const ListenerFrame& head) con
     for (std::size_t b = 0; b < kBandCount; ++b)
       slot.voice.gain[e][b] =
           std::sqrt(static_cast<float>(slot.power_scale * static_cast<double>(intensity[b])) *
-                    slot.visibility[b]) *
+                    slot.power_gain[b]) *
           static_cast<float>(slot.source.polarity);
   }
   if (places == kEars) return;
@@ -190,13 +190,13 @@ inline Vec3f KeyframeReference::direction_from(const Source& source, const Liste
   return Vec3f(Vec3(dot(to_m, head.ahead), dot(to_m, head.left), dot(to_m, head.up)) / distance_m);
 }
 
-inline void KeyframeReference::approach_visibility(Slot& slot) {
+inline void KeyframeReference::approach_power_gain(Slot& slot) {
   constexpr float kNear = 1e-3f;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    if (slot.visibility[b] == slot.visibility_goal[b]) continue;
-    const float rest = slot.visibility_goal[b] - slot.visibility[b];
-    slot.visibility[b] =
-        std::abs(rest) < kNear ? slot.visibility_goal[b] : slot.visibility[b] + rest / 2;
+    if (slot.power_gain[b] == slot.power_gain_goal[b]) continue;
+    const float rest = slot.power_gain_goal[b] - slot.power_gain[b];
+    slot.power_gain[b] =
+        std::abs(rest) < kNear ? slot.power_gain_goal[b] : slot.power_gain[b] + rest / 2;
     slot.changed = true;
   }
 }
@@ -247,7 +247,7 @@ inline void KeyframeReference::start(const SampledSource& chosen, const Listener
   slot.power_scale = slot.power_scale_goal = chosen.power_scale;
   slot.power_scale_goals.assign(kFadeKeyframes, chosen.power_scale);
   slot.rank = chosen.rank;
-  slot.visibility = slot.visibility_goal = chosen.visibility;
+  slot.power_gain = slot.power_gain_goal = power_gain(chosen.factors);
   slot.voice.starts = true;
   slot.voice.signal = chosen.signal;
   slot.moves = chosen.moves;
@@ -318,7 +318,7 @@ inline void KeyframeReference::make(std::span<const SampledSource> sample, const
       slot.chosen = true;
       slot.power_scale_goal = chosen.power_scale;
       slot.rank = chosen.rank;
-      slot.visibility_goal = chosen.visibility;
+      slot.power_gain_goal = power_gain(chosen.factors);
     }
   }
 
@@ -331,7 +331,7 @@ inline void KeyframeReference::make(std::span<const SampledSource> sample, const
     else
       slot.fade = std::clamp(slot.fade + (slot.chosen ? 1 : -1), 0, kFadeKeyframes);
     if (slot.moves && !slot.chosen && !slot.frozen) coast(slot, head);
-    if (!slot.frozen) approach_visibility(slot);
+    if (!slot.frozen) approach_power_gain(slot);
     if (!slot.frozen) approach_power_scale(slot);
     if (!slot.frozen && (!still || slot.changed)) listen(slot, head);
 

@@ -27,7 +27,7 @@ class Voices {
       table_.put(i, sources_[i], 0);
       table_.radiation.scale[i] = static_cast<float>(1 + 100 * SourcesOfAllKinds::at(i, 20));
       for (std::uint32_t b = 0; b < kBandCount; ++b)
-        table_.radiation.visibility[i][b] = static_cast<float>(SourcesOfAllKinds::at(i, 30 + b));
+        table_.radiation.power_gain[i][b] = static_cast<float>(SourcesOfAllKinds::at(i, 30 + b));
     }
   }
 
@@ -70,12 +70,12 @@ TEST(VoiceKernel, EqualsTheRadiationModelOnEveryInstructionSet) {
         for (int e = 0; e < kEars; ++e) {
           const Vec3& ear_m = stance.ear_positions_m[e];
           const Bands intensity = voices.sources().exactly(i, ear_m);
-          const Bands& visibility = voices.table().radiation.visibility[i];
+          const Bands& power_gain = voices.table().radiation.power_gain[i];
           Bands expected;
           float loudest = 0;
           for (std::size_t b = 0; b < kBandCount; ++b) {
             expected[b] =
-                std::sqrt(intensity[b] * voices.table().radiation.scale[i] * visibility[b]) *
+                std::sqrt(intensity[b] * voices.table().radiation.scale[i] * power_gain[b]) *
                 static_cast<float>(voices.sources()[i].polarity);
             loudest = std::max(loudest, std::abs(expected[b]));
           }

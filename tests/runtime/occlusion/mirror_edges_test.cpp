@@ -10,8 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/occlusion/diffraction_paths.h"
 #include "runtime/occlusion/image_path.h"
-#include "runtime/occlusion/ways_around.h"
 #include "tests/rooms.h"
 #include "tests/runtime/occlusion/half_plane_reference.h"
 
@@ -45,10 +45,10 @@ Tones direct_pressure(const OcclusionGeometry& geometry, const Vec3& from_m, con
   std::uint64_t rays = 0;
   std::vector<EdgeBetween> found;
   geometry.find_edges(from_m, to_m, 64, 40, found);
-  const WaysAround ways(geometry, from_m, to_m, kSound_mps, std::move(found), true, rays);
+  const DiffractionPaths paths(geometry, from_m, to_m, kSound_mps, std::move(found), true, rays);
   Tones sum{};
   if (geometry.is_free(Vec3f(from_m), Vec3f(to_m))) sum.fill(1);
-  for (const EdgeSound& sound : ways.sounds())
+  for (const EdgeSound& sound : paths.sounds())
     for (std::size_t i = 0; i < kTones; ++i) sum[i] += sound.pressure[i];
   return sum;
 }

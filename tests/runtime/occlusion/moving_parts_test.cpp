@@ -224,12 +224,12 @@ TEST(MovingParts, HandOverTheNewestCommitHoweverOftenItIsRead) {
   for (int step = 1; step <= 60; ++step) {
     const double x_m = step;
     ASSERT_TRUE(parts.move(doors[static_cast<std::size_t>(step % 5)], {{x_m, 0, 0}}).ok());
-    EXPECT_EQ(parts.has_news(), step > 1 && step % 7 != 1);
+    EXPECT_EQ(parts.has_pending_commit(), step > 1 && step % 7 != 1);
     parts.commit();
-    EXPECT_TRUE(parts.has_news());
+    EXPECT_TRUE(parts.has_pending_commit());
     if (step % 7 != 0) continue;
     const auto& seen = parts.latest();
-    EXPECT_FALSE(parts.has_news());
+    EXPECT_FALSE(parts.has_pending_commit());
     for (int back = 0; back < 5; ++back)
       EXPECT_EQ(seen.parts[static_cast<std::size_t>((step - back) % 5)].pose.position_m.x,
                 step - back);

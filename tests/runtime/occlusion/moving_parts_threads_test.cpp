@@ -38,7 +38,7 @@ TEST(MovingPartsThreads, SeeWholeCommitsInTheirOrder) {
   }
   caller.join();
   EXPECT_EQ(parts.latest().parts[0].pose.position_m.x, kCommits);
-  EXPECT_FALSE(parts.has_news());
+  EXPECT_FALSE(parts.has_pending_commit());
 }
 
 }  // namespace

@@ -131,10 +131,10 @@ TEST(VisibilityCache, ConvergesForAListenerAtRestAndThenCostsNothing) {
   // Each result equals the reference.
   std::uint64_t compared = 0;
   for (const SampledSource& one : sampler->sample(place)) {
-    if (!is_partial(one.visibility)) continue;
+    if (!is_partial(one.factors.occlusion)) continue;
     const Bands close = fine_visibility(world.surfaces, kSpeed_mps, *one.source, place);
     if (!is_partial(close)) continue;
-    EXPECT_EQ(one.visibility, close);
+    EXPECT_EQ(one.factors.occlusion, close);
     ++compared;
   }
   EXPECT_GT(compared, 50u);
@@ -153,7 +153,7 @@ TEST(VisibilityCache, ChangesTheGainOfAVoiceSmoothly) {
   ASSERT_EQ(keyframe.voices.size(), 1u);
   const float free = keyframe.voices[0].gain[0][7], low = keyframe.voices[0].gain[0][0];
   ASSERT_GT(free, 0);
-  sampled.visibility = {1, 1, 1, 1, 0.5f, 0.25f, 0.1f, 0};
+  sampled.factors.occlusion = {1, 1, 1, 1, 0.5f, 0.25f, 0.1f, 0};
   float last = free;
   for (int k = 0; k < 15; ++k) {
     maker.make({&sampled, 1}, pose, keyframe);
@@ -194,8 +194,8 @@ TEST(VisibilityCache, CoversAllSourcesForStrategyAll) {
   const auto sampler = make_all_sampler(world.radiation, list, &occlusion);
   std::uint64_t rays = 0;
   for (const SampledSource& one : sampler->sample(Vec3(8, 1, 1.5)))
-    EXPECT_EQ(one.visibility, source_visibility(world.surfaces, kSpeed_mps, *one.source,
-                                                {8, 1, 1.5}, kMediumPaths, rays));
+    EXPECT_EQ(one.factors.occlusion, source_visibility(world.surfaces, kSpeed_mps, *one.source,
+                                                       {8, 1, 1.5}, kMediumPaths, rays));
 }
 
 }  // namespace

@@ -43,15 +43,6 @@ Bands visibility(const OcclusionGeometry& surfaces, const Source& source, const 
   return source_visibility(surfaces, kSpeed_mps, source, place, kMediumPaths, rays);
 }
 
-// The visibility of an emitter in a sample. Around an edge, it is heard from farther away.
-Bands visibility_of(const SampledSource& sampled, const Vec3& emitter_m, const Vec3& place) {
-  const auto nearer = static_cast<float>(
-      std::pow(length(emitter_m - place) / length(Vec3(sampled.source->position_m) - place), 2));
-  Bands visibility = sampled.visibility;
-  for (float& share : visibility) share *= nearer;
-  return visibility;
-}
-
 // A door between two rooms, and samplers that hear it.
 class Doorway {
  public:
@@ -66,7 +57,8 @@ class Doorway {
   // Where parts have changed, for caches.
   std::span<const PartBounds> update() {
     parts_.commit();
-    return parts_.has_news() ? scene_.update(parts_.latest()) : std::span<const PartBounds>();
+    return parts_.has_pending_commit() ? scene_.update(parts_.latest())
+                                       : std::span<const PartBounds>();
   }
 
   Bands reference_of_emitter(const Vec3& place) const {
@@ -109,8 +101,7 @@ struct Hearing {
     power = testing::heard(world, chosen, place);
     of_emitter = {};  // an occluded emitter is not chosen
     for (const SampledSource& one : chosen)
-      if (one.source->is_emitter)
-        of_emitter = visibility_of(one, world.contents.emitters[0].position_m, place);
+      if (one.source->is_emitter) of_emitter = one.factors.occlusion;
   }
   double worst_error_db(const Power& expected) const {
     double worst = 0;
@@ -259,7 +250,7 @@ TEST(VisibilityParts, FollowAHundredDoorsThatMoveAtOnce) {
   const Vec3 place(6, 1.5, 60);
   const auto sample = [&] {
     parts.commit();
-    if (parts.has_news()) occlusion.change_parts(scene.update(parts.latest()));
+    if (parts.has_pending_commit()) occlusion.change_parts(scene.update(parts.latest()));
     return sampler->sample(place);
   };
   for (int i = 0; i < 10; ++i) sample();
@@ -268,9 +259,7 @@ TEST(VisibilityParts, FollowAHundredDoorsThatMoveAtOnce) {
       ASSERT_TRUE(parts.move(doors[static_cast<std::size_t>(d)], pose(d, angle_deg)).ok());
     // Seventy sounds get their edges in the same keyframe; the others get their zones first.
     std::vector<Bands> is(kDoors);
-    for (const SampledSource& one : sample())
-      is[one.source->emitter] =
-          visibility_of(one, Vec3(sources[one.source->emitter].position_m), place);
+    for (const SampledSource& one : sample()) is[one.source->emitter] = one.factors.occlusion;
     int bands = 0, off = 0;
     Power power{}, expected_power{}, free{};
     for (int d = 0; d < kDoors; ++d) {
@@ -296,7 +285,7 @@ TEST(VisibilityParts, FollowAHundredDoorsThatMoveAtOnce) {
     off = 0;
     for (const SampledSource& one : sample()) {
       const std::size_t i = one.source->emitter;
-      const Bands settled = visibility_of(one, Vec3(sources[i].position_m), place);
+      const Bands settled = one.factors.occlusion;
       const Bands expected = visibility(surfaces, sources[i], place);
       for (std::size_t b = 0; b < kBandCount; ++b)
         off += std::abs(db(static_cast<double>(settled[b])) -

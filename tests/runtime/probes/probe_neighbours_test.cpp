@@ -244,7 +244,7 @@ TEST(ProbeNeighbours, LoseTheProbeBehindAPartAndFindItAgain) {
   ProbeNeighbours neighbours({{-1, 2, 2}, {1.5, 2, 2}}, &surfaces, 1);
   const auto weights_after = [&](int keyframes) {
     parts.commit();
-    if (parts.has_news()) scene.update(parts.latest());
+    if (parts.has_pending_commit()) scene.update(parts.latest());
     std::map<std::uint32_t, double> weights;
     for (int k = 0; k < keyframes; ++k) {
       neighbours.begin();

@@ -75,7 +75,7 @@ TEST(PrioritySampler, GivesTheSampleOfASortWithEmittersThatAreTurnedDown) {
                            1e-6);
     for (const SampledSource& chosen : sample) {
       const std::uint32_t emitter = chosen.source->emitter;
-      EXPECT_EQ(chosen.visibility,
+      EXPECT_EQ(power_gain(chosen.factors),
                 same_in_all_bands(emitter < powers.size() ? powers[emitter] : 1));
     }
   }

@@ -56,7 +56,7 @@ TEST_F(PageLoaderTest, LoadsRequestedPagesAndNothingElse) {
   loader.begin_sample();
   EXPECT_EQ(loader.use(at(3), 1), nullptr);
   EXPECT_FALSE(loader.wait());
-  loader.ask({{1, at(3)}, {2, at(4)}});
+  loader.request({{1, at(3)}, {2, at(4)}});
   while (loader.wait()) loader.begin_sample();
   ASSERT_NE(loader.use(at(3), 1), nullptr);
   EXPECT_EQ(loader.use(at(3), 1)->sources[0].position_m.x, 3);
@@ -81,7 +81,7 @@ TEST_F(PageLoaderTest, KeepsAPageThatWasLoadedAtOnceWhileAThreadReadIt) {
       PageBudget{1'000'000});
   loader.begin_sample();
   loader.use(at(3), 1);
-  loader.ask({{1, at(3)}});
+  loader.request({{1, at(3)}});
   while (!reads) std::this_thread::yield();
   ASSERT_TRUE(loader.load_now(at(3)));
   const ResidentPage* const page = loader.find(at(3));
@@ -102,7 +102,7 @@ TEST_F(PageLoaderTest, RejectsAnEntryThatDisagreesWithThePage) {
   EXPECT_TRUE(loader.has_failed(other)) << "it must not be requested again";
   EXPECT_EQ(loader.find(other), nullptr);
   EXPECT_EQ(loader.use(other, 1), nullptr);
-  EXPECT_EQ(loader.place_of(other), nullptr);
+  EXPECT_EQ(loader.find_entry(other), nullptr);
   EXPECT_FALSE(loader.has_failed(at(3)));
   EXPECT_NE(loader.use(at(3), 1), nullptr);
 }
@@ -116,8 +116,8 @@ TEST_F(PageLoaderTest, LoadsTheMostUrgentPagesFirst) {
         return fetch(page);
       },
       PageBudget{1'000'000});
-  loader.ask({{1, at(0)}});
-  loader.ask({{5, at(1)}, {9, at(2)}, {1, at(3)}, {7, at(4)}});
+  loader.request({{1, at(0)}});
+  loader.request({{5, at(1)}, {9, at(2)}, {1, at(3)}, {7, at(4)}});
   open = true;
   while (loader.wait()) loader.begin_sample();
   // Page 0 may have been loading when the others were requested; otherwise it is dropped from the
@@ -129,7 +129,7 @@ TEST_F(PageLoaderTest, LoadsTheMostUrgentPagesFirst) {
 TEST_F(PageLoaderTest, EvictsTheLeastRecentlyUsedPagesBeyondItsBudget) {
   PageLoader loader(fetcher(), PageBudget{10 * page_bytes_});
   const auto load = [&](std::uint32_t page) {
-    loader.ask({{1, at(page)}});
+    loader.request({{1, at(page)}});
     while (loader.wait()) loader.begin_sample();
     loader.use(at(page), 1);
     loader.use(at(0), 9);  // always in use
@@ -154,9 +154,9 @@ TEST_F(PageLoaderTest, LoadsNoMoreThanFitsBesideThePagesInUse) {
   ASSERT_TRUE(loader.load_now(at(0)));
   loader.begin_sample();
   loader.use(at(0), 9);
-  std::vector<WantedPage> wanted;
+  std::vector<PageRequest> wanted;
   for (std::uint32_t page = 1; page < 13; ++page) wanted.push_back({1.0 / page, at(page)});
-  loader.ask(wanted);
+  loader.request(wanted);
   while (loader.wait()) loader.begin_sample();
   EXPECT_EQ(loader.statistics().loaded, 4u);  // page 0 and the three most urgent
   EXPECT_TRUE(loader.is_here(at(1)) && loader.is_here(at(2)) && loader.is_here(at(3)));
@@ -170,7 +170,7 @@ TEST_F(PageLoaderTest, EvictsPagesOfHalfTheUrgencyWhenTheBudgetIsFull) {
     for (int sample = 0; sample < 5; ++sample) {
       loader.begin_sample();
       EXPECT_LE(loader.statistics().bytes, 4 * page_bytes_);
-      std::vector<WantedPage> wanted;
+      std::vector<PageRequest> wanted;
       for (std::uint32_t page = 0; page < 13; ++page) {
         const double urgency = std::pow(0.6, page > place ? page - place : place - page);
         if (loader.is_here(at(page)))
@@ -178,7 +178,7 @@ TEST_F(PageLoaderTest, EvictsPagesOfHalfTheUrgencyWhenTheBudgetIsFull) {
         else
           wanted.push_back({urgency, at(page)});
       }
-      loader.ask(wanted);
+      loader.request(wanted);
       while (loader.wait()) loader.begin_sample();
       if (sample < 4) continue;
       EXPECT_TRUE(loader.is_here(at(0))) << "it stays";
@@ -188,13 +188,13 @@ TEST_F(PageLoaderTest, EvictsPagesOfHalfTheUrgencyWhenTheBudgetIsFull) {
   const std::uint64_t loaded = loader.statistics().loaded;
   for (int sample = 0; sample < 5; ++sample) {
     loader.begin_sample();
-    std::vector<WantedPage> wanted;
+    std::vector<PageRequest> wanted;
     for (std::uint32_t page = 0; page < 13; ++page)
       if (loader.is_here(at(page)))
         loader.use(at(page), 1);
       else
         wanted.push_back({1.9, at(page)});
-    loader.ask(wanted);
+    loader.request(wanted);
     while (loader.wait()) loader.begin_sample();
   }
   EXPECT_EQ(loader.statistics().loaded, loaded);
@@ -205,10 +205,10 @@ TEST_F(PageLoaderTest, ExceedsALooseBudgetForPagesThatAreNeeded) {
   ASSERT_TRUE(loader.load_now(at(0)));
   loader.begin_sample();
   loader.use(at(0), 9);
-  std::vector<WantedPage> wanted;
+  std::vector<PageRequest> wanted;
   for (std::uint32_t page = 1; page < 13; ++page)
     wanted.push_back({1.0 / page, at(page), page < 9});
-  loader.ask(wanted);
+  loader.request(wanted);
   while (loader.wait()) {
     loader.begin_sample();
     for (std::uint32_t page = 0; page < 9; ++page) loader.use(at(page), 1);
@@ -219,7 +219,7 @@ TEST_F(PageLoaderTest, ExceedsALooseBudgetForPagesThatAreNeeded) {
 
 TEST_F(PageLoaderTest, ReportsPagesThatCannotBeRead) {
   PageLoader loader(fetcher(), PageBudget{1'000'000});
-  loader.ask({{1, at(13)}, {2, at(14)}});
+  loader.request({{1, at(13)}, {2, at(14)}});
   while (loader.wait()) loader.begin_sample();
   EXPECT_TRUE(loader.has_failed(at(13)));
   EXPECT_EQ(loader.use(at(13), 1), nullptr);
@@ -232,12 +232,12 @@ TEST_F(PageLoaderTest, ReportsPagesThatCannotBeRead) {
 TEST_F(PageLoaderTest, EndsWhileManyPagesAreLoading) {
   for (int i = 0; i < 50; ++i) {
     PageLoader loader(fetcher(), PageBudget{1'000'000}, 2);
-    std::vector<WantedPage> wanted;
+    std::vector<PageRequest> wanted;
     for (std::uint32_t page = 0; page < kPages; ++page) wanted.push_back({1, at(page)});
-    loader.ask(wanted);
+    loader.request(wanted);
     if (i % 2 == 0) loader.wait();
     loader.begin_sample();
-    loader.ask({});
+    loader.request({});
   }
 }
 

@@ -114,7 +114,7 @@ TEST(WalkCameraTest, WalksOnTheLevelHoweverItLooks) {
 TEST(VoiceDisplayTest, FadesVoicesInAndOut) {
   VoiceDisplay display;
   const std::vector<HeardSource> heard{{.number = 1, .power = 1},
-                                       {.number = 2, .power = 1e-3f, .visibility = 0.001f}};
+                                       {.number = 2, .power = 1e-3f, .power_gain = 0.001f}};
   display.update(heard, 0.05);
   ASSERT_EQ(display.points().size(), 2u);
   EXPECT_EQ(display.hidden(), 1u);

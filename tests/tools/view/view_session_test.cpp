@@ -105,7 +105,7 @@ std::size_t reflections_here(const ViewSession& view) {
 float clearest_there(const ViewSession& view) {
   float clearest = 0;
   for (const HeardSource& source : view.heard())
-    if (source.position_m.x < kDoorWall_m - 0.1f) clearest = std::max(clearest, source.visibility);
+    if (source.position_m.x < kDoorWall_m - 0.1f) clearest = std::max(clearest, source.power_gain);
   return clearest;
 }
 

@@ -79,7 +79,7 @@ void Panels::draw_listen() {
   if (changed)
     if (auto set = session_.set_strategy(strategy); !set.ok()) problem_ = set.error().message;
 
-  SoundFocus focus = session_.sound().focus();
+  SoloSettings focus = session_.sound().focus();
   ImGui::Spacing();
   caption("Parts of the sound: S alone, M muted");
   const float small = 30 * scale_;

@@ -1,4 +1,4 @@
-// ways_around.h: all ways around edges from a source to a listener, of first and second order.
+// diffraction_paths.h: paths around edges, of first and second order, from a source to a listener.
 //
 // Threads: any.   Cost: 20 rays and 10 us per edge, 3 rays and 20 us per pair.
 #pragma once
@@ -30,13 +30,13 @@ BentPath blend(const LineOfSight& line, const BentPath& path, double share);
 // The mean over all ways, the louder ones by far the most; nothing if they cancel out.
 std::optional<BentPath> mean_path(const LineOfSight& line, std::span<const EdgeSound> sounds);
 
-class WaysAround {
+class DiffractionPaths {
  public:
   // `found` are the edges between both ends, in the order of detours. With `are_paired`, two edges
   // in a row count as well. Adds the rays cast to `rays`.
-  WaysAround(const OcclusionGeometry& geometry, const PathEnd& from, const PathEnd& to,
-             double speed_of_sound_mps, std::vector<EdgeBetween> found, bool are_paired,
-             std::uint64_t& rays);
+  DiffractionPaths(const OcclusionGeometry& geometry, const PathEnd& from, const PathEnd& to,
+                   double speed_of_sound_mps, std::vector<EdgeBetween> found, bool are_paired,
+                   std::uint64_t& rays);
 
   const std::vector<EdgeSound>& sounds() const { return sounds_; }
 

@@ -1,4 +1,5 @@
-// sound_focus.h: listens to a part of the sound: to some bands, or to direct, early or late sound.
+// solo_settings.h: listens to a part of the sound: to some bands, or to direct, early or late
+// sound.
 #pragma once
 
 #include <array>
@@ -16,12 +17,12 @@ inline constexpr std::size_t kSoundParts = 3;
 inline constexpr double kEarly_s = 0.08;  // as in C80, ISO 3382-1
 
 // Factors of the power.
-struct SoundFocus {
+struct SoloSettings {
   Bands bands = same_in_all_bands(1);
   std::array<float, kSoundParts> parts{1, 1, 1};
 
-  bool is_neutral() const { return *this == SoundFocus(); }
-  bool operator==(const SoundFocus&) const = default;
+  bool is_neutral() const { return *this == SoloSettings(); }
+  bool operator==(const SoloSettings&) const = default;
 };
 
 }  // namespace clamor

@@ -1,4 +1,4 @@
-#include "runtime/occlusion/ways_around.h"
+#include "runtime/occlusion/diffraction_paths.h"
 
 #include <algorithm>
 #include <utility>
@@ -15,9 +15,10 @@ constexpr double kMinMean = 0.1;       // length of a mean of unit directions th
 
 }  // namespace
 
-WaysAround::WaysAround(const OcclusionGeometry& geometry, const PathEnd& from, const PathEnd& to,
-                       double speed_of_sound_mps, std::vector<EdgeBetween> found, bool are_paired,
-                       std::uint64_t& rays)
+DiffractionPaths::DiffractionPaths(const OcclusionGeometry& geometry, const PathEnd& from,
+                                   const PathEnd& to, double speed_of_sound_mps,
+                                   std::vector<EdgeBetween> found, bool are_paired,
+                                   std::uint64_t& rays)
     : geometry_(geometry),
       from_(from),
       to_(to),
@@ -29,7 +30,7 @@ WaysAround::WaysAround(const OcclusionGeometry& geometry, const PathEnd& from, c
   if (are_paired) add_pairs();
 }
 
-float WaysAround::clutter(std::size_t band) const {
+float DiffractionPaths::clutter(std::size_t band) const {
   const double first_m = heard_ ? nearest_heard_m_ : in_sight_.empty() ? 0 : in_sight_[0];
   const double reach_m = first_m + kReach * wavelength_m(band, speed_of_sound_mps_);
   const auto count = static_cast<double>(
@@ -38,7 +39,7 @@ float WaysAround::clutter(std::size_t band) const {
       std::clamp((count - kClean) / static_cast<double>(kCluttered - kClean), 0.0, 1.0));
 }
 
-void WaysAround::add(EdgeSound sound) {
+void DiffractionPaths::add(EdgeSound sound) {
   if (!sound.is_heard) return;
   const double detour_m = sound.path_m - length(to_.seen_m - from_.seen_m);
   nearest_heard_m_ = heard_ ? std::min(nearest_heard_m_, detour_m) : detour_m;
@@ -46,7 +47,7 @@ void WaysAround::add(EdgeSound sound) {
   sounds_.push_back(sound);
 }
 
-void WaysAround::add_single_edges() {
+void DiffractionPaths::add_single_edges() {
   const double lowest_m = kReach * wavelength_m(0, speed_of_sound_mps_);
   for (std::size_t i = 0; i < found_.size(); ++i) {
     if (heard_ && found_[i].detour_m > nearest_heard_m_ + lowest_m) return;
@@ -63,7 +64,7 @@ void WaysAround::add_single_edges() {
   }
 }
 
-void WaysAround::add_pairs() {
+void DiffractionPaths::add_pairs() {
   for (const std::size_t i : seen_by_source_)
     for (const std::size_t j : seen_by_listener_)
       if (i != j) add(sound_over_edges(edges_[i], edges_[j], from_, to_));
