@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -103,15 +104,6 @@ Result<void> find_scripted_portals(const AuralizerOptions& options, const Aurali
   return options.script->portals().find(input.portals.portals);
 }
 
-// Written by the sampler thread, read by any.
-struct SamplerCounters {
-  std::atomic<std::uint64_t> keyframes{0}, rays{0}, late_sources{0}, late_keyframes{0};
-  std::atomic<std::uint64_t> starved_keyframes{0}, bounded_keyframes{0};
-  std::atomic<std::uint32_t> unseen_sources{0}, max_unseen_sources{0};
-  std::atomic<std::uint32_t> voices{0}, k{0}, min_k{0}, keyframes_per_sample{1};
-  std::atomic<double> sampler_ms{0}, waiting_share{0}, lead_s{0}, max_lead_s{0};
-};
-
 }  // namespace
 
 struct Auralizer::State {
@@ -148,37 +140,38 @@ struct Auralizer::State {
               output.panner.get(), output.hrtf.get(), store.loader(),
               {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,
                options.adapt, options.block_frames, options.audio_clock, rotation.get()}) {
+    counted.max_k = static_cast<std::uint32_t>(pipeline.sampler().capacity());
     schedule.stop_when(options.stop);
     if (!options.wait_for_pages) pipeline.sampler().set_sounds(store.loader());
   }
 
   void count_keyframe(std::size_t voices, const WorkTime& took_s) {
-    counters.voices.store(static_cast<std::uint32_t>(voices), std::memory_order_relaxed);
-    counters.sampler_ms.store(1e3 * took_s.cpu, std::memory_order_relaxed);
-    counters.k.store(static_cast<std::uint32_t>(pacing.voices()), std::memory_order_relaxed);
-    counters.min_k.store(static_cast<std::uint32_t>(pacing.min_voices()),
-                         std::memory_order_relaxed);
-    counters.late_keyframes.store(pacing.late_keyframes(), std::memory_order_relaxed);
-    counters.starved_keyframes.store(pacing.starved_keyframes(), std::memory_order_relaxed);
-    counters.waiting_share.store(std::max(pacing.waiting_share(), mixer.waiting_share()),
-                                 std::memory_order_relaxed);
-    counters.keyframes_per_sample.store(static_cast<std::uint32_t>(pacing.spacing()),
-                                        std::memory_order_relaxed);
-    counters.lead_s.store(pacing.lead_s(), std::memory_order_relaxed);
-    counters.max_lead_s.store(pacing.max_lead_s(), std::memory_order_relaxed);
+    const std::lock_guard lock(counting);
+    ++counted.keyframes;
+    counted.voices = static_cast<std::uint32_t>(voices);
+    counted.sampler_ms = 1e3 * took_s.cpu;
+    counted.k = static_cast<std::uint32_t>(pacing.voices());
+    counted.min_k = static_cast<std::uint32_t>(pacing.min_voices());
+    counted.late_keyframes = pacing.late_keyframes();
+    counted.starved_keyframes = pacing.starved_keyframes();
+    counted.waiting_share = std::max(pacing.waiting_share(), mixer.waiting_share());
+    counted.keyframes_per_sample = static_cast<std::uint32_t>(pacing.spacing());
+    counted.lead_s = pacing.lead_s();
+    counted.max_lead_s = pacing.max_lead_s();
+    counted.bounded_keyframes = pipeline.sampler().bounded_keyframes();
     if (const VisibilityCache* const occlusion = pipeline.occlusion()) {
-      counters.rays.store(occlusion->statistics().rays, std::memory_order_relaxed);
-      counters.late_sources.store(occlusion->statistics().late, std::memory_order_relaxed);
+      counted.rays = occlusion->statistics().rays;
+      counted.late_sources = occlusion->statistics().late;
     }
     if (const ProbePool* const probes = pipeline.probes()) {
-      const auto unseen = static_cast<std::uint32_t>(probes->unseen_sources());
-      counters.unseen_sources.store(unseen, std::memory_order_relaxed);
-      if (unseen > counters.max_unseen_sources.load(std::memory_order_relaxed))
-        counters.max_unseen_sources.store(unseen, std::memory_order_relaxed);
+      counted.unseen_sources = static_cast<std::uint32_t>(probes->unseen_sources());
+      counted.max_unseen_sources = std::max(counted.max_unseen_sources, counted.unseen_sources);
     }
-    counters.bounded_keyframes.store(pipeline.sampler().bounded_keyframes(),
-                                     std::memory_order_relaxed);
-    counters.keyframes.fetch_add(1, std::memory_order_relaxed);
+  }
+
+  SamplerStatistics counted_so_far() const {
+    const std::lock_guard lock(counting);
+    return counted;
   }
 
   // A listener in the level's own coordinates.
@@ -222,7 +215,8 @@ struct Auralizer::State {
 
   const std::unique_ptr<const HeadRotation> rotation;  // null unless head rotation is tracked
   BlockMixer mixer;
-  SamplerCounters counters;
+  mutable std::mutex counting;
+  SamplerStatistics counted;  // guarded by it: the sampler writes, any thread reads
 };
 
 Auralizer::Auralizer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -442,39 +436,12 @@ int Auralizer::channels() const noexcept REALTIME {
 
 AuralizerStatistics Auralizer::statistics() {
   State& state = *state_;
-  const SamplerCounters& counters = state.counters;
-  const BlockStatistics mixed = state.mixer.statistics();
-  AuralizerStatistics statistics;
-  statistics.keyframes = counters.keyframes.load(std::memory_order_relaxed);
-  statistics.held_blocks = mixed.held_blocks;
-  statistics.voices = counters.voices.load(std::memory_order_relaxed);
-  statistics.sampler_ms = counters.sampler_ms.load(std::memory_order_relaxed);
-  std::copy(mixed.peak.begin(), mixed.peak.end(), statistics.peak);
-  statistics.clipped_frames = mixed.clipped_frames;
-  statistics.bad_voices = mixed.bad_voices;
-  statistics.limited = mixed.limited;
-  statistics.rays = counters.rays.load(std::memory_order_relaxed);
-  statistics.k = counters.k.load(std::memory_order_relaxed);
-  statistics.min_k = counters.min_k.load(std::memory_order_relaxed);
-  statistics.max_k = static_cast<std::uint32_t>(state.pipeline.sampler().capacity());
-  statistics.late_keyframes = counters.late_keyframes.load(std::memory_order_relaxed);
-  statistics.starved_keyframes = counters.starved_keyframes.load(std::memory_order_relaxed);
-  statistics.waiting_share = counters.waiting_share.load(std::memory_order_relaxed);
-  statistics.keyframes_per_sample = counters.keyframes_per_sample.load(std::memory_order_relaxed);
-  statistics.lead_s = counters.lead_s.load(std::memory_order_relaxed);
-  statistics.max_lead_s = counters.max_lead_s.load(std::memory_order_relaxed);
-  statistics.shed_voices = mixed.shed_voices;
-  statistics.max_shed_voices = mixed.max_shed_voices;
-  statistics.shedding_blocks = mixed.shedding_blocks;
-  statistics.bounded_keyframes = counters.bounded_keyframes.load(std::memory_order_relaxed);
-  statistics.unseen_sources = counters.unseen_sources.load(std::memory_order_relaxed);
-  statistics.max_unseen_sources = counters.max_unseen_sources.load(std::memory_order_relaxed);
-  statistics.late_sources = counters.late_sources.load(std::memory_order_relaxed);
+  AuralizerStatistics statistics{state.counted_so_far(), state.mixer.statistics()};
   if (const PageLoader* const loader = state.pipeline.loader())
     statistics.pages = loader->statistics();
   if (const SoundLoader* const sounds = state.store.loader())
     statistics.sounds = sounds->statistics();
-  statistics.sounds.late = mixed.late_voices;
+  statistics.sounds.late = statistics.late_voices;
   return statistics;
 }
 

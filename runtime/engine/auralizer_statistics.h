@@ -3,22 +3,17 @@
 
 #include <cstdint>
 
-#include "runtime/mixing/limiter.h"
-#include "runtime/mixing/output_channels.h"
+#include "runtime/mixing/block_statistics.h"
 #include "runtime/streaming/page_statistics.h"
 #include "runtime/streaming/sound_statistics.h"
 
 namespace clamor {
 
-struct AuralizerStatistics {
-  std::uint64_t keyframes = 0;    // made
-  std::uint64_t held_blocks = 0;  // mixed without a keyframe that was due
-  std::uint32_t voices = 0;       // of the newest keyframe, including those that fade
-  double sampler_ms = 0;          // CPU time of the last keyframe
-  float peak[kMaxChannels] = {};  // largest sample since the last call of statistics()
-  std::uint64_t clipped_frames = 0;
-  Limiter::Work limited;
-  std::uint64_t bad_voices = 0;  // muted for a keyframe: a gain or delay was not finite
+// What the sampler's thread counts, as of the newest keyframe.
+struct SamplerStatistics {
+  std::uint64_t keyframes = 0;  // made
+  std::uint32_t voices = 0;     // including those that fade
+  double sampler_ms = 0;        // CPU time of the keyframe
   std::uint64_t rays = 0;
   std::uint64_t late_sources = 0;       // left out because their visibility was not known in time
   std::uint64_t bounded_keyframes = 0;  // whose search was ended by the budget of work (sampler.h)
@@ -31,8 +26,9 @@ struct AuralizerStatistics {
   double waiting_share = 0;  // of its time that the sampler's or the audio thread waits for a core
   std::uint32_t keyframes_per_sample = 1;  // now
   double lead_s = 0, max_lead_s = 0;       // how early keyframes are begun: now, and earliest
-  std::uint32_t shed_voices = 0, max_shed_voices = 0;  // current, largest so far
-  std::uint64_t shedding_blocks = 0;
+};
+
+struct AuralizerStatistics : SamplerStatistics, BlockStatistics {
   PageStatistics pages{};
   SoundStatistics sounds{};
 };

@@ -251,13 +251,14 @@ double BlockMixer::shed_share() const {
 }
 
 BlockStatistics BlockMixer::statistics() {
-  BlockStatistics now{.held_blocks = counters_.held_blocks.load(std::memory_order_relaxed),
-                      .clipped_frames = counters_.clipped_frames.load(std::memory_order_relaxed),
-                      .bad_voices = counters_.bad_voices.load(std::memory_order_relaxed),
-                      .late_voices = counters_.late_voices.load(std::memory_order_relaxed),
-                      .shed_voices = counters_.shed.load(std::memory_order_relaxed),
-                      .max_shed_voices = counters_.max_shed_voices.load(std::memory_order_relaxed),
-                      .shedding_blocks = counters_.shedding_blocks.load(std::memory_order_relaxed)};
+  BlockStatistics now;
+  now.held_blocks = counters_.held_blocks.load(std::memory_order_relaxed);
+  now.clipped_frames = counters_.clipped_frames.load(std::memory_order_relaxed);
+  now.bad_voices = counters_.bad_voices.load(std::memory_order_relaxed);
+  now.late_voices = counters_.late_voices.load(std::memory_order_relaxed);
+  now.shed_voices = counters_.shed.load(std::memory_order_relaxed);
+  now.max_shed_voices = counters_.max_shed_voices.load(std::memory_order_relaxed);
+  now.shedding_blocks = counters_.shedding_blocks.load(std::memory_order_relaxed);
   if (limiter_ != nullptr) now.limited = limiter_->worked();
   for (std::size_t c = 0; c < channels(); ++c)
     now.peak[c] = counters_.peak[c].exchange(0, std::memory_order_relaxed);

@@ -29,6 +29,7 @@
 #include <span>
 #include <vector>
 
+#include "runtime/mixing/block_statistics.h"
 #include "runtime/mixing/head_rotation.h"
 #include "runtime/mixing/limiter.h"
 #include "runtime/mixing/load_control.h"
@@ -57,14 +58,6 @@ struct BlockOptions {
   LoadClock clock{};
   // Must outlive the mixer; null: rotations come with keyframes.
   const HeadRotation* turns = nullptr;
-};
-
-struct BlockStatistics {
-  std::uint64_t held_blocks = 0, clipped_frames = 0, bad_voices = 0, late_voices = 0;
-  std::uint32_t shed_voices = 0, max_shed_voices = 0;
-  std::uint64_t shedding_blocks = 0;
-  Limiter::Work limited{};
-  std::array<float, kMaxChannels> peak{};  // since the last call of statistics()
 };
 
 class BlockMixer {

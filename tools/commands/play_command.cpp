@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <ostream>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
@@ -138,8 +139,7 @@ class StatusDisplay {
     const auto now = Clock::now();
     if (now - shown_ < std::chrono::milliseconds(is_terminal(err_) ? 100 : 1000)) return;
     shown_ = now;
-    std::copy(peak_.begin(), peak_.end(), status.auralizer.peak);
-    peak_ = {};
+    status.auralizer.peak = std::exchange(peak_, {});
     show_line(err_, status_fields(status, listener, channels_));
   }
 

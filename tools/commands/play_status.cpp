@@ -1,6 +1,7 @@
 #include "tools/commands/play_status.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <ostream>
@@ -28,9 +29,9 @@ std::string meter(float peak) {
 }
 
 // Two meters for two channels, otherwise one for the loudest channel.
-std::string meters(const float (&peak)[kMaxChannels], int channels) {
+std::string meters(const std::array<float, kMaxChannels>& peak, int channels) {
   if (channels == 2) return "L " + meter(peak[0]) + " R " + meter(peak[1]);
-  return meter(*std::max_element(peak, peak + channels));
+  return meter(*std::max_element(peak.begin(), peak.begin() + channels));
 }
 
 // "k 1200 of 2000, 87 dropped" under overload, with ", other programs take 45 %" if they do.

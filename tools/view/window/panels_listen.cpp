@@ -167,7 +167,7 @@ void Panels::draw_meters(float width, float height, const VoiceDisplay& /*voices
   const float fall = std::pow(10.0f, -ImGui::GetIO().DeltaTime * 20 / 20);  // 20 dB a second
   for (int c = 0; c < channels; ++c) {
     float& peak = peaks_[static_cast<std::size_t>(c)];
-    peak = std::max(peak * fall, status.auralizer.peak[c]);
+    peak = std::max(peak * fall, status.auralizer.peak[static_cast<std::size_t>(c)]);
     const float db = peak > 0 ? 20 * std::log10(peak) : -100;
     const float share = std::clamp((db + 60) / 60, 0.0f, 1.0f);
     const float y = corner.y + static_cast<float>(c) * (bar_height + 4 * scale_);
