@@ -104,12 +104,11 @@ class Auralizer {
   // On any one thread.
   AuralizerStatistics statistics();
 
-  // Sources that the caller moves, on the caller's thread; null unless the options ask for any.
+  // Sources that the caller moves; null unless the options ask for any. Sampler thread.
   MovingSources* moving();
 
-  // Movable parts, on the caller's thread, and the handles of the level's by their index in the
-  // bake. Null if the level has none and the options take none, without occlusion, and if a script
-  // moves them.
+  // Movable parts, and the handles of the level's by their index in the bake. Null if the level has
+  // none and the options take none, without occlusion, and if a script moves them. Sampler thread.
   MovingParts* parts();
   std::span<const PartHandle> level_parts() const;
 

@@ -152,7 +152,6 @@ void SamplingPipeline::add_parts(const AuralizerInput& input) {
     if (const auto added = parts_->add(*shape, in_world(part.rest_pose, origin_m_)); added.ok())
       level_parts_.back() = *added;
   }
-  parts_->commit();
   surfaces_->set_parts(&part_scene_);
   portal_parts_ = PortalParts(portals_.portals, level_parts_);
   update_parts();
@@ -160,7 +159,7 @@ void SamplingPipeline::add_parts(const AuralizerInput& input) {
 
 void SamplingPipeline::update_parts() {
   if (!has_new_parts()) return;
-  occlusion_->change_parts(part_scene_.update(parts_->latest()));
+  occlusion_->change_parts(part_scene_.update(*parts_));
   if (portal_parts_.update(*surfaces_, part_scene_) && sampler_ != nullptr) apply_powers();
 }
 

@@ -50,22 +50,21 @@ class SamplingPipeline {
 
   Sampler& sampler() const { return *sampler_; }
 
-  // Sources that the caller moves, on any one thread; null if there are none.
+  // Sources that the caller moves; null if there are none.
   MovingSources* moving() const { return moving_.get(); }
 
-  // Parts that the caller moves, on any one thread, and which of them are the level's, by their
-  // index; null without occlusion, and if there are none and none may be added.
+  // Parts that the caller moves, and which of them are the level's, by their index; null without
+  // occlusion, and if there are none and none may be added.
   MovingParts* parts() const { return parts_.get(); }
   std::span<const PartHandle> level_parts() const { return level_parts_; }
 
   // All of that, for scripts.
   PartScript::Stage stage() const { return {parts_.get(), level_parts_, of_level_, origin_m_}; }
 
-  // Call before each sample: takes over the newest commit of parts(), and opens and closes their
-  // portals.
+  // Call before each sample: takes over the changes of parts(), and opens and closes their portals.
   void update_parts();
-  // Returns whether there is a commit that update_parts() has not taken over.
-  bool has_new_parts() const { return parts_ != nullptr && parts_->has_pending_commit(); }
+  // Returns whether there are changes that update_parts() has not taken over.
+  bool has_new_parts() const { return parts_ != nullptr && !part_scene_.is_up_to_date(*parts_); }
 
   // Scales the power of the sources of each emitter of the level, and of what has passed each of
   // its portals: 0 to 1, or kOpenedByParts. Those beyond the end of a list have their full power,

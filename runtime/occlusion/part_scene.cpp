@@ -65,13 +65,14 @@ void PartScene::take_over(std::size_t slot, const MovingParts::Part& from) {
   transmitting_ += part.shape->transmits() ? 1 : 0;
 }
 
-std::span<const PartBounds> PartScene::update(const MovingParts::Snapshot& snapshot) {
+std::span<const PartBounds> PartScene::update(const MovingParts& moved) {
   changed_.clear();
-  if (snapshot.commits == commits_) return {};
-  commits_ = snapshot.commits;
-  parts_.resize(snapshot.parts.size());
+  if (is_up_to_date(moved)) return {};
+  taken_ = moved.version();
+  const std::span<const MovingParts::Part> parts = moved.parts();
+  parts_.resize(parts.size());
   for (std::size_t slot = 0; slot < parts_.size(); ++slot)
-    if (parts_[slot].version != snapshot.parts[slot].version) take_over(slot, snapshot.parts[slot]);
+    if (parts_[slot].version != parts[slot].version) take_over(slot, parts[slot]);
   if (!changed_.empty()) {
     instances_->update();
     ++version_;

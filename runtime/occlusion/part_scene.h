@@ -31,9 +31,10 @@ class PartScene {
   PartScene();
   ~PartScene();
 
-  // Takes over a commit. Returns where parts have appeared, moved or vanished: the bounds before
-  // and after. Valid until the next call.
-  std::span<const PartBounds> update(const MovingParts::Snapshot& snapshot);
+  // Takes over all parts as they are now. Returns where they have appeared, moved or vanished: the
+  // bounds before and after. Valid until the next call.
+  std::span<const PartBounds> update(const MovingParts& moved);
+  bool is_up_to_date(const MovingParts& moved) const { return moved.version() == taken_; }
 
   // The number of updates that changed anything.
   std::uint64_t version() const { return version_; }
@@ -89,7 +90,8 @@ class PartScene {
   std::vector<Part> parts_;                     // by slot
   std::vector<PartBounds> changed_;
   std::size_t present_ = 0, transmitting_ = 0;
-  std::uint64_t commits_ = 0, version_ = 0;
+  std::uint64_t taken_ = 0;  // version of the moving parts
+  std::uint64_t version_ = 0;
 };
 
 }  // namespace clamor

@@ -17,7 +17,6 @@
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/heard_source.h"
 #include "runtime/engine/solo_settings.h"
-#include "runtime/occlusion/moving_parts.h"
 #include "runtime/output/loudness_meter.h"
 #include "runtime/output/supervised_output.h"
 #include "runtime/player/audio_callback.h"
@@ -363,16 +362,9 @@ void Player::copy_heard(std::vector<HeardSource>& heard) const {
   heard.assign(newest.begin(), newest.end());
 }
 
-MovingSources* Player::moving() { return state_->auralizers.current.auralizer->moving(); }
-
-MovingParts* Player::parts() { return state_->auralizers.current.auralizer->parts(); }
-std::span<const PartHandle> Player::level_parts() const {
-  return state_->auralizers.current.auralizer->level_parts();
-}
-
-void Player::set_portals(std::vector<float> openness) {
+void Player::change(const std::function<void(Auralizer& playing)>& act) {
   const std::lock_guard lock(state_->auralizers.exchange);
-  state_->auralizers.current.auralizer->set_portals(std::move(openness));
+  act(*state_->auralizers.current.auralizer);
 }
 
 bool Player::finished() const { return state_->callback.counters().finished; }

@@ -12,8 +12,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "common/result.h"
@@ -22,14 +22,11 @@ namespace clamor {
 
 class Auralizer;
 class BakeFile;
-class MovingParts;
-class MovingSources;
 struct AuralizerInput;
 struct AuralizerOptions;
 struct HeardSource;   // runtime/engine/heard_source.h
 struct SoloSettings;  // runtime/engine/solo_settings.h
 struct Listener;
-struct PartHandle;        // runtime/occlusion/moving_parts.h
 struct PlayerOptions;     // player_options.h
 struct PlayerStatistics;  // player_statistics.h
 struct ThreadCpuUsage;    // runtime/realtime/thread_cpu_usage.h
@@ -48,20 +45,15 @@ class Player {
   // two keyframes, unless the machine is overloaded. Not for walks.
   void move(const Listener& listener);
 
-  // Returns Auralizer::moving(), parts() and level_parts(), for the thread that calls move().
-  MovingSources* moving();
-  MovingParts* parts();
-  std::span<const PartHandle> level_parts() const;
-
-  // Opens and closes portals (Auralizer::set_portals()) of the bake that plays, not of one that
-  // replaces it. For the thread that calls move(); waits for a keyframe in progress.
-  void set_portals(std::vector<float> openness);
+  // Changes what the bake that plays has, and not one that replaces it: its portals, movable parts
+  // and moving sources. For the thread that calls move(); waits for a keyframe in progress.
+  void change(const std::function<void(Auralizer& playing)>& act);
 
   // Crossfades to another bake within a tenth of a second; the listener stays, looping sounds go on
   // where they are, and others begin anew. Takes as long as opening a bake, during which the old
   // one plays on, and memory for both. After an error the old bake plays on. For the thread that
   // calls move() and statistics(), after start(). statistics().auralizer then counts from the
-  // change on, and the results of moving(), parts() and level_parts() are no longer valid.
+  // change on.
   //
   // A machine that is too busy to have the new bake ready in time mixes what was missed unheard,
   // but no more than half a second, because one that mixes slower than it plays would never be

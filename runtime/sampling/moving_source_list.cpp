@@ -76,19 +76,18 @@ std::uint64_t MovingSourceList::number(std::size_t slot) const {
 }
 
 bool MovingSourceList::refresh() {
-  newest_.snapshot = &moving_.latest();
   // Signals in slots are not known to be steady.
-  const bool may_change = weights_.slots != nullptr && newest_.snapshot->count > 0;
+  const bool may_change = weights_.slots != nullptr && moving_.now().count > 0;
   const bool dies_away = time_s_ && *time_s_ <= last_end_s_ + longest_s_;
-  if (newest_.snapshot->commits == newest_.commits) return in_motion_ || may_change || dies_away;
-  newest_.commits = newest_.snapshot->commits;
+  if (moving_.now().commits == newest_.number) return in_motion_ || may_change || dies_away;
+  newest_.number = moving_.now().commits;
   newest_.is_unused = true;
   return true;
 }
 
 // Takes over a source's settings: it is an emitter of its kind.
 void MovingSourceList::set(std::size_t slot, double time_s) {
-  const MovingSources::Settings& settings = newest_.snapshot->settings[slot];
+  const MovingSources::Settings& settings = moving_.now().settings[slot];
   columns_.versions[slot] = settings.version;
   if (!settings.present) {
     columns_.max_priority[slot] = -1;
@@ -128,7 +127,7 @@ void MovingSourceList::set(std::size_t slot, double time_s) {
 
 // Extrapolates all sources to a time, and records their paths.
 void MovingSourceList::move_all(double time_s) {
-  const std::size_t count = newest_.snapshot->count;
+  const std::size_t count = moving_.now().count;
   const bool extrapolates = std::abs(time_s - newest_.time_s) <= kMaxExtrapolation_s;
   const auto seconds = static_cast<float>(
       std::clamp(time_s - newest_.time_s, -kMaxExtrapolation_s, kMaxExtrapolation_s));
@@ -141,14 +140,14 @@ void MovingSourceList::move_all(double time_s) {
     }
     return max_mps;
   };
-  const float x = extrapolate(newest_.snapshot->x_m, newest_.snapshot->x_mps, columns_.x_m),
-              y = extrapolate(newest_.snapshot->y_m, newest_.snapshot->y_mps, columns_.y_m),
-              z = extrapolate(newest_.snapshot->z_m, newest_.snapshot->z_mps, columns_.z_m);
+  const float x = extrapolate(moving_.now().x_m, moving_.now().x_mps, columns_.x_m),
+              y = extrapolate(moving_.now().y_m, moving_.now().y_mps, columns_.y_m),
+              z = extrapolate(moving_.now().z_m, moving_.now().z_mps, columns_.z_m);
   const auto column = [count](const std::vector<float>& of) { return std::span(of).first(count); };
   history_.record(time_s, column(columns_.x_m), column(columns_.y_m), column(columns_.z_m));
   const auto restart = [&](std::uint32_t i) {
-    history_.restart(i, extrapolates ? Vec3f(newest_.snapshot->x_mps[i], newest_.snapshot->y_mps[i],
-                                             newest_.snapshot->z_mps[i])
+    history_.restart(i, extrapolates ? Vec3f(moving_.now().x_mps[i], moving_.now().y_mps[i],
+                                             moving_.now().z_mps[i])
                                      : Vec3f(0));
   };
   for (const std::uint32_t i : history_.teleported()) restart(i);
@@ -160,18 +159,17 @@ void MovingSourceList::move_all(double time_s) {
 // Ends what is left of removed sources whose signals are replaced.
 void MovingSourceList::end_forgotten() {
   for (const std::uint32_t signal : forgotten_)
-    for (std::size_t slot = 0; slot < newest_.snapshot->count; ++slot)
+    for (std::size_t slot = 0; slot < moving_.now().count; ++slot)
       if (columns_.ends_s[slot] < kNeverEnds && this->signal(slot) == signal)
         columns_.ends_s[slot] = -kNeverEnds;
   forgotten_.clear();
 }
 
 void MovingSourceList::begin(double time_s) {
-  if (newest_.snapshot == nullptr) newest_.snapshot = &moving_.latest();
   if (newest_.is_unused) {
-    newest_.time_s = std::isnan(newest_.snapshot->time_s) ? time_s : newest_.snapshot->time_s;
-    for (std::size_t i = 0; i < newest_.snapshot->count; ++i)
-      if (columns_.versions[i] != newest_.snapshot->settings[i].version) set(i, time_s);
+    newest_.time_s = std::isnan(moving_.now().time_s) ? time_s : moving_.now().time_s;
+    for (std::size_t i = 0; i < moving_.now().count; ++i)
+      if (columns_.versions[i] != moving_.now().settings[i].version) set(i, time_s);
   }
   end_forgotten();
   if (newest_.is_unused || time_s_ != time_s) move_all(time_s);
@@ -195,8 +193,8 @@ void MovingSourceList::find_above(const Vec3& place, double threshold,
   const Vec3f from(place);
   const auto min_priority = static_cast<float>(threshold * kThresholdSlack);
   constexpr auto kMinDistance2_m2 = static_cast<float>(kEmitterRadius_m * kEmitterRadius_m);
-  for (std::size_t first = 0; first < newest_.snapshot->count; first += kBlock) {
-    const std::size_t count = std::min(kBlock, newest_.snapshot->count - first);
+  for (std::size_t first = 0; first < moving_.now().count; first += kBlock) {
+    const std::size_t count = std::min(kBlock, moving_.now().count - first);
     const float* const x = columns_.x_m.data() + first;
     const float* const y = columns_.y_m.data() + first;
     const float* const z = columns_.z_m.data() + first;
@@ -232,7 +230,7 @@ void MovingSourceList::find_above(const Vec3& place, double threshold,
 void MovingSourceList::apply_limits(const Vec3& place, std::size_t first,
                                     std::vector<FoundSource>& found) {
   const auto group_of = [this](const FoundSource& one) {
-    return newest_.snapshot->settings[slot_of(one.voice)].group;
+    return moving_.now().settings[slot_of(one.voice)].group;
   };
   const auto priority_of = [&](const FoundSource& one) {
     const double distance_m = length(place - Vec3(one.source->position_m));
@@ -266,8 +264,7 @@ double MovingSourceList::upper_bound(std::size_t slot, const Vec3& place) const 
 
 double MovingSourceList::upper_bound(const Vec3& place) const {
   double highest = 0;
-  if (newest_.snapshot == nullptr) return 0;
-  for (std::size_t i = 0; i < newest_.snapshot->count; ++i)
+  for (std::size_t i = 0; i < moving_.now().count; ++i)
     highest = std::max(highest, upper_bound(i, place));
   return highest;
 }

@@ -60,7 +60,7 @@ class MovingSourceList {
   // heard for `longest_s` more, with what it sounded until `end_s`. A slot without a source has no
   // reverberation.
   void set_longest_reflection(double longest_s) { longest_s_ = longest_s; }
-  std::size_t slots() const { return newest_.snapshot->count; }
+  std::size_t slots() const { return moving_.now().count; }
   float reverberation(std::size_t slot) const {
     return *time_s_ > columns_.ends_s[slot] + longest_s_ ? 0 : settings(slot).reverberation;
   }
@@ -69,7 +69,7 @@ class MovingSourceList {
   void forget_removed(std::uint32_t signal) { forgotten_.push_back(signal); }
   double end_s(std::size_t slot) const { return columns_.ends_s[slot]; }
   const MovingSources::Settings& settings(std::size_t slot) const {
-    return newest_.snapshot->settings[slot];
+    return moving_.now().settings[slot];
   }
   Vec3 place_m(std::size_t slot) const {
     return {columns_.x_m[slot], columns_.y_m[slot], columns_.z_m[slot]};
@@ -115,10 +115,9 @@ class MovingSourceList {
 
   // The newest commit.
   struct Newest {
-    const MovingSources::Snapshot* snapshot = nullptr;
-    std::uint64_t commits = 0;  // of the snapshot
-    double time_s = 0;          // that its positions are of
-    bool is_unused = false;     // by samples
+    std::uint64_t number = 0;
+    double time_s = 0;       // that its positions are of
+    bool is_unused = false;  // by samples
   };
 
   void set(std::size_t slot, double time_s);

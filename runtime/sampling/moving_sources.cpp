@@ -51,46 +51,29 @@ Error gone() { return Error("there is no such moving source; it was removed, or 
 
 MovingSources::MovingSources(std::size_t max_sources, std::size_t kinds, const Vec3& origin_m)
     : max_sources_(max_sources), kinds_(kinds), origin_m_(origin_m) {
-  const auto resize = [max_sources](Snapshot& snapshot) {
-    for (auto* column : {&snapshot.x_m, &snapshot.y_m, &snapshot.z_m, &snapshot.x_mps,
-                         &snapshot.y_mps, &snapshot.z_mps})
-      column->resize(max_sources);
-    snapshot.settings.resize(max_sources);
-  };
-  resize(own_);
-  for (Snapshot& copy : copies_) resize(copy);
-  for (auto& stale : stale_) stale.reserve(max_sources);
-  stale_in_.resize(max_sources);
+  for (auto* column : {&now_.x_m, &now_.y_m, &now_.z_m, &now_.x_mps, &now_.y_mps, &now_.z_mps})
+    column->resize(max_sources);
+  now_.settings.resize(max_sources);
   handles_.resize(max_sources);
   free_.resize(max_sources);
 }
 
 bool MovingSources::is_present(MovingHandle handle) const {
-  return handle.slot < own_.count && handle.generation % 2 == 1 &&
+  return handle.slot < now_.count && handle.generation % 2 == 1 &&
          handles_[handle.slot] == handle.generation;
 }
 
 void MovingSources::set_motion(std::size_t slot, const Vec3& position_m, const Vec3& velocity_mps) {
-  own_.x_m[slot] = static_cast<float>(position_m.x);
-  own_.y_m[slot] = static_cast<float>(position_m.y);
-  own_.z_m[slot] = static_cast<float>(position_m.z);
-  own_.x_mps[slot] = static_cast<float>(velocity_mps.x);
-  own_.y_mps[slot] = static_cast<float>(velocity_mps.y);
-  own_.z_mps[slot] = static_cast<float>(velocity_mps.z);
-}
-
-// Notes that all copies need the slot's settings before they are read again.
-void MovingSources::mark_changed(std::size_t slot) {
-  ++own_.settings[slot].version;
-  for (unsigned copy = 0; copy < copies_.size(); ++copy) {
-    if ((stale_in_[slot] & (1u << copy)) != 0) continue;
-    stale_in_[slot] = static_cast<std::uint8_t>(stale_in_[slot] | (1u << copy));
-    stale_[copy].push_back(static_cast<std::uint32_t>(slot));
-  }
+  now_.x_m[slot] = static_cast<float>(position_m.x);
+  now_.y_m[slot] = static_cast<float>(position_m.y);
+  now_.z_m[slot] = static_cast<float>(position_m.z);
+  now_.x_mps[slot] = static_cast<float>(velocity_mps.x);
+  now_.y_mps[slot] = static_cast<float>(velocity_mps.y);
+  now_.z_mps[slot] = static_cast<float>(velocity_mps.z);
 }
 
 void MovingSources::set(std::size_t slot, const MovingSource& source) {
-  Settings& settings = own_.settings[slot];
+  Settings& settings = now_.settings[slot];
   settings.gain = source.gain;
   settings.axis = Vec3f(normalize(source.axis));
   settings.kind = source.kind;
@@ -98,20 +81,20 @@ void MovingSources::set(std::size_t slot, const MovingSource& source) {
   settings.group = source.group;
   settings.reverberation = source.reverberation;
   settings.present = true;
-  mark_changed(slot);
+  ++settings.version;
   set_motion(slot, source.position_m, source.velocity_mps);
 }
 
 std::uint32_t MovingSources::next_slot() const {
-  const bool is_unused = free_count_ < kDyingAway && own_.count < max_sources_;
-  return is_unused || free_count_ == 0 ? static_cast<std::uint32_t>(own_.count)
+  const bool is_unused = free_count_ < kDyingAway && now_.count < max_sources_;
+  return is_unused || free_count_ == 0 ? static_cast<std::uint32_t>(now_.count)
                                        : free_[first_free_];
 }
 
 std::uint32_t MovingSources::take_slot() {
   const std::uint32_t slot = next_slot();
-  if (slot == own_.count) {
-    ++own_.count;
+  if (slot == now_.count) {
+    ++now_.count;
     return slot;
   }
   first_free_ = (first_free_ + 1) % max_sources_;
@@ -129,7 +112,7 @@ Result<MovingHandle> MovingSources::add(const MovingSource& given) {
                  "Remove some, or ask for more.");
   const std::uint32_t slot = take_slot();
   ++present_;
-  ++own_.settings[slot].generation;
+  ++now_.settings[slot].generation;
   set(slot, source);
   return MovingHandle{slot, ++handles_[slot]};
 }
@@ -148,11 +131,11 @@ Result<void> MovingSources::change(MovingHandle handle, const MovingSource& give
   MovingSource source = given;
   source.position_m = in_level(given.position_m, origin_m_);
   if (const auto ok = check(source, kinds_); !ok.ok()) return ok;
-  const Settings& before = own_.settings[handle.slot];
+  const Settings& before = now_.settings[handle.slot];
   // A gain can glide, but another signal must crossfade, as another source does.
   const bool starts_the_same = before.start_s == source.start_s ||
                                (std::isnan(before.start_s) && std::isnan(source.start_s));
-  if (before.kind != source.kind || !starts_the_same) ++own_.settings[handle.slot].generation;
+  if (before.kind != source.kind || !starts_the_same) ++now_.settings[handle.slot].generation;
   set(handle.slot, source);
   return {};
 }
@@ -160,9 +143,9 @@ Result<void> MovingSources::change(MovingHandle handle, const MovingSource& give
 Result<void> MovingSources::remove(MovingHandle handle) {
   if (!is_present(handle)) return gone();
   const std::uint32_t slot = handle.slot;
-  own_.settings[slot].present = false;
-  own_.x_mps[slot] = own_.y_mps[slot] = own_.z_mps[slot] = 0;
-  mark_changed(slot);
+  now_.settings[slot].present = false;
+  ++now_.settings[slot].version;
+  now_.x_mps[slot] = now_.y_mps[slot] = now_.z_mps[slot] = 0;
   ++handles_[slot];
   free_[(first_free_ + free_count_++) % max_sources_] = slot;
   --present_;
@@ -170,30 +153,8 @@ Result<void> MovingSources::remove(MovingHandle handle) {
 }
 
 void MovingSources::commit(double time_s) {
-  own_.time_s = time_s;
-  ++own_.commits;
-  Snapshot& copy = copies_[writing_];
-  const auto positions = [&](std::vector<float> Snapshot::*column) {
-    std::copy_n((own_.*column).begin(), own_.count, (copy.*column).begin());
-  };
-  for (auto column : {&Snapshot::x_m, &Snapshot::y_m, &Snapshot::z_m, &Snapshot::x_mps,
-                      &Snapshot::y_mps, &Snapshot::z_mps})
-    positions(column);
-  for (const std::uint32_t slot : stale_[writing_]) {
-    copy.settings[slot] = own_.settings[slot];
-    stale_in_[slot] = static_cast<std::uint8_t>(stale_in_[slot] & ~(1u << writing_));
-  }
-  stale_[writing_].clear();
-  copy.count = own_.count;
-  copy.time_s = own_.time_s;
-  copy.commits = own_.commits;
-  writing_ = middle_.exchange(writing_ | kFresh, std::memory_order_acq_rel) & kCopy;
-}
-
-const MovingSources::Snapshot& MovingSources::latest() noexcept {
-  if ((middle_.load(std::memory_order_relaxed) & kFresh) != 0)
-    reading_ = middle_.exchange(reading_, std::memory_order_acq_rel) & kCopy;
-  return copies_[reading_];
+  now_.time_s = time_s;
+  ++now_.commits;
 }
 
 }  // namespace clamor

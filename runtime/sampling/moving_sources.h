@@ -2,13 +2,12 @@
 //
 //   auto car = moving.add({.kind = kEngine, .position_m = {0, 1, -40}, .velocity_mps = {30, 0,
 //   0}});
-//   ... once per frame of the game, for all that move ...
+//   ... before each keyframe, for all that move ...
 //   moving.move(*car, position_m, velocity_mps);
 //   moving.commit(time_s);
 //
-// Changes take effect together, from the first keyframe after their commit(). A moving source is
-// heard directly, with occlusion, and with the reflections of the probes around it
-// (runtime/probes).
+// Changes take effect together, with a commit() before the next keyframe. A moving source is heard
+// directly, with occlusion, and with the reflections of the probes around it (runtime/probes).
 //
 // A source's kind is its signal, of the bake or brought along, and its directivity. Kinds are named
 // when the auralizer is made. A source may change to another kind, and crossfades then. Distances
@@ -20,14 +19,10 @@
 // kMaxExtrapolation_s without a commit all sources stand still. A source is heard where it was when
 // its sound left it (position_history.h).
 //
-// Threads: add, move, change, remove and commit on one thread, the caller's; the sampler's thread
-// reads the newest commit (a triple buffer, swapped by one atomic exchange). Neither waits.
-// Memory: 1300 bytes per source, allocated by the constructor. A commit copies all positions:
-// moving and committing 100 000 sources takes the caller 1 to 4 ms.
+// Threads: the sampler's; applications hand over whole commits (runtime/world).   Memory: 100 bytes
+// per source, allocated by the constructor.
 #pragma once
 
-#include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -85,8 +80,7 @@ struct MovingHandle {
 
 class MovingSources {
  public:
-  // Positions that are given are in the world's coordinates, those of snapshots relative to
-  // `origin_m`.
+  // Positions that are given are in the world's coordinates, those of now() relative to `origin_m`.
   MovingSources(std::size_t max_sources, std::size_t kinds, const Vec3& origin_m = Vec3(0));
 
   // The slot of the next source that is added, if it can be.
@@ -102,14 +96,12 @@ class MovingSources {
   // again.
   Result<void> remove(MovingHandle handle);
 
-  // Publishes all changes. Without a time, positions are as of the next keyframe.
+  // Ends a set of changes. Without a time, positions are as of the next keyframe.
   void commit(double time_s = kNextKeyframe);
   static constexpr double kNextKeyframe = std::numeric_limits<double>::quiet_NaN();
 
   std::size_t size() const { return present_; }
   std::size_t max_sources() const { return max_sources_; }
-
-  // ---- The sampler's side --------------------------------------------------------------------
 
   // All of a source but its motion.
   struct Settings {
@@ -124,7 +116,7 @@ class MovingSources {
     bool present = false;
   };
   // The first `count` slots; positions as columns.
-  struct Snapshot {
+  struct State {
     std::size_t count = 0;
     double time_s = kNextKeyframe;
     std::uint64_t commits = 0;
@@ -132,33 +124,22 @@ class MovingSources {
     std::vector<Settings> settings;
   };
 
-  // The newest commit; valid until the next call.
-  const Snapshot& latest() noexcept;
+  const State& now() const { return now_; }
 
  private:
-  static constexpr unsigned kCopy = 3, kFresh = 4;
-
   bool is_present(MovingHandle handle) const;
   void set_motion(std::size_t slot, const Vec3& position_m, const Vec3& velocity_mps);
   void set(std::size_t slot, const MovingSource& source);
-  void mark_changed(std::size_t slot);
   std::uint32_t take_slot();
 
   const std::size_t max_sources_, kinds_;
   const Vec3 origin_m_;
-  Snapshot own_;                        // the caller's, to copy from
+  State now_;
   std::vector<std::uint32_t> handles_;  // generations, by slot; even: no source
   // Slots, a ring: the one that has been free for the longest is used first.
   std::vector<std::uint32_t> free_;
   std::size_t first_free_ = 0, free_count_ = 0;
-  std::array<std::vector<std::uint32_t>, 3> stale_;  // slots whose settings a copy lacks, by copy
-  std::vector<std::uint8_t> stale_in_;               // the same as bits, by slot
   std::size_t present_ = 0;
-
-  std::array<Snapshot, 3> copies_;
-  unsigned writing_ = 0;                         // the caller's alone
-  alignas(64) std::atomic<unsigned> middle_{1};  // index of a copy, | kFresh until read
-  alignas(64) unsigned reading_ = 2;             // the sampler's alone
 };
 
 }  // namespace clamor

@@ -150,7 +150,6 @@ Result<void> PartScript::apply(const Stage& stage, double time_s) {
         !ok.ok())
       return ok;
   }
-  stage.parts->commit();
   return {};
 }
 

@@ -48,7 +48,7 @@ class PartScript {
     std::span<const MovablePart> of_level;
     Vec3 origin_m{};  // of the level, to which the poses of its parts are relative
   };
-  // Commits the poses at a time.
+  // Moves the parts to their poses at a time.
   Result<void> apply(const Stage& stage, double time_s);
 
  private:

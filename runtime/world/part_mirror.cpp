@@ -19,7 +19,6 @@ void PartMirror::take_over(std::span<const WorldParts::Committed> committed) {
     }
     if (handle != 0 && slot.version != committed[i].version) take_over(committed[i], slot);
   }
-  parts->commit();
 }
 
 void PartMirror::take_over(const WorldParts::Committed& committed, Slot& slot) {

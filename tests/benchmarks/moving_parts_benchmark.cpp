@@ -42,10 +42,7 @@ struct Doors {
     for (std::size_t d = 0; d < handles.size(); ++d)
       (void)parts.move(handles[d], pose(static_cast<int>(d), angle_rad));
   }
-  std::span<const PartBounds> update() {
-    parts.commit();
-    return scene.update(parts.latest());
-  }
+  std::span<const PartBounds> update() { return scene.update(parts); }
 
   std::vector<Material> materials;
   MovingParts parts;
@@ -123,8 +120,7 @@ void moving_parts_keyframe(benchmark::State& state) {
   const Vec3 place(8, 2.1, 1.5);
   const auto keyframe = [&](double open_deg) {
     (void)parts.move(door, testing::door_pose(open_deg));
-    parts.commit();
-    if (parts.has_pending_commit()) cache.change_parts(scene.update(parts.latest()));
+    cache.change_parts(scene.update(parts));
     sampler->sample(place);
   };
   for (int i = 0; i < 100; ++i) keyframe(45);
@@ -173,8 +169,7 @@ void part_images_found(benchmark::State& state) {
   const auto shape = *PartShape::make(box_mesh({0.5, 1, 0.02}, 0), materials);
   for (int d = 0; d < state.range(0); ++d)
     (void)parts.add(shape, {{2.0 * (d % 10), 1, 2.0 * (d / 10)}});
-  parts.commit();
-  scene.update(parts.latest());
+  scene.update(parts);
   PartImages images(scene, emitters, radiation, weights, nullptr);
   std::vector<FoundSource> found;
   double time_s = 0;
@@ -243,9 +238,8 @@ void part_reflection_error(benchmark::State& state) {
     OcclusionGeometry surfaces(open.contents.mesh, open.contents.materials);
     MovingParts parts;
     (void)parts.add(*PartShape::make(Street::lorry(), open.contents.materials), Street::kPose);
-    parts.commit();
     PartScene scene;
-    scene.update(parts.latest());
+    scene.update(parts);
     surfaces.set_parts(&scene);
     const RadiationModel radiation(open.contents.emitters, open.contents.materials, {});
     const SignalWeights weights{{same_in_all_bands(1)}};

@@ -11,16 +11,17 @@ namespace clamor {
 
 namespace {
 
-// `parts` are those of a bake, or null where nothing occludes.
-void place_parts(const LevelDoors& doors, const BakeFile& file, MovingParts* parts,
-                 std::span<const PartHandle> handles) {
+// Opens and closes the portals and parts of a bake. No part moves where nothing occludes.
+void open_doors(const LevelDoors& doors, const BakeFile& file, Auralizer& auralizer) {
+  auralizer.set_portals(doors.openness_of(file.portals().portals, file.origin_m()));
+  MovingParts* const parts = auralizer.parts();
   if (parts == nullptr) return;
+  const std::span<const PartHandle> handles = auralizer.level_parts();
   for (std::size_t p = 0; p < handles.size(); ++p) {
     const PartPose pose = doors.pose_of(file.movable_parts()[p], file.origin_m());
     // The pose is in range, and the handle is the level's own.
     (void)parts->move(handles[p], in_world(pose, file.origin_m()));
   }
-  parts->commit();
 }
 
 }  // namespace
@@ -70,11 +71,7 @@ void LiveSound::set_focus(const SoloSettings& focus) {
 void LiveSound::set_doors(const LevelDoors& doors) {
   doors_ = doors;
   if (player_ == nullptr || file_ == nullptr) return;
-  place_parts(doors_, *file_, player_->parts(), player_->level_parts());
-  auto openness = doors_.openness_of(file_->portals().portals, file_->origin_m());
-  if (openness == openness_) return;
-  openness_ = openness;
-  player_->set_portals(std::move(openness));
+  player_->change([this](Auralizer& playing) { open_doors(doors_, *file_, playing); });
 }
 
 void LiveSound::run(const std::stop_token& ended) {
@@ -135,22 +132,16 @@ bool LiveSound::update() {
   }
   if (!opened) return false;
   error_ = opened->error;
-  std::vector<float> openness;
-  if (error_.empty())
-    openness = doors_.openness_of(opened->file->portals().portals, opened->file->origin_m());
   if (error_.empty() && opened->player != nullptr) {
     opened->player->move(listener_);
     opened->player->set_focus(focus_);
-    opened->player->set_portals(openness);
-    place_parts(doors_, *opened->file, opened->player->parts(), opened->player->level_parts());
+    opened->player->change([&](Auralizer& next) { open_doors(doors_, *opened->file, next); });
     if (const auto started = opened->player->start(); !started.ok())
       error_ = started.error().message;
     else
       player_ = std::move(opened->player);
   } else if (error_.empty()) {
-    Auralizer& next = *opened->prepared->auralizer;
-    next.set_portals(openness);
-    place_parts(doors_, *opened->file, next.parts(), next.level_parts());
+    open_doors(doors_, *opened->file, *opened->prepared->auralizer);
     if (const auto replaced = player_->replace(std::move(opened->prepared)); !replaced.ok())
       error_ = replaced.error().message;
   }
@@ -162,7 +153,6 @@ bool LiveSound::update() {
   }
   if (!error_.empty()) return false;
   file_ = std::move(opened->file);
-  openness_ = std::move(openness);
   name_ = opened->request.name;
   return true;
 }

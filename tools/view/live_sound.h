@@ -94,7 +94,6 @@ class LiveSound {
   Listener listener_;
   SoloSettings focus_;
   LevelDoors doors_;
-  std::vector<float> openness_;  // of the portals of file_, as set
   bool is_opening_ = false;
 
   std::mutex mutex_;  // guards what follows

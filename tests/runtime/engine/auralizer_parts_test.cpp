@@ -100,7 +100,6 @@ TEST(AuralizerParts, AreHeardWithinAKeyframe) {
     const auto out = left_ear_of(*is, 1, [&](double t) {
       if (t < 0.5) return;
       ASSERT_TRUE(is->parts()->move(handle, door_pose(0)).ok());
-      is->parts()->commit();
     });
     const auto expected = left_ear_of(*closed, 1, nothing);
     const std::size_t begin = static_cast<std::size_t>(0.48 * kSampleRate_hz);
@@ -164,7 +163,6 @@ TEST(AuralizerParts, ChangeTheVoicesOfTheNextKeyframe) {
       const bool closes = keyframe >= 25 && keyframe < 50;
       ++keyframe;
       ASSERT_TRUE(is->parts()->move(is->level_parts().front(), door_pose(closes ? 0 : 90)).ok());
-      is->parts()->commit();
     });
     for (std::size_t f = 0; f <= 5; ++f) {
       const double left = std::pow(std::cos(std::numbers::pi / 10 * static_cast<double>(f)), 2);
@@ -183,7 +181,6 @@ TEST(AuralizerParts, OpenADoorInASecondInStepsOfADecibelAndTwoAtTheFirstCrack) {
     const auto powers = power_by_keyframe(*is, kListener, 2, [&](double t) {
       const double open_deg = 90 * std::clamp((t - 0.5) / opens_s, 0.0, 1.0);
       ASSERT_TRUE(is->parts()->move(is->level_parts().front(), door_pose(open_deg)).ok());
-      is->parts()->commit();
     });
     double largest = 0;
     for (std::size_t k = from_keyframe; k < powers.size(); ++k)
@@ -203,7 +200,6 @@ TEST(AuralizerParts, OpenADoorInASecondWithoutClicks) {
     const PartHandle handle = is->level_parts().front();
     std::vector<float> out = left_ear_of(*is, 2, [&](double t) {
       ASSERT_TRUE(is->parts()->move(handle, door_pose(90 * std::clamp(t - 0.5, 0.0, 1.0))).ok());
-      is->parts()->commit();
     });
     float peak = 0;
     for (const float sample : out) peak = std::max(peak, std::abs(sample));
@@ -219,14 +215,12 @@ TEST(AuralizerParts, ThatAreRemovedLeaveNothingBehind) {
   const auto expected = left_ear_of(*without, 1, nothing);
   const auto is = player_of(rooms({door(0)}, {}, testing::sine()), true);
   ASSERT_TRUE(is->parts()->remove(is->level_parts().front()).ok());
-  is->parts()->commit();
   EXPECT_EQ(left_ear_of(*is, 1, nothing), expected);
 
   const auto later = player_of(rooms({door(0)}, {}, testing::sine()), true);
   const auto out = left_ear_of(*later, 1, [&](double t) {
     if (t < 0.3 || later->parts()->size() == 0) return;
     ASSERT_TRUE(later->parts()->remove(later->level_parts().front()).ok());
-    later->parts()->commit();
   });
   double error = 0, power = 0;
   for (std::size_t i = out.size() * 3 / 4; i < out.size(); ++i) {
@@ -255,7 +249,6 @@ TEST(AuralizerParts, FollowAScript) {
   const auto expected = left_ear_of(*by_hand, 1, [&](double t) {
     const double open_deg = 90 * std::clamp((t - 0.2) / 0.4, 0.0, 1.0);
     ASSERT_TRUE(by_hand->parts()->move(by_hand->level_parts()[0], door_pose(open_deg)).ok());
-    by_hand->parts()->commit();
   });
   const auto out = left_ear_of(*scripted, 1, nothing);
   double error = 0, power = 0;
@@ -282,7 +275,6 @@ TEST(AuralizerParts, MayBeAddedWhereTheOptionsTakeThem) {
   ASSERT_NE(is->parts(), nullptr);
   ASSERT_TRUE(
       is->parts()->add(*PartShape::make(testing::door_leaf(), materials), door_pose(0)).ok());
-  is->parts()->commit();
   const auto closed = player_of(rooms({}, {door(0)}, testing::sine()), false);
   EXPECT_NEAR(last_level_db(left_ear_of(*is, 1, nothing)),
               last_level_db(left_ear_of(*closed, 1, nothing)), 0.5);

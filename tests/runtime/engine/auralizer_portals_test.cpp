@@ -131,7 +131,6 @@ TEST(AuralizerPortals, OpenAndCloseWithTheirDoorUntilTheyAreSet) {
   };
   const auto enable = [&](bool enabled) {
     ASSERT_TRUE(auralizer->parts()->enable(door, enabled).ok());
-    auralizer->parts()->commit();
   };
   EXPECT_LT(power(), 1e-12);
   enable(false);

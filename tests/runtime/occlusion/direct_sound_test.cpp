@@ -272,8 +272,7 @@ TEST(DirectSound, PassesNoClosedDoor) {
   ASSERT_TRUE(door.ok());
   const auto at = [&](double open_deg) {
     EXPECT_TRUE(parts.move(*door, testing::door_pose(open_deg)).ok());
-    parts.commit();
-    scene.update(parts.latest());
+    scene.update(parts);
     return heard(geometry, {2, 2, 1.5}, {8, 2.1, 1.5}).visibility;
   };
   EXPECT_EQ(at(0), Bands{});

@@ -130,8 +130,7 @@ TEST(ImagePath, IsHiddenByAPartWithinOneKeyframe) {
   geometry.set_parts(&scene);
   VisibilityCache cache(geometry, 343.2, {.rays_per_keyframe = 1000});
   const auto heard = [&] {
-    parts.commit();
-    if (parts.has_pending_commit()) cache.change_parts(scene.update(parts.latest()));
+    cache.change_parts(scene.update(parts));
     cache.begin_keyframe({3, 2, 0});
     return cache.estimate_now(7, panel.image);
   };

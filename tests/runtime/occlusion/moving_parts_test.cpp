@@ -33,10 +33,7 @@ struct Movable {
       handles.push_back(*parts.add(*PartShape::make(part.mesh, materials), part.rest_pose));
     commit();
   }
-  std::span<const PartBounds> commit() {
-    parts.commit();
-    return scene.update(parts.latest());
-  }
+  std::span<const PartBounds> commit() { return scene.update(parts); }
 
   const std::vector<Material> materials;
   MovingParts parts;
@@ -215,8 +212,9 @@ TEST(MovingParts, AtTheLimitsStayFinite) {
     EXPECT_EQ(visibility(is.surfaces, line(i)), visibility(without, line(i)));
 }
 
-TEST(MovingParts, HandOverTheNewestCommitHoweverOftenItIsRead) {
+TEST(MovingParts, AreTakenOverHoweverOftenTheyHaveMoved) {
   MovingParts parts;
+  PartScene scene;
   const std::vector<Material> materials(1);
   const auto shape = *PartShape::make(door_leaf(), materials);
   std::vector<PartHandle> doors;
@@ -224,14 +222,14 @@ TEST(MovingParts, HandOverTheNewestCommitHoweverOftenItIsRead) {
   for (int step = 1; step <= 60; ++step) {
     const double x_m = step;
     ASSERT_TRUE(parts.move(doors[static_cast<std::size_t>(step % 5)], {{x_m, 0, 0}}).ok());
-    EXPECT_EQ(parts.has_pending_commit(), step > 1 && step % 7 != 1);
-    parts.commit();
-    EXPECT_TRUE(parts.has_pending_commit());
+    EXPECT_FALSE(scene.is_up_to_date(parts));
     if (step % 7 != 0) continue;
-    const auto& seen = parts.latest();
-    EXPECT_FALSE(parts.has_pending_commit());
+    // Each door appears once, then leaves a place and comes to another.
+    EXPECT_EQ(scene.update(parts).size(), step == 7 ? 5u : 10u);
+    EXPECT_TRUE(scene.is_up_to_date(parts));
+    EXPECT_TRUE(scene.update(parts).empty());
     for (int back = 0; back < 5; ++back)
-      EXPECT_EQ(seen.parts[static_cast<std::size_t>((step - back) % 5)].pose.position_m.x,
+      EXPECT_EQ(parts.parts()[static_cast<std::size_t>((step - back) % 5)].pose.position_m.x,
                 step - back);
   }
 }

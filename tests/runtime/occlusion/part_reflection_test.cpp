@@ -41,8 +41,7 @@ struct Surfaces {
       : materials{mirror()}, geometry(level, materials) {
     if (part.triangles.empty()) return;
     (void)parts.add(*PartShape::make(part, materials), pose);
-    parts.commit();
-    scene.update(parts.latest());
+    scene.update(parts);
     geometry.set_parts(&scene);
   }
   // The share of the power of the image in x = 0 that arrives.

@@ -43,8 +43,7 @@ class DoorwayOfAPortal {
   double openness(const PartPose& pose, bool enabled = true) {
     EXPECT_TRUE(parts_.move(handle_, pose).ok());
     EXPECT_TRUE(parts_.enable(handle_, enabled).ok());
-    parts_.commit();
-    scene_.update(parts_.latest());
+    scene_.update(parts_);
     has_changed_ = portals_.update(geometry_, scene_);
     return static_cast<double>(portals_.openness()[0]);
   }

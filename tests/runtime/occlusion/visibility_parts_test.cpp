@@ -55,11 +55,7 @@ class Doorway {
   void remove() { ASSERT_TRUE(parts_.remove(door_).ok()); }
 
   // Where parts have changed, for caches.
-  std::span<const PartBounds> update() {
-    parts_.commit();
-    return parts_.has_pending_commit() ? scene_.update(parts_.latest())
-                                       : std::span<const PartBounds>();
-  }
+  std::span<const PartBounds> update() { return scene_.update(parts_); }
 
   Bands reference_of_emitter(const Vec3& place) const {
     const auto emitter = std::ranges::find_if(
@@ -249,8 +245,7 @@ TEST(VisibilityParts, FollowAHundredDoorsThatMoveAtOnce) {
   const auto sampler = make_priority_sampler(radiation, weights, list, kDoors, &occlusion);
   const Vec3 place(6, 1.5, 60);
   const auto sample = [&] {
-    parts.commit();
-    if (parts.has_pending_commit()) occlusion.change_parts(scene.update(parts.latest()));
+    occlusion.change_parts(scene.update(parts));
     return sampler->sample(place);
   };
   for (int i = 0; i < 10; ++i) sample();

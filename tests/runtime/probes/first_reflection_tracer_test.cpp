@@ -139,9 +139,8 @@ TEST(FirstReflectionTracer, LosesWhatGoesIntoTheOpenOrMeetsAPart) {
   const auto slab = PartShape::make(testing::box({2, 0.1, 2}), materials);
   ASSERT_TRUE(slab.ok());
   ASSERT_TRUE(parts.add(*slab, {.position_m = {-1, 1.42, -1}}).ok());
-  parts.commit();
   PartScene scene;
-  scene.update(parts.latest());
+  scene.update(parts);
   surfaces.set_parts(&scene);
   // A square of half-width a seen from the height h above it covers 4 asin(a^2 / (a^2 + h^2)).
   const double h2 = 0.48 * 0.48, covered = 4 * std::asin(1 / (1 + h2));

@@ -229,9 +229,8 @@ TEST(FirstReflections, AreTracedAgainWhenAPartHasMoved) {
   const auto screen = PartShape::make(testing::box({0.1, 4, 4}), materials);
   ASSERT_TRUE(screen.ok());
   ASSERT_TRUE(parts.add(*screen, {.position_m = {5.5, 3, 0}}).ok());
-  parts.commit();
   PartScene scene;
-  scene.update(parts.latest());
+  scene.update(parts);
   hall.surfaces().set_parts(&scene);
   for (int k = 0; k < 20; ++k) hall.keyframe({&place_m, 1});
   EXPECT_TRUE(hall.reflections().is_settled());

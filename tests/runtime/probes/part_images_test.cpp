@@ -29,13 +29,11 @@ class Stage {
 
   void move(const PartPose& pose) {
     ASSERT_TRUE(parts_.move(door_, pose).ok());
-    parts_.commit();
-    scene_.update(parts_.latest());
+    scene_.update(parts_);
   }
   void disable() {
     ASSERT_TRUE(parts_.enable(door_, false).ok());
-    parts_.commit();
-    scene_.update(parts_.latest());
+    scene_.update(parts_);
   }
   const std::vector<FoundSource>& keyframe(double time_s, const Vec3& listener_m = kNearPart_m,
                                            double threshold = 0) {

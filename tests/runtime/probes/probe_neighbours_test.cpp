@@ -243,8 +243,7 @@ TEST(ProbeNeighbours, LoseTheProbeBehindAPartAndFindItAgain) {
   const auto wall = *PartShape::make(testing::box({0.1, 4, 4}), level.materials);
   ProbeNeighbours neighbours({{-1, 2, 2}, {1.5, 2, 2}}, &surfaces, 1);
   const auto weights_after = [&](int keyframes) {
-    parts.commit();
-    if (parts.has_pending_commit()) scene.update(parts.latest());
+    scene.update(parts);
     std::map<std::uint32_t, double> weights;
     for (int k = 0; k < keyframes; ++k) {
       neighbours.begin();

@@ -1,8 +1,6 @@
 #include "runtime/sampling/moving_sources.h"
 
 #include <algorithm>
-#include <atomic>
-#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -204,7 +202,7 @@ TEST(MovingSources, RefusePlacesAndSpeedsThatAreNone) {
       }
     }
   moving.commit();
-  const MovingSources::Snapshot& now = moving.latest();
+  const MovingSources::State& now = moving.now();
   ASSERT_EQ(now.count, 1u);
   EXPECT_EQ(Vec3f(now.x_m[0], now.y_m[0], now.z_m[0]), Vec3f(1, 2, 3));
   EXPECT_EQ(Vec3f(now.x_mps[0], now.y_mps[0], now.z_mps[0]), Vec3f(0));
@@ -242,48 +240,6 @@ TEST(MovingSources, AreSampledLikeASortWhenAHundredThousandMove) {
     std::sort(expected.begin(), expected.end());
     EXPECT_EQ(sample, expected) << "step " << step;
   }
-}
-
-// A snapshot has positions and gains of one commit, and commits never go back.
-TEST(MovingSources, AreHandedOverWholeWhileTheCallerContinues) {
-  constexpr std::size_t kSources = 200;
-  constexpr std::uint32_t kCommits = 20'000;
-  MovingSources moving(kSources, 1);
-  std::vector<MovingHandle> handles;
-  MovingSource first;
-  first.gain = same_in_all_bands(0);  // equals the commit at time 0
-  for (std::size_t i = 0; i < kSources; ++i) handles.push_back(*moving.add(first));
-  moving.commit(0);
-  std::atomic<bool> wrong{false};
-  std::thread sampler([&] {
-    double last = 0;
-    while (last < kCommits) {
-      const MovingSources::Snapshot& now = moving.latest();
-      if (now.commits == 0) continue;
-      const auto meant = static_cast<float>(now.time_s);
-      for (std::size_t i = 0; i < now.count; ++i)
-        if (now.x_m[i] != meant || (now.settings[i].present && now.settings[i].gain[3] != meant))
-          wrong = true;
-      if (now.time_s < last) wrong = true;
-      last = now.time_s;
-    }
-  });
-  for (std::uint32_t commit = 1; commit <= kCommits; ++commit) {
-    MovingSource source;
-    source.position_m.x = commit;
-    source.gain = same_in_all_bands(static_cast<float>(commit));
-    for (std::size_t i = 0; i < kSources; ++i) {
-      if ((i + commit) % 50 == 0) {
-        ASSERT_TRUE(moving.remove(handles[i]).ok());
-        handles[i] = *moving.add(source);
-      } else {
-        ASSERT_TRUE(moving.change(handles[i], source).ok());
-      }
-    }
-    moving.commit(commit);
-  }
-  sampler.join();
-  EXPECT_FALSE(wrong);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ struct DoorStage {
   }
   PartPose pose(PartScript& script, double time_s, std::size_t part = 0) {
     EXPECT_TRUE(script.apply({&parts, handles, level}, time_s).ok());
-    return parts.latest().parts[part].pose;
+    return parts.parts()[part].pose;
   }
 
   MovingParts parts;
@@ -82,7 +82,7 @@ TEST(PartScript, AddsBoxes) {
   EXPECT_EQ(stage.pose(*script, 1, 1).position_m, Vec3(1, 0.5, 3));
   EXPECT_EQ(stage.pose(*script, 2, 1).position_m, Vec3(2, 0.5, 3));
   EXPECT_EQ(stage.parts.size(), 2u);
-  const PartShape& shape = *stage.parts.latest().parts[1].shape;
+  const PartShape& shape = *stage.parts.parts()[1].shape;
   EXPECT_EQ(shape.bounds().high_m - shape.bounds().low_m, Vec3f(1, 2, 3));
   EXPECT_EQ(shape.transmission(0), same_in_all_bands(0.25f));
 }
