@@ -150,12 +150,12 @@ struct Auralizer::State {
     ++counted.keyframes;
     counted.voices = static_cast<std::uint32_t>(voices);
     counted.sampler_ms = 1e3 * took_s.cpu;
-    counted.k = static_cast<std::uint32_t>(pacing.voices());
-    counted.min_k = static_cast<std::uint32_t>(pacing.min_voices());
-    counted.late_keyframes = pacing.late_keyframes();
-    counted.starved_keyframes = pacing.starved_keyframes();
-    counted.waiting_share = std::max(pacing.waiting_share(), mixer.waiting_share());
-    counted.keyframes_per_sample = static_cast<std::uint32_t>(pacing.spacing());
+    counted.k = static_cast<std::uint32_t>(pacing.load().voices());
+    counted.min_k = static_cast<std::uint32_t>(pacing.load().min_so_far());
+    counted.late_keyframes = pacing.load().late();
+    counted.starved_keyframes = pacing.load().starved();
+    counted.waiting_share = std::max(pacing.load().waiting_share(), mixer.waiting_share());
+    counted.keyframes_per_sample = static_cast<std::uint32_t>(pacing.load().spacing());
     counted.lead_s = pacing.lead_s();
     counted.max_lead_s = pacing.max_lead_s();
     counted.bounded_keyframes = pipeline.sampler().bounded_keyframes();
@@ -320,8 +320,8 @@ void Auralizer::make_keyframe(const Listener& at) {
   const WorkTime spent_s = state.pacing.now_s() - start_s;
   const WorkTime part_s = state.schedule.part_s(spent_s, samples);
   if (state.pacing.made(state.made, spent_s, part_s, state.mixer)) {
-    state.pipeline.sampler().set_voice_count(state.pacing.voices());
-    state.schedule.space(state.pacing.spacing());
+    state.pipeline.sampler().set_voice_count(state.pacing.load().voices());
+    state.schedule.space(state.pacing.load().spacing());
   }
   state.count_keyframe(keyframe->voices.size(), part_s);
   ++state.made;
@@ -405,7 +405,7 @@ void Auralizer::set_kind(std::uint32_t kind, std::size_t slot, const Bands& dire
 }
 
 void Auralizer::limit_group(std::uint16_t group, double share) {
-  const double voices = share * static_cast<double>(state_->pacing.voices());
+  const double voices = share * static_cast<double>(state_->pacing.load().voices());
   state_->pipeline.limit_group(group, share >= 1 ? std::numeric_limits<std::size_t>::max()
                                                  : static_cast<std::size_t>(std::ceil(voices)));
 }

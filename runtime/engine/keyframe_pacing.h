@@ -1,7 +1,7 @@
 // keyframe_pacing.h: from the time that keyframes take: how early to begin the next one, and how
 // many sources it may have.
 //
-// Threads: the sampler's; the counters on any.
+// Threads: the sampler's.
 #pragma once
 
 #include <cstdint>
@@ -32,17 +32,11 @@ class KeyframePacing {
   double max_lead_s() const { return max_lead_s_; }  // so far
 
   // Records that keyframe `number` took `spent_s`, of which `part_s` is its own part: a sample that
-  // serves several keyframes is shared among them. Returns whether voices() or spacing() may have
-  // changed.
+  // serves several keyframes is shared among them. Returns whether load() may have changed.
   bool made(std::uint64_t number, const WorkTime& spent_s, const WorkTime& part_s,
             const BlockMixer& mixer);
 
-  std::size_t voices() const { return load_.voices(); }
-  std::size_t spacing() const { return load_.spacing(); }
-  std::size_t min_voices() const { return load_.min_so_far(); }
-  std::uint64_t late_keyframes() const { return load_.late(); }
-  std::uint64_t starved_keyframes() const { return load_.starved(); }
-  double waiting_share() const { return load_.waiting_share(); }
+  const SamplerLoadControl& load() const { return load_; }
 
  private:
   const LoadClock clock_;
