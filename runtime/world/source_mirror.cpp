@@ -31,7 +31,6 @@ SourceMirror::SourceMirror(Auralizer& auralizer, WorldSources& sources, std::uin
       level_(level),
       offline_(start_s.has_value()),
       start_s_(start_s),
-      parts_(auralizer, level),
       slots_(sources.max_sources()),
       sound_slots_(sources.max_sounds()),
       voice_shares_(kMaxWorldGroups + 1, 1.0) {}
@@ -63,9 +62,9 @@ void SourceMirror::update() {
 bool SourceMirror::take_over(const WorldSources::Commit& commit, double keyframe_s) {
   MovingSources& moving = *auralizer_.moving();
   bool complete = true;
-  take_over_emitters(commit);
-  parts_.take_over(commit.parts);
-  take_over_portals(commit);
+  take_over_shares(commit.emitters, emitters_version_, &Auralizer::set_emitter_powers);
+  take_over_parts(commit.parts);
+  take_over_shares(commit.portals, portals_version_, &Auralizer::set_portals);
   for (std::size_t group = 1; group < commit.voice_shares.size(); ++group) {
     if (commit.voice_shares[group] == voice_shares_[group]) continue;
     voice_shares_[group] = commit.voice_shares[group];
@@ -88,18 +87,50 @@ bool SourceMirror::take_over(const WorldSources::Commit& commit, double keyframe
   return complete;
 }
 
-void SourceMirror::take_over_emitters(const WorldSources::Commit& commit) {
-  const auto level = commit.emitters.find(level_);
-  if (level == commit.emitters.end() || level->second.version == emitters_version_) return;
-  auralizer_.set_emitter_powers(level->second.shares);
-  emitters_version_ = level->second.version;
+void SourceMirror::take_over_shares(
+    const std::map<std::uint64_t, WorldSources::PowerShares>& levels, std::uint64_t& version,
+    void (Auralizer::*set)(std::vector<float>)) {
+  const auto level = levels.find(level_);
+  if (level == levels.end() || level->second.version == version) return;
+  (auralizer_.*set)(level->second.shares);
+  version = level->second.version;
 }
 
-void SourceMirror::take_over_portals(const WorldSources::Commit& commit) {
-  const auto level = commit.portals.find(level_);
-  if (level == commit.portals.end() || level->second.version == portals_version_) return;
-  auralizer_.set_portals(level->second.shares);
-  portals_version_ = level->second.version;
+// Parts that there is no room for are left out.
+void SourceMirror::take_over_parts(std::span<const WorldParts::Committed> committed) {
+  MovingParts* const parts = auralizer_.parts();
+  if (parts == nullptr) return;
+  part_slots_.resize(std::max(part_slots_.size(), committed.size()));
+  for (std::size_t i = 0; i < part_slots_.size(); ++i) {
+    PartSlot& slot = part_slots_[i];
+    const std::uint64_t handle = i < committed.size() ? committed[i].handle : 0;
+    if (slot.handle != handle) {
+      // A level's part whose level is closed stays as it is.
+      if (slot.is_added) (void)parts->remove(slot.part);
+      slot = {};
+    }
+    if (handle != 0 && slot.version != committed[i].version) take_over_part(committed[i], slot);
+  }
+}
+
+void SourceMirror::take_over_part(const WorldParts::Committed& committed, PartSlot& slot) {
+  MovingParts& parts = *auralizer_.parts();
+  const WorldPart& part = committed.part;
+  const bool is_new = slot.handle == 0, is_here = part.level == 0 || part.level == level_;
+  if (is_new && is_here && part.is_added()) {
+    const auto added = parts.add(part.shape, part.pose);
+    slot.is_added = added.ok();
+    if (added.ok()) slot.part = *added;
+  } else if (is_new && is_here && part.index < auralizer_.level_parts().size()) {
+    slot.part = auralizer_.level_parts()[part.index];
+  }
+  if (slot.part.generation != 0) {
+    (void)parts.move(slot.part, part.pose);
+    (void)parts.enable(slot.part, part.enabled);
+  }
+  // Last, so that an exception does not lose the change.
+  slot.handle = committed.handle;
+  slot.version = committed.version;
 }
 
 // Brings the sound of a source into its slot; false if the slot is not free yet.
@@ -125,27 +156,21 @@ bool SourceMirror::has_sound(const WorldSources::Committed& source, double keyfr
 bool SourceMirror::add(std::size_t i, const WorldSources::Committed& source, double keyframe_s) {
   MovingSources& moving = *auralizer_.moving();
   Slot& slot = slots_[i];
+  const MovingSource& now = source.moving;
   const bool is_new = slot.identity == 0;
   if (!is_new && slot.version == source.version) {
-    if (slot.position_m == source.position_m && slot.velocity_mps == source.velocity_mps)
-      return true;
-    slot.position_m = source.position_m;
-    slot.velocity_mps = source.velocity_mps;
-    auralizer_.check_place(Auralizer::PlaceOf::kSource, source.position_m);
-    return moving.move(slot.handle, source.position_m, source.velocity_mps).ok();
+    if (slot.position_m == now.position_m && slot.velocity_mps == now.velocity_mps) return true;
+    slot.position_m = now.position_m;
+    slot.velocity_mps = now.velocity_mps;
+    auralizer_.check_place(Auralizer::PlaceOf::kSource, now.position_m);
+    return moving.move(slot.handle, now.position_m, now.velocity_mps).ok();
   }
-  auralizer_.check_place(Auralizer::PlaceOf::kSource, source.position_m);
+  auralizer_.check_place(Auralizer::PlaceOf::kSource, now.position_m);
   if (is_new && moving.size() == moving.max_sources()) return false;
-  MovingSource moved;
+  MovingSource moved = now;
   // Each slot of the auralizer has a kind, so that a source that was removed dies away with its
   // own.
   moved.kind = is_new ? moving.next_slot() : slot.handle.slot;
-  moved.position_m = source.position_m;
-  moved.velocity_mps = source.velocity_mps;
-  moved.axis = source.axis;
-  moved.gain = source.gain;
-  moved.group = source.group;
-  moved.reverberation = source.reverberation;
   if (is_new) slot.start_s = start_of(source, keyframe_s);
   moved.start_s = slot.start_s;
   auralizer_.set_kind(moved.kind, sound_slot(source), source.directivity);
@@ -158,8 +183,8 @@ bool SourceMirror::add(std::size_t i, const WorldSources::Committed& source, dou
   }
   slot.identity = source.identity;
   slot.version = source.version;
-  slot.position_m = source.position_m;
-  slot.velocity_mps = source.velocity_mps;
+  slot.position_m = now.position_m;
+  slot.velocity_mps = now.velocity_mps;
   return true;
 }
 

@@ -10,11 +10,14 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
+#include "runtime/occlusion/moving_parts.h"
 #include "runtime/sampling/moving_sources.h"
-#include "runtime/world/part_mirror.h"
 #include "runtime/world/world_sources.h"
 
 namespace clamor {
@@ -46,6 +49,11 @@ class SourceMirror {
     double start_s = 0;  // on the auralizer's clock, or kStartsWhenHeard
     Vec3 position_m{}, velocity_mps{};
   };
+  struct PartSlot {
+    std::uint64_t handle = 0, version = 0;  // of the world
+    PartHandle part{};                      // of the auralizer; generation 0: none
+    bool is_added = false;
+  };
   struct SoundSlot {
     std::uint64_t handle = 0;       // 0: none
     std::uint64_t last_handle = 0;  // stays when the sound is removed
@@ -58,8 +66,10 @@ class SourceMirror {
 
   void update_start(double keyframe_s);
   bool take_over(const WorldSources::Commit& commit, double keyframe_s);
-  void take_over_emitters(const WorldSources::Commit& commit);
-  void take_over_portals(const WorldSources::Commit& commit);
+  void take_over_shares(const std::map<std::uint64_t, WorldSources::PowerShares>& levels,
+                        std::uint64_t& version, void (Auralizer::*set)(std::vector<float>));
+  void take_over_parts(std::span<const WorldParts::Committed> committed);
+  void take_over_part(const WorldParts::Committed& committed, PartSlot& slot);
   bool has_sound(const WorldSources::Committed& source, double keyframe_s);
   bool add(std::size_t slot, const WorldSources::Committed& source, double keyframe_s);
   double start_of(const WorldSources::Committed& source, double keyframe_s) const;
@@ -73,9 +83,9 @@ class SourceMirror {
   std::optional<double> start_s_;
   std::uint64_t commits_ = 0;
   std::uint64_t emitters_version_ = 0, portals_version_ = 0;
-  PartMirror parts_;
   bool complete_ = true;  // every source of the last commit has been taken over
   std::vector<Slot> slots_;
+  std::vector<PartSlot> part_slots_;
   std::vector<SoundSlot> sound_slots_;
   // They are freed outside of the world's lock, because the application may be told.
   std::vector<std::shared_ptr<WorldSound>> removed_sounds_;

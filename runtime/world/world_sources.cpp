@@ -178,21 +178,9 @@ void WorldSources::commit_emitters() {
       const double gain = std::min(emitter.gain * group_gain(emitter.group), 1.0);
       powers.push_back(static_cast<float>(gain * gain));
     }
-    PowerShares& committed = commit_.emitters[level];
-    if (committed.shares == powers) continue;
-    committed.shares = std::move(powers);
-    ++committed.version;
+    commit_.emitters[level].update(powers);
   }
   emitters_changed_ = false;
-}
-
-void WorldSources::commit_portals() {
-  for (const auto& [level, openness] : portals_) {
-    PowerShares& committed = commit_.portals[level];
-    if (committed.shares == openness) continue;
-    committed.shares = openness;
-    ++committed.version;
-  }
 }
 
 void WorldSources::commit(const WorldTime& time) {
@@ -239,7 +227,7 @@ void WorldSources::commit(const WorldTime& time) {
   });
   commit_emitters();
   parts_.commit(commit_.parts);
-  commit_portals();
+  for (const auto& [level, openness] : portals_) commit_.portals[level].update(openness);
   commit_.time = time;
   ++commit_.number;
 }
@@ -248,13 +236,14 @@ void WorldSources::commit(Source& source, Committed& committed, SlotState& state
                           const WorldTime& time) {
   const SourceMotion& motion = source.now.motion;
   const bool has_moved_before = committed.version != 0;
-  committed.velocity_mps = motion.velocity_mps;
+  MovingSource& moving = committed.moving;
+  moving.velocity_mps = motion.velocity_mps;
   if (motion.velocity_mps == Vec3{} && has_moved_before)
-    committed.velocity_mps =
-        velocity_between(committed.position_m, motion.position_m, interval_s(time - commit_.time));
-  committed.position_m = motion.position_m;
-  if (committed.axis != motion.axis) ++committed.version;
-  committed.axis = motion.axis;
+    moving.velocity_mps =
+        velocity_between(moving.position_m, motion.position_m, interval_s(time - commit_.time));
+  moving.position_m = motion.position_m;
+  if (moving.axis != motion.axis) ++committed.version;
+  moving.axis = motion.axis;
 
   const auto group = source.now.group == 0 ? nullptr : groups_.find(source.now.group);
   const std::uint64_t group_version = group == nullptr ? 0 : group->version;
@@ -271,13 +260,12 @@ void WorldSources::commit(Source& source, Committed& committed, SlotState& state
     committed.identity = ++identities_;
   }
   committed.level = source.now.level;
-  committed.group = group == nullptr ? std::uint16_t{0} : group_number(source.now.group);
+  moving.group = group == nullptr ? std::uint16_t{0} : group_number(source.now.group);
   const auto group_gain = static_cast<float>(group == nullptr ? 1 : group->now.gain);
   for (std::size_t b = 0; b < kBandCount; ++b)
-    committed.gain[b] =
-        std::min(group_gain * source.now.gain[b], static_cast<float>(kMaxWorldGain));
+    moving.gain[b] = std::min(group_gain * source.now.gain[b], static_cast<float>(kMaxWorldGain));
   committed.directivity = source.now.directivity;
-  committed.reverberation = source.now.reverberation;
+  moving.reverberation = source.now.reverberation;
   // A paused source is silent, and its sound goes on later from where it was.
   const bool pauses = group != nullptr && group->now.paused;
   if (pauses) {

@@ -21,6 +21,7 @@
 
 #include "common/bands.h"
 #include "common/vec.h"
+#include "runtime/sampling/moving_sources.h"
 #include "runtime/world/handle_table.h"
 #include "runtime/world/world_parts.h"
 #include "runtime/world/world_sound.h"
@@ -132,16 +133,20 @@ class WorldSources {
     std::uint64_t sound_handle = 0;
     std::shared_ptr<WorldSound> sound;
     std::uint64_t level = 0;
-    std::uint16_t group = 0;  // its number from 1 on; 0: none
-    Vec3 position_m{}, velocity_mps{}, axis{};
-    Bands gain{}, directivity{};
-    float reverberation = 1;
+    MovingSource moving;  // without its kind and its start, which differ between listeners
+    Bands directivity{};
     WorldTime begin;  // of the sound
   };
   // Shares of power, 0 to 1, by emitter or by portal.
   struct PowerShares {
     std::vector<float> shares;
     std::uint64_t version = 0;  // grows with each change
+
+    void update(const std::vector<float>& now) {
+      if (now == shares) return;
+      shares = now;
+      ++version;
+    }
   };
   struct Commit {
     std::vector<Committed> sources;     // by slot
@@ -184,7 +189,6 @@ class WorldSources {
   }
   void commit(Source& source, Committed& committed, SlotState& state, const WorldTime& time);
   void commit_emitters();
-  void commit_portals();
   double group_gain(std::uint64_t handle) const;  // 0 while it is paused
 
   mutable std::mutex mutex_;
