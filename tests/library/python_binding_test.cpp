@@ -42,7 +42,7 @@ TEST_F(PythonBinding, DeclaresAllOfTheHeaderAsTheCompilerSeesIt) {
   const TemporaryFile table(
       ".txt",
       testing::header_table(std::string(testing::kSourceDir) + "/runtime/clamor.h", "CLAMOR_API"));
-  check("interface _interface " + table.path());
+  check("interface runtime " + table.path());
 }
 
 TEST_F(PythonBinding, RendersTheSamplesOfTheProgram) {
@@ -78,7 +78,7 @@ TEST_F(PythonBakeBinding, DeclaresAllOfTheHeaderAsTheCompilerSeesIt) {
   const TemporaryFile table(
       ".txt", testing::header_table(std::string(testing::kSourceDir) + "/bake/clamor_bake.h",
                                     "CLAMOR_BAKE_API"));
-  check("interface _bake_interface " + table.path());
+  check("interface bake " + table.path());
 }
 
 TEST_F(PythonBakeBinding, BakesTheBytesOfTheProgramAndTheTrianglesOfArrays) {

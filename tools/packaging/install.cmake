@@ -81,3 +81,4 @@ endif()
 set(CLAMOR_PYTHON_FOLDER lib/python3/dist-packages CACHE STRING "Where the Python package is installed")
 install(DIRECTORY runtime/bindings/python/clamor DESTINATION ${CLAMOR_PYTHON_FOLDER} COMPONENT python
   PATTERN __pycache__ EXCLUDE)
+install(FILES runtime/clamor.h bake/clamor_bake.h DESTINATION ${CLAMOR_PYTHON_FOLDER}/clamor COMPONENT python)

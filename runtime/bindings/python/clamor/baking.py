@@ -4,16 +4,16 @@ from __future__ import annotations
 import ctypes
 import os
 import weakref
-from ctypes import POINTER, byref, c_char_p, c_float, c_uint32, c_uint64, c_void_p
+from ctypes import c_char_p, c_void_p
 from typing import Any, Callable, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from . import _arguments as given
-from . import _bake_interface as native
-from ._bake_interface import check, library
+from ._library import ClamorError
+from ._library import bake as native
 from ._mesh import mesh_arrays
-from .world import _Owner
+from .world import _Owner, _told
 
 Path = Union[str, "os.PathLike[str]"]
 PHASES = ("preparing", "tracing", "sorting", "writing")
@@ -51,7 +51,7 @@ class BakeReport(NamedTuple):
 def presets() -> List[str]:
     """The names of the material presets."""
     names: List[str] = []
-    while (name := library().clamor_bake_preset_name(len(names))) is not None:
+    while (name := native.library.clamor_bake_preset_name(len(names))) is not None:
         names.append(name.decode())
     return names
 
@@ -68,8 +68,8 @@ def _bands(values: Any, name: str) -> Optional[np.ndarray]:
     return np.ascontiguousarray(np.broadcast_to(array, native.CLAMOR_BAKE_BANDS))
 
 
-def _floats(array: Optional[np.ndarray]) -> Any:
-    return None if array is None else array.ctypes.data_as(POINTER(c_float))
+def _address(array: Optional[np.ndarray]) -> Optional[int]:
+    return None if array is None else array.ctypes.data
 
 
 class BakeLevel(_Owner):
@@ -89,31 +89,31 @@ class BakeLevel(_Owner):
     def __init__(self, path: Optional[Path] = None, *, name: Optional[str] = None,
                  acoustics: Optional[Path] = None, material: Optional[str] = None,
                  emitters: Sequence[str] = (), hidden_meshes: bool = False):
-        level, error = c_void_p(), native.clamor_bake_error()
         if path is None:
-            check(library().clamor_bake_create_level(given.text(name, "name"), byref(level),
-                                                     byref(error)), error)
+            level = native.call("clamor_bake_create_level", given.text(name, "name"))
         else:
             if isinstance(emitters, str):
                 raise TypeError("emitters must be a list of strings, not one string")
             fields = [given.text(one, "emitters") for one in emitters]
-            texts = (c_char_p * max(len(fields), 1))(*fields)
+            texts = (c_char_p * len(fields))(*fields)
             options = native.clamor_bake_level_options(
                 hidden_meshes=given.flag(hidden_meshes, "hidden_meshes"),
                 acoustics=given.text(acoustics, "acoustics"),
                 material=given.text(material, "material"),
-                emitters=ctypes.cast(texts, POINTER(c_char_p)) if fields else None,
-                emitter_count=len(fields))
-            check(library().clamor_bake_read_level(given.text(path, "path"), byref(options),
-                                                   byref(level), byref(error)), error)
-        self._pointer = level
-        self._finalizer = weakref.finalize(self, library().clamor_bake_destroy_level, level)
+                emitters=ctypes.addressof(texts) if fields else None, emitter_count=len(fields))
+            level = native.call("clamor_bake_read_level", given.text(path, "path"), options)
+        self._pointer = c_void_p(level)
+        self._finalizer = weakref.finalize(self, native.library.clamor_bake_destroy_level,
+                                           self._pointer)
 
     @property
     def _open(self) -> c_void_p:
         if not self._finalizer.alive:
             raise ValueError("the level is closed")
         return self._pointer
+
+    def _call(self, function: str, *arguments: Any) -> Any:
+        return native.call(function, self._open, *arguments)
 
     def add_material(self, preset: Optional[str] = None, *, name: Optional[str] = None,
                      absorption: Any = None, scattering: Any = None, phong: Any = None,
@@ -131,11 +131,8 @@ class BakeLevel(_Owner):
                                      ("phong", phong), ("transmission", transmission))}
         values = native.clamor_bake_material(name=given.text(name, "name"),
                                              preset=given.text(preset, "preset"),
-                                             **{key: _floats(a) for key, a in bands.items()})
-        number, error = c_uint32(), native.clamor_bake_error()
-        check(library().clamor_bake_add_material(self._open, byref(values), byref(number),
-                                                 byref(error)), error)
-        return number.value
+                                             **{key: _address(a) for key, a in bands.items()})
+        return self._call("clamor_bake_add_material", values)
 
     def add_triangles(self, vertices_m: Any, triangles: Any, material: int) -> None:
         """Adds triangles, which reflect on both sides.
@@ -145,10 +142,8 @@ class BakeLevel(_Owner):
         Raises ClamorError for numbers of no vertex or material, ValueError for other shapes.
         """
         vertices, corners = mesh_arrays(vertices_m, triangles)
-        error = native.clamor_bake_error()
-        check(library().clamor_bake_add_triangles(
-            self._open, vertices.ctypes.data, len(vertices), corners.ctypes.data, len(corners),
-            given.whole(material, "material"), byref(error)), error)
+        self._call("clamor_bake_add_triangles", vertices.ctypes.data, len(vertices),
+                   corners.ctypes.data, len(corners), given.whole(material, "material"))
 
     def add_box(self, low_m: Sequence[float], high_m: Sequence[float], material: int) -> None:
         """Adds the twelve triangles of a box between two corners in metres: a shoebox room."""
@@ -169,19 +164,15 @@ class BakeLevel(_Owner):
         """
         values = native.clamor_bake_sound(name=given.text(name, "name"),
                                           plays_once=given.flag(plays_once, "plays_once"))
-        samples = None
         if isinstance(sound, (str, os.PathLike)):
             values.path = given.text(sound, "sound")
         else:
             samples = given.array(sound, "sound", "(frames,)", np.float32)
             if samples.ndim != 1:
                 raise ValueError(f"sound must have the shape (frames,), not {samples.shape}")
-            values.samples, values.frames = _floats(samples), len(samples)
+            values.samples, values.frames = samples.ctypes.data, len(samples)
             values.rate_hz = given.whole(rate_hz, "rate_hz", 1000, 768_000)
-        number, error = c_uint32(), native.clamor_bake_error()
-        check(library().clamor_bake_add_sound(self._open, byref(values), byref(number),
-                                              byref(error)), error)
-        return number.value
+        return self._call("clamor_bake_add_sound", values)
 
     def add_emitter(self, sound: int, position_m: Sequence[float], *, name: Optional[str] = None,
                     facing: Sequence[float] = (0, 0, -1), gain: float = 1.0,
@@ -193,24 +184,20 @@ class BakeLevel(_Owner):
         omnidirectional, 1 a cardioid. delay_s: the sound's start.
         """
         bands = None if np.ndim(directivity) == 0 else _bands(directivity, "directivity")
-        values = native.clamor_bake_emitter(
+        self._call("clamor_bake_add_emitter", native.clamor_bake_emitter(
             sound=given.whole(sound, "sound"), name=given.text(name, "name"),
             position_m=given.vector(position_m, "position_m"), facing=given.vector(facing, "facing"),
             gain=given.number(gain, "gain", 0),
             directivity=given.number(directivity, "directivity", 0) if bands is None else 0,
-            directivity_bands=_floats(bands), delay_s=given.number(delay_s, "delay_s", 0))
-        error = native.clamor_bake_error()
-        check(library().clamor_bake_add_emitter(self._open, byref(values), byref(error)), error)
+            directivity_bands=_address(bands), delay_s=given.number(delay_s, "delay_s", 0)))
 
     def set_air(self, temperature_c: float = 20, humidity_percent: float = 50,
                 pressure_kpa: float = 101.325) -> None:
         """Sets the air, which absorbs sound and determines its speed."""
-        air = native.clamor_bake_air(
+        self._call("clamor_bake_set_air", native.clamor_bake_air(
             temperature_c=given.number(temperature_c, "temperature_c"),
             humidity_percent=given.number(humidity_percent, "humidity_percent"),
-            pressure_kpa=given.number(pressure_kpa, "pressure_kpa"))
-        error = native.clamor_bake_error()
-        check(library().clamor_bake_set_air(self._open, byref(air), byref(error)), error)
+            pressure_kpa=given.number(pressure_kpa, "pressure_kpa")))
 
     def bake(self, path: Optional[Path] = None, **options: Any) -> Any:
         """Bakes the level; the options are those of bake(), and so is what it returns."""
@@ -263,45 +250,42 @@ def bake(level: Union[BakeLevel, Path], path: Optional[Path] = None, *, threads:
 
 def _run(level: BakeLevel, path: Optional[Path], settings: dict,
          progress: Optional[Callable[[BakeProgress], Any]]) -> Any:
-    messages: Tuple[List[str], List[str]] = ([], [])
+    notes: List[str] = []
+    warnings: List[str] = []
     raised: List[BaseException] = []
 
-    @native.ProgressFunction
     def report_progress(_: Any, pointer: Any) -> int:
         if progress is None:
             return 0
-        now = pointer.contents
         try:
-            answer = progress(BakeProgress(PHASES[now.phase], now.fraction, now.photons,
-                                           now.photons_total, now.error_db, now.seconds))
-            return int(answer is False)
+            now = pointer.contents
+            return int(progress(_told(BakeProgress, now, phase=PHASES[now.phase])) is False)
         except BaseException as exception:  # no exception can pass through the library
             raised.append(exception)
             return 1
 
-    @native.MessageFunction
     def keep_message(_: Any, kind: int, sentence: bytes) -> None:
-        messages[kind == native.CLAMOR_BAKE_WARNING].append(sentence.decode("utf-8", "replace"))
+        (warnings if kind == native.CLAMOR_BAKE_WARNING else notes).append(
+            sentence.decode("utf-8", "replace"))
 
-    options = native.clamor_bake_options(progress=report_progress, message=keep_message, **settings)
-    report, error = native.clamor_bake_report(), native.clamor_bake_error()
-    baked, count = c_void_p(), c_uint64()
-    if path is None:
-        code = library().clamor_bake_to_memory(level._open, byref(options), byref(baked),
-                                               byref(count), byref(report), byref(error))
-    else:
-        code = library().clamor_bake_to_file(level._open, byref(options), given.text(path, "path"),
-                                             byref(report), byref(error))
-    if raised:
-        library().clamor_bake_free(baked)
-        raise raised[0]
-    check(code, error)
-    told = BakeReport(report.sources, report.photons, report.photons_reused, report.file_bytes,
-                      report.error_db, bool(report.missed_goal), np.array(report.t30_s),
-                      np.array(report.t30_error_s), report.seconds, *messages)
-    if path is not None:
-        return told
+    options = native.clamor_bake_options(
+        progress=native.clamor_bake_options_progress(report_progress),
+        message=native.clamor_bake_options_message(keep_message), **settings)
+    baked, count = None, 0
     try:
-        return ctypes.string_at(baked, count.value), told
+        if path is None:
+            baked, count, report = level._call("clamor_bake_to_memory", options)
+        else:
+            report = level._call("clamor_bake_to_file", options, given.text(path, "path"))
+        if raised:
+            raise raised[0]
+        told = _told(BakeReport, report, missed_goal=bool(report.missed_goal), messages=notes,
+                     warnings=warnings, t30_s=np.array(report.t30_s),
+                     t30_error_s=np.array(report.t30_error_s))
+        return told if path is not None else (ctypes.string_at(baked, count), told)
+    except ClamorError:
+        if raised:
+            raise raised[0] from None
+        raise
     finally:
-        library().clamor_bake_free(baked)
+        native.library.clamor_bake_free(baked)

@@ -4,14 +4,11 @@ from __future__ import annotations
 import os
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from ctypes import byref, c_uint64
 from typing import Any, Optional
 
 import numpy as np
 
-from . import _interface as native
 from ._arguments import destination, frame_count, index, instance, places, whole
-from ._interface import check, library
 from .offline import open, render_path
 from .walk import path_of
 from .world import Level, Listener
@@ -48,11 +45,8 @@ def impulse_responses(level: Level, places_m: Any, seconds: Optional[float] = No
                destination(out, (len(at_m), frames), f"({len(at_m)}, {frames or 'frames'})"))
     if samples.size == 0:
         return samples
-    whole_frames, error = c_uint64(), native.clamor_error()
-    check(library().clamor_measure_responses(
-        level.context._open, level._handle, _ALL_EMITTERS if emitter is None else int(emitter),
-        at_m.ctypes.data, len(at_m), samples.ctypes.data, samples.shape[1], byref(whole_frames),
-        byref(error)), error)
+    level._call("clamor_measure_responses", _ALL_EMITTERS if emitter is None else int(emitter),
+                at_m.ctypes.data, len(at_m), samples.ctypes.data, samples.shape[1])
     return samples
 
 

@@ -5,9 +5,9 @@ from typing import Any, Callable, Optional
 
 import numpy as np
 
-from . import _interface as native
 from ._arguments import destination, frame_count, instance
 from ._library import ClamorError
+from ._library import runtime as native
 from .walk import Pose, Poses, path_of
 from .world import Context, Level, Listener, Source
 

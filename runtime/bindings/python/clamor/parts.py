@@ -1,18 +1,15 @@
 """Movable parts of the application's own: doors, lifts and barriers that it adds to a level."""
 from __future__ import annotations
 
-from ctypes import byref, c_uint64
 from typing import Any, Optional, Sequence
 
 from . import _arguments as given
-from . import _interface as native
-from ._interface import check, library
+from ._library import runtime as native
 from ._mesh import mesh_arrays
-from .sources import _InContext
-from .world import Context, Level, LevelPart, _pose
+from .world import Context, Level, LevelPart, _Owned, _pose
 
 
-class Part(_InContext, LevelPart):
+class Part(_Owned, LevelPart):
     """A box or a mesh that occludes and reflects, per band, wherever you move it.
 
     Args:
@@ -57,7 +54,4 @@ class Part(_InContext, LevelPart):
             vertices, corners = mesh_arrays(vertices_m, triangles)  # the library copies them
             options.vertices_m, options.vertices = vertices.ctypes.data, len(vertices)
             options.indices, options.triangles = corners.ctypes.data, len(corners)
-        handle, error = c_uint64(), native.clamor_error()
-        check(library().clamor_add_part(context._open, byref(options), byref(handle), byref(error)),
-              error)
-        self._own(context, handle.value, "clamor_remove_part")
+        self._own(context, "clamor_remove_part", "clamor_add_part", options)

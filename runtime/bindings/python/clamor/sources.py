@@ -2,27 +2,17 @@
 from __future__ import annotations
 
 import os
-import weakref
-from ctypes import byref, c_uint32, c_uint64
+from ctypes import c_float
 from typing import Any, Callable, Optional, Sequence, Union
 
 import numpy as np
 
 from . import _arguments as given
-from . import _interface as native
-from ._interface import check, library
-from .world import Context, Level, _close, _numbers, _Owner, _release, _used_by_library
+from ._library import runtime as native
+from .world import Context, Level, _Owned
 
 # A callback that fills samples (frames,) float32 and returns how many it had.
 Pull = Callable[[np.ndarray], int]
-
-
-class _InContext(_Owner):
-    context: Context
-
-    def _own(self, context: Context, handle: int, function: str) -> None:
-        self.context, self._handle = context, handle
-        self._finalizer = weakref.finalize(self, _close, context, function, handle)
 
 
 def _samples(samples: Any, name: str) -> np.ndarray:
@@ -32,7 +22,7 @@ def _samples(samples: Any, name: str) -> np.ndarray:
     return array
 
 
-class Sound(_InContext):
+class Sound(_Owned):
     """A sound that any number of sources play, mono, in memory.
 
     Args:
@@ -50,24 +40,19 @@ class Sound(_InContext):
         given.instance(context, Context, "context")
         options = native.clamor_sound_options(rate_hz=given.whole(rate_hz, "rate_hz", 1000, 768_000),
                                               loops=given.flag(loops, "loops"))
-        handle, error = c_uint64(), native.clamor_error()
         if isinstance(sound, (str, os.PathLike)):
-            code = library().clamor_read_sound(context._open, given.text(sound, "sound"), byref(options),
-                                               byref(handle), byref(error))
+            how = "clamor_read_sound", given.text(sound, "sound"), options
         elif isinstance(sound, tuple) and len(sound) == 2 and isinstance(sound[0], Level):
             level, number = sound
             given.index(number, "number", level.info.sounds, "sounds")
-            code = library().clamor_read_level_sound(context._open, level._handle, number,
-                                                     byref(handle), byref(error))
+            how = "clamor_read_level_sound", level._handle, number
         else:
             samples = _samples(sound, "sound")
-            code = library().clamor_add_sound(context._open, samples.ctypes.data, len(samples),
-                                              byref(options), byref(handle), byref(error))
-        check(code, error)
-        self._own(context, handle.value, "clamor_remove_sound")
+            how = "clamor_add_sound", samples.ctypes.data, len(samples), options
+        self._own(context, "clamor_remove_sound", *how)
 
 
-class Stream(_InContext):
+class Stream(_Owned):
     """A sound whose samples arrive while it plays.
 
     Args:
@@ -80,42 +65,32 @@ class Stream(_InContext):
     def __init__(self, context: Context, rate_hz: int = 48000, pull: Optional[Pull] = None):
         def fill(_: Any, samples: Any, frames: int) -> int:
             try:
-                return int(pull(np.ctypeslib.as_array(samples, (frames,))))
+                return int(pull(np.ctypeslib.as_array((c_float * frames).from_address(samples))))
             except Exception:  # no exception can pass through the library; it hears silence
                 return 0
 
         given.instance(context, Context, "context")
         options = native.clamor_stream(rate_hz=given.whole(rate_hz, "rate_hz", 8000, 192_000))
-        if given.function(pull, "pull") is not None:
-            options.user, options.pull = next(_numbers), native.PullFunction(fill)
-            options.release = _release
-            _used_by_library[options.user] = options.pull
-        handle, error = c_uint64(), native.clamor_error()
-        code = library().clamor_add_stream(context._open, byref(options), byref(handle),
-                                           byref(error))
-        if code != native.CLAMOR_OK:
-            _used_by_library.pop(options.user, None)
-        check(code, error)
-        self._own(context, handle.value, "clamor_remove_sound")
+        if given.function(pull, "pull") is None:
+            self._own(context, "clamor_remove_sound", "clamor_add_stream", options)
+        else:
+            options.pull = native.clamor_stream_pull(fill)
+            self._own_keeping(options.pull, context, "clamor_remove_sound", "clamor_add_stream", options)
 
     def write(self, samples: Any) -> int:
         """Appends samples (frames,) and returns how many fitted into the buffer of one second."""
-        array, taken = _samples(samples, "samples"), c_uint32()
-        check(library().clamor_write_stream(self.context._open, self._handle, array.ctypes.data,
-                                            len(array), byref(taken)))
-        return taken.value
+        array = _samples(samples, "samples")
+        return self._call("clamor_write_stream", array.ctypes.data, len(array))
 
 
-class Group(_InContext):
+class Group(_Owned):
     """A group of sources with a gain (an amplitude), mute, pause, and a share of the voices."""
 
     def __init__(self, context: Context, gain: float = 1.0, is_muted: bool = False,
                  is_paused: bool = False, max_voices: float = 1.0):
         given.instance(context, Context, "context")
-        handle = c_uint64()
-        options = self._options(gain, is_muted, is_paused, max_voices)
-        check(library().clamor_add_group(context._open, byref(options), byref(handle)))
-        self._own(context, handle.value, "clamor_remove_group")
+        self._own(context, "clamor_remove_group", "clamor_add_group",
+                  self._options(gain, is_muted, is_paused, max_voices))
 
     @staticmethod
     def _options(gain: float, is_muted: bool, is_paused: bool, max_voices: float) -> Any:
@@ -129,11 +104,10 @@ class Group(_InContext):
     def change(self, gain: float = 1.0, is_muted: bool = False, is_paused: bool = False,
                max_voices: float = 1.0) -> None:
         """Sets all of its properties, with the next commit."""
-        options = self._options(gain, is_muted, is_paused, max_voices)
-        check(library().clamor_change_group(self.context._open, self._handle, byref(options)))
+        self._call("clamor_change_group", self._options(gain, is_muted, is_paused, max_voices))
 
 
-class Source(_InContext):
+class Source(_Owned):
     """A source that you move. It begins with the next Context.commit().
 
     Args:
@@ -153,10 +127,9 @@ class Source(_InContext):
     def __init__(self, context: Context, sound: Union[Sound, Stream],
                  position_m: Sequence[float] = (0, 0, 0), **options: Any):
         given.instance(context, Context, "context")
-        handle, chosen = c_uint64(), self._options(sound, position_m, **options)
-        check(library().clamor_add_source(context._open, byref(chosen), byref(handle)))
+        chosen = self._options(sound, position_m, **options)
         self._uses = (sound, options.get("group"))  # which are removed when nothing holds them
-        self._own(context, handle.value, "clamor_remove_source")
+        self._own(context, "clamor_remove_source", "clamor_add_source", chosen)
 
     @staticmethod
     def _options(sound: Union[Sound, Stream], position_m: Sequence[float], *,
@@ -179,19 +152,17 @@ class Source(_InContext):
 
     def change(self, sound: Union[Sound, Stream], position_m: Sequence[float], **options: Any) -> None:
         """Sets all of its properties; another sound begins anew."""
-        chosen = self._options(sound, position_m, **options)
-        check(library().clamor_change_source(self.context._open, self._handle, byref(chosen)))
+        self._call("clamor_change_source", self._options(sound, position_m, **options))
         self._uses = (sound, options.get("group"))
 
     def move(self, position_m: Sequence[float], velocity_mps: Sequence[float] = (0, 0, 0),
              axis: Sequence[float] = (0, 0, -1)) -> None:
         """Moves it, with the next commit."""
-        motion = _motion(position_m, velocity_mps, axis)
-        check(library().clamor_move_source(self.context._open, self._handle, byref(motion)))
+        self._call("clamor_move_source", _motion(position_m, velocity_mps, axis))
 
 
 def _motion(position_m: Sequence[float], velocity_mps: Sequence[float],
-            axis: Sequence[float]) -> native.clamor_motion:
+            axis: Sequence[float]) -> Any:
     facing = given.vector(axis, "axis", 1e3)
     if not any(facing):
         raise ValueError("axis must not be 0, 0, 0; ahead is 0, 0, -1")

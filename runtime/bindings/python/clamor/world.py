@@ -6,15 +6,14 @@ import os
 import threading
 import warnings
 import weakref
-from ctypes import byref, c_double, c_uint32, c_uint64, c_void_p
+from ctypes import Array, c_void_p
 from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
 from . import _arguments as given
-from . import _interface as native
-from ._interface import check, library
 from ._library import ClamorWarning
+from ._library import runtime as native
 from .walk import Pose
 
 OUTPUTS = {"binaural": native.CLAMOR_OUTPUT_BINAURAL,
@@ -32,7 +31,7 @@ _used_by_library: Dict[int, Any] = {}
 _numbers = itertools.count(1)
 
 
-@native.ReleaseFunction
+@native.clamor_reader_release
 def _release(number: int) -> None:
     _used_by_library.pop(number, None)
 
@@ -91,6 +90,20 @@ class Statistics(NamedTuple):
     unseen_sources: int
 
 
+def _told(kind: Any, info: Any, **others: Any) -> Any:
+    """A named tuple of those members of a structure that it has, and of others."""
+
+    def value(member: Any) -> Any:
+        if isinstance(member, native.clamor_pose):
+            return Pose(tuple(member.position_m), tuple(member.orientation))
+        if isinstance(member, Array):
+            return tuple(member)
+        return member.decode() if isinstance(member, bytes) else member
+
+    return kind(*(others[name] if name in others else value(getattr(info, name))
+                  for name in kind._fields))
+
+
 class _Owner:
     """Something that close(), the end of a `with` or the garbage collector gives back."""
 
@@ -124,16 +137,15 @@ class Context(_Owner):
                  max_sources: int = 1024, max_sounds: int = 256,
                  log: Optional[Callable[[str], None]] = None):
         tell = given.function(log, "log") or _warn
-        logger = native.LogFunction(lambda _, sentence: tell(sentence.decode("utf-8", "replace")))
+        logger = native.clamor_options_log(
+            lambda _, sentence: tell(sentence.decode("utf-8", "replace")))
         options = native.clamor_options(
             caller_updates=given.flag(caller_updates, "caller_updates"),
             update_period_s=given.number(update_period_s, "update_period_s", 0, 0.1),
             max_sources=given.whole(max_sources, "max_sources", 1, 65_536),
             max_sounds=given.whole(max_sounds, "max_sounds", 1, 4096), log=logger)
-        context, error = c_void_p(), native.clamor_error()
-        check(library().clamor_create(byref(options), byref(context), byref(error)), error)
-        self._pointer, self.log = context, log
-        self._finalizer = weakref.finalize(self, _destroy, context, logger)
+        self._pointer, self.log = c_void_p(native.call("clamor_create", options)), log
+        self._finalizer = weakref.finalize(self, _destroy, self._pointer, logger)
 
     @property
     def _open(self) -> c_void_p:
@@ -159,7 +171,7 @@ class Context(_Owner):
         `time_s` is the time of an offline listener that they are for (next_keyframe_s()); listeners
         in real time take them over now.
         """
-        check(library().clamor_commit(self._open, given.number(time_s, "time_s", -5e6, 5e6)))
+        native.call("clamor_commit", self._open, given.number(time_s, "time_s", -5e6, 5e6))
 
     def update(self, loading_s: float = 0) -> int:
         """Makes the keyframes that listeners want now, and returns how many.
@@ -167,10 +179,7 @@ class Context(_Owner):
         Then it loads pages and sounds until none are requested or `loading_s` seconds have passed.
         Only with caller_updates, on one thread at a time.
         """
-        made = c_uint32()
-        check(library().clamor_update(self._open, given.number(loading_s, "loading_s", 0),
-                                      byref(made)))
-        return made.value
+        return native.call("clamor_update", self._open, given.number(loading_s, "loading_s", 0))
 
 
 def _warn(sentence: str) -> None:
@@ -178,12 +187,42 @@ def _warn(sentence: str) -> None:
 
 
 def _destroy(context: c_void_p, _: Any) -> None:  # the callback lives until then
-    library().clamor_destroy(context)
+    native.library.clamor_destroy(context)
 
 
 def _close(context: Context, function: str, handle: int) -> None:
     if context._finalizer.alive:  # a context takes all that belongs to it along
-        getattr(library(), function)(context._pointer, handle)
+        getattr(native.library, function)(context._pointer, handle)
+
+
+class _InContext:
+    """What clamor.h names by a context and a handle."""
+
+    context: Context
+    _handle: int
+
+    def _call(self, function: str, *arguments: Any) -> Any:
+        return native.call(function, self.context._open, self._handle, *arguments)
+
+
+class _Owned(_InContext, _Owner):
+    """What a context holds until it is closed."""
+
+    def _own(self, context: Context, close_function: str, function: str, *arguments: Any) -> None:
+        """Makes it by a function of clamor.h; `close_function` gives it back."""
+        self.context, self._handle = context, native.call(function, context._open, *arguments)
+        self._finalizer = weakref.finalize(self, _close, context, close_function, self._handle)
+
+    def _own_keeping(self, used: Any, context: Context, close_function: str, function: str,
+                     options: Any) -> None:
+        """Does so with options that have `release`, and keeps what the library uses until then."""
+        options.user, options.release = next(_numbers), _release
+        _used_by_library[options.user] = used
+        try:
+            self._own(context, close_function, function, options)
+        except BaseException:
+            _used_by_library.pop(options.user)
+            raise
 
 
 def _bytes(source: Any) -> np.ndarray:
@@ -195,54 +234,39 @@ def _bytes(source: Any) -> np.ndarray:
                         f"{given.shown(source)}") from None
 
 
-class Level(_Owner):
+class Level(_Owned):
     """An open bake in a context. Listeners who are in it hear it on after it is closed."""
 
     def __init__(self, context: Context, source: Source, name: str = "the level"):
-        handle, error = c_uint64(), native.clamor_error()
         given.instance(context, Context, "context")
         known_as = given.text(name, "name")
         if isinstance(source, (str, os.PathLike)):
-            check(library().clamor_open_level(context._open, given.text(source, "source"), byref(handle),
-                                              byref(error)), error)
+            self._own(context, "clamor_close_level", "clamor_open_level", given.text(source, "source"))
         else:
             array = _bytes(source)
-            number = next(_numbers)
-            reader = native.clamor_reader(name=known_as, size=array.size, user=number,
-                                          memory=array.ctypes.data, release=_release)
-            _used_by_library[number] = array
-            result = library().clamor_open_level_with(context._open, byref(reader), byref(handle),
-                                                      byref(error))
-            if result != native.CLAMOR_OK:
-                _used_by_library.pop(number)
-            check(result, error)
-        self.context, self.source, self.name = context, source, name
-        self._handle = handle.value
-        self._finalizer = weakref.finalize(self, _close, context, "clamor_close_level", self._handle)
+            self._own_keeping(array, context, "clamor_close_level", "clamor_open_level_with",
+                              native.clamor_reader(name=known_as, size=array.size,
+                                                   memory=array.ctypes.data))
+        self.source, self.name = source, name
         self._offline: Optional[Context] = None
         self._offline_lock = threading.Lock()
 
     @property
     def info(self) -> LevelInfo:
         """The numbers of emitters, sounds, sources, portals and movable parts."""
-        info = native.clamor_level_info()
-        check(library().clamor_get_level_info(self.context._open, self._handle, byref(info)))
-        return LevelInfo(info.emitters, info.sounds, info.sources, info.portals, info.parts)
+        return _told(LevelInfo, self._call("clamor_get_level_info"))
+
+    def _number(self, number: Any, things: str) -> int:
+        return given.index(number, "number", getattr(self.info, things), things)
 
     def emitter(self, number: int) -> EmitterInfo:
         """The emitter number `number`, below info.emitters."""
-        info = native.clamor_emitter_info()
-        given.index(number, "number", self.info.emitters, "emitters")
-        check(library().clamor_get_emitter_info(self.context._open, self._handle, number,
-                                                byref(info)))
-        return EmitterInfo(info.name.decode(), info.sound, tuple(info.position_m), info.gain)
+        number = self._number(number, "emitters")
+        return _told(EmitterInfo, self._call("clamor_get_emitter_info", number))
 
     def find_emitter(self, name: str) -> int:
         """The number of the first emitter with this name. Raises ClamorError if there is none."""
-        number = c_uint32()
-        check(library().clamor_find_emitter(self.context._open, self._handle, _name(name),
-                                            byref(number)))
-        return number.value
+        return self._call("clamor_find_emitter", _name(name))
 
     def change_emitter(self, number: int, gain: float = 1.0, is_muted: bool = False,
                        group: Any = None) -> None:
@@ -252,28 +276,20 @@ class Level(_Owner):
         """
         from .sources import Group  # which needs this module
 
-        given.index(number, "number", self.info.emitters, "emitters")
+        number = self._number(number, "emitters")
         options = native.clamor_emitter_options(is_muted=given.flag(is_muted, "is_muted"), has_gain=1,
                                                 gain=given.number(gain, "gain", 0, 1),
                                                 group=given.handle_of(group, Group, "group"))
-        check(library().clamor_change_emitter(self.context._open, self._handle, number,
-                                              byref(options)))
+        self._call("clamor_change_emitter", number, options)
 
     def portal(self, number: int) -> PortalInfo:
         """The portal number `number`, below info.portals."""
-        info = native.clamor_portal_info()
-        given.index(number, "number", self.info.portals, "portals")
-        check(library().clamor_get_portal_info(self.context._open, self._handle, number,
-                                               byref(info)))
-        return PortalInfo(info.name.decode(), tuple(info.centre_m), tuple(info.half_u_m),
-                          tuple(info.half_v_m))
+        number = self._number(number, "portals")
+        return _told(PortalInfo, self._call("clamor_get_portal_info", number))
 
     def find_portal(self, name: str) -> int:
         """The number of the first portal with this name. Raises ClamorError if there is none."""
-        number = c_uint32()
-        check(library().clamor_find_portal(self.context._open, self._handle, _name(name),
-                                           byref(number)))
-        return number.value
+        return self._call("clamor_find_portal", _name(name))
 
     def set_portal(self, number: int, openness: Optional[float]) -> None:
         """Opens or closes a portal for all listeners from the next commit.
@@ -281,28 +297,20 @@ class Level(_Owner):
         `openness`, 0 to 1, is the share of power that is left of reflections that came through it;
         None: its movable parts open and close it, as they did before it was set.
         """
-        given.index(number, "number", self.info.portals, "portals")
-        share = (native.CLAMOR_PORTAL_BY_PARTS if openness is None else
-                 given.number(openness, "openness", 0, 1))
-        check(library().clamor_set_portal(self.context._open, self._handle, number, share))
+        self._call("clamor_set_portal", self._number(number, "portals"),
+                   native.CLAMOR_PORTAL_BY_PARTS if openness is None else
+                   given.number(openness, "openness", 0, 1))
 
     def part(self, number: int) -> "LevelPart":
         """The movable part number `number`, below info.parts."""
-        given.index(number, "number", self.info.parts, "parts")
-        handle = c_uint64()
-        check(library().clamor_get_level_part(self.context._open, self._handle, number,
-                                              byref(handle)))
-        return LevelPart(self, handle.value)
+        return LevelPart(self, self._call("clamor_get_level_part", self._number(number, "parts")))
 
     def find_part(self, name: str) -> "LevelPart":
         """The first movable part with this name. Raises ClamorError if there is none."""
-        handle = c_uint64()
-        check(library().clamor_find_part(self.context._open, self._handle, _name(name),
-                                         byref(handle)))
-        return LevelPart(self, handle.value)
+        return LevelPart(self, self._call("clamor_find_part", _name(name)))
 
 
-class LevelPart:
+class LevelPart(_InContext):
     """A door, a lift or a barrier of a level, which lives as long as the level.
 
     It hides what is behind it, per band, wherever it is. Changes take effect with the next
@@ -315,24 +323,19 @@ class LevelPart:
     @property
     def info(self) -> PartInfo:
         """Its name, number of triangles and last pose, and whether it is enabled."""
-        info = native.clamor_part_info()
-        check(library().clamor_get_part_info(self.context._open, self._handle, byref(info)))
-        return PartInfo(info.name.decode(), info.triangles,
-                        Pose(tuple(info.pose.position_m), tuple(info.pose.orientation)),
-                        not info.is_disabled)
+        info = self._call("clamor_get_part_info")
+        return _told(PartInfo, info, is_enabled=not info.is_disabled)
 
     def move(self, pose: Any) -> None:
         """Turns and moves it about its pivot: a Pose, or a position (3,) in metres, not turned."""
-        moved = _pose(pose, given.MAX_PLACE_M)
-        check(library().clamor_move_part(self.context._open, self._handle, byref(moved)))
+        self._call("clamor_move_part", _pose(pose, given.MAX_PLACE_M))
 
     def enable(self, is_enabled: bool) -> None:
         """A part that is not enabled hides nothing."""
-        check(library().clamor_enable_part(self.context._open, self._handle,
-                                           given.flag(is_enabled, "is_enabled")))
+        self._call("clamor_enable_part", given.flag(is_enabled, "is_enabled"))
 
 
-class Listener(_Owner):
+class Listener(_Owned):
     """A listener in a level, whose sound you render.
 
     Args:
@@ -375,26 +378,17 @@ class Listener(_Owner):
             gain=_output_gain(gain), limits=given.flag(limits, "limits"),
             offline=given.flag(offline, "offline"), pose=_pose(pose),
             reports_voices=given.flag(reports_voices, "reports_voices"))
-        handle, error, channels = c_uint64(), native.clamor_error(), c_uint32()
-        check(library().clamor_create_listener(context._open, level._handle, byref(options),
-                                               byref(handle), byref(error)), error)
-        self.context, self.rate_hz = context, rate_hz
-        self._handle = handle.value
-        self._finalizer = weakref.finalize(self, _close, context, "clamor_destroy_listener",
-                                           self._handle)
-        check(library().clamor_get_channels(context._open, self._handle, byref(channels)))
-        self.channels: int = channels.value
+        self.rate_hz = rate_hz
+        self._own(context, "clamor_destroy_listener", "clamor_create_listener", level._handle, options)
+        self.channels: int = self._call("clamor_get_channels")
 
     def move(self, pose: Any) -> None:
         """Moves the listener to a Pose, or to a position (3,) in metres looking along -Z."""
-        check(library().clamor_move_listener(self.context._open, self._handle, byref(_pose(pose))))
+        self._call("clamor_move_listener", _pose(pose))
 
     def enter(self, level: Level) -> None:
         """Crossfades to another level of the context within a tenth of a second."""
-        given.instance(level, Level, "level")
-        error = native.clamor_error()
-        check(library().clamor_enter_level(self.context._open, self._handle, level._handle,
-                                           byref(error)), error)
+        self._call("clamor_enter_level", given.instance(level, Level, "level")._handle)
 
     def next_keyframe_s(self) -> Optional[float]:
         """The time of the next keyframe that an offline listener wants, or None if it wants none.
@@ -402,10 +396,8 @@ class Listener(_Owner):
         In seconds since the level was entered. Move the listener to its pose at that time, and call
         Context.update().
         """
-        wanted, time_s = c_uint32(), c_double()
-        check(library().clamor_next_keyframe(self.context._open, self._handle, byref(wanted),
-                                             byref(time_s)))
-        return time_s.value if wanted.value else None
+        wanted, time_s = self._call("clamor_next_keyframe")
+        return time_s if wanted else None
 
     def render(self, frames: Optional[int] = None, out: Optional[np.ndarray] = None) -> np.ndarray:
         """Renders the next frames, and returns them: (frames, channels), float32, 1 at full scale.
@@ -418,7 +410,7 @@ class Listener(_Owner):
             out = np.empty((_frames(frames), self.channels), np.float32)
         wanted = None if frames is None else _frames(frames)
         given.destination(out, (wanted, self.channels), f"({wanted or 'frames'}, {self.channels})")
-        check(library().clamor_render(self.context._open, self._handle, out.ctypes.data, len(out)))
+        self._call("clamor_render", out.ctypes.data, len(out))
         return out
 
     def render_planar(self, frames: Optional[int] = None,
@@ -436,8 +428,7 @@ class Listener(_Owner):
             raise ValueError(f"out must be a writeable float32 array ({self.channels}, "
                              f"{'frames' if frames is None else frames}) of contiguous rows")
         rows = out.ctypes.data + out.strides[0] * np.arange(self.channels, dtype=np.uintp)
-        check(library().clamor_render_planar(self.context._open, self._handle, rows.ctypes.data,
-                                             out.shape[1]))
+        self._call("clamor_render_planar", rows.ctypes.data, out.shape[1])
         return out
 
     def voices(self) -> Tuple[np.ndarray, float]:
@@ -447,24 +438,21 @@ class Listener(_Owner):
         delay_s, band_gains. Only with `reports_voices`.
         """
         found = native.clamor_voices()
-        check(library().clamor_get_voices(self.context._open, self._handle, byref(found)))
+        self._call("clamor_get_voices", found)
         while True:
             voices = (native.clamor_voice * max(found.count, 1))()
             found = native.clamor_voices(capacity=len(voices), voices=voices)
-            check(library().clamor_get_voices(self.context._open, self._handle, byref(found)))
+            self._call("clamor_get_voices", found)
             if found.count <= len(voices):
                 return np.ctypeslib.as_array(voices)[:found.count], found.time_s
 
     @property
     def statistics(self) -> Statistics:
         """Voices, keyframes, memory, failures and sources without reflections so far."""
-        found = native.clamor_listener_statistics()
-        check(library().clamor_get_listener_statistics(self.context._open, self._handle,
-                                                       byref(found)))
-        return Statistics(*(getattr(found, name) for name in Statistics._fields))
+        return _told(Statistics, self._call("clamor_get_listener_statistics"))
 
 
-def _pose(pose: Any, limit_m: float = given.MAX_LISTENER_M) -> native.clamor_pose:
+def _pose(pose: Any, limit_m: float = given.MAX_LISTENER_M) -> Any:
     position_m, orientation = pose if isinstance(pose, Pose) else (pose, (0.0, 0.0, 0.0, 1.0))
     turned = given.vector(orientation, "orientation of the pose", 1e9, 4)
     if not any(turned):
