@@ -42,28 +42,11 @@ static class CSharpBinding
     {
         int size = Marshal.SizeOf(type);
         lines.Add("struct " + type.Name + " " + size);
-        Require((uint)type.GetField("Size").GetRawConstantValue() == size, type + ".Size");
+        Require((uint)type.GetField("Size").GetValue(null) == size, type + ".Size");
         GCHandle.Alloc(Activator.CreateInstance(type), GCHandleType.Pinned).Free();  // only if blittable
-        var places = new Dictionary<string, int[]>();
-        foreach (FieldInfo field in type.GetFields(BindingFlags.Public | BindingFlags.Instance)) {
-            string name = field.Name;
-            int offset = Marshal.OffsetOf(type, name).ToInt32(), bytes = Marshal.SizeOf(field.FieldType);
-            int digits = name.Length;
-            while (char.IsDigit(name[digits - 1])) --digits;
-            if (digits < name.Length && name[digits - 1] == '_') {
-                string array = name.Substring(0, digits - 1);
-                int[] known;
-                if (places.TryGetValue(array, out known)) {
-                    Require(known[0] + known[1] == offset, "a gap before " + name);
-                    known[1] += bytes;
-                    continue;
-                }
-                name = array;
-            }
-            places.Add(name, new[] { offset, bytes });
-        }
-        foreach (var place in places)
-            lines.Add("member " + type.Name + " " + place.Key + " " + place.Value[0] + " " + place.Value[1]);
+        foreach (FieldInfo field in type.GetFields(BindingFlags.Public | BindingFlags.Instance))
+            lines.Add("member " + type.Name + " " + field.Name + " " + Marshal.OffsetOf(type, field.Name) + " " +
+                Marshal.SizeOf(field.FieldType));
     }
 
     // A class declares all of a header, PREFIX.h, with its values, sizes, offsets and types.
@@ -72,7 +55,7 @@ static class CSharpBinding
         var declared = new SortedSet<string>();
         var all = BindingFlags.Public | BindingFlags.Static;
         foreach (FieldInfo field in native.GetFields(all))
-            if (field.IsLiteral && field.Name.StartsWith("CLAMOR_"))
+            if (field.FieldType == typeof(int) && field.Name.StartsWith("CLAMOR_"))
                 declared.Add("constant " + field.Name + " " + field.GetRawConstantValue());
         foreach (Type type in native.GetNestedTypes())
             if (type.IsValueType) AddStructure(type, declared);
@@ -88,8 +71,7 @@ static class CSharpBinding
             declared.Add(line);
         }
         var header = new SortedSet<string>();
-        foreach (string line in File.ReadAllLines(table))
-            if (!line.Contains("_VERSION_M") && !line.Contains("_VERSION_P")) header.Add(line);
+        foreach (string line in File.ReadAllLines(table)) header.Add(line);
         foreach (string line in header)
             if (!declared.Contains(line)) Console.WriteLine("the header has, and the class has not: " + line);
         foreach (string line in declared)

@@ -15,7 +15,9 @@ namespace {
 
 using testing::run_with_libraries;
 
-const std::string kSources = std::string(testing::kSourceDir) + "/runtime/bindings/csharp/*.cs ";
+const std::string kFolder = "/runtime/bindings/csharp/";
+const std::string kSources = std::string(testing::kSourceDir) + kFolder + "*.cs " +
+                             testing::build_folder() + kFolder + "ClamorNative.cs ";
 
 class CSharpBinding : public ::testing::Test {
  protected:

@@ -39,7 +39,7 @@ clamor_package(program clamor sound "baked acoustics for games and virtual reali
 clamor_package(runtime libclamor${PROJECT_VERSION_MAJOR} libs "baked acoustics for games (shared library)"
   "Streams the acoustics that clamor baked, samples the sources that matter to a\nlistener and mixes them into the buffers of an application.")
 clamor_package(development libclamor-dev libdevel "baked acoustics for games (development files)"
-  "Header files for C and C++, the static library, what CMake and pkg-config need,\nand the binding for LuaJIT.")
+  "Header files for C and C++, the static library, what CMake and pkg-config need,\nand the bindings for C# and LuaJIT.")
 clamor_package(python python3-clamor python "baked acoustics for Python"
   "Bakes levels, measures impulse responses and renders what listeners hear, with\nNumPy.")
 

@@ -13,7 +13,6 @@
 // Needs C# 7.3, no unsafe code, no LINQ, no Span: Mono, .NET and Unity 2021 with Mono or IL2CPP.
 using System;
 using System.Runtime.InteropServices;
-using System.Text;
 #if UNITY_5_3_OR_NEWER
 using AOT;
 #endif
@@ -29,19 +28,6 @@ namespace Clamor
 
         // One of clamor.h's, for example -3 for a file that cannot be read.
         public int Code { get; private set; }
-
-        internal static void Check(int code)
-        {
-            if (code != Native.CLAMOR_OK)
-                throw new ClamorException(code, Marshal.PtrToStringAnsi(Native.clamor_result_text(code)));
-        }
-
-        internal static void Check(int code, byte[] error)
-        {
-            if (code == Native.CLAMOR_OK) return;
-            int end = Array.IndexOf(error, (byte)0, 4);
-            throw new ClamorException(code, Encoding.UTF8.GetString(error, 4, end - 4));
-        }
     }
 
     // A position in metres and an orientation, the quaternion of any length but 0 from the head's
@@ -81,16 +67,16 @@ namespace Clamor
 
         internal static Pose FromNative(Native.clamor_pose pose)
         {
-            return new Pose(pose.position_m_0, pose.position_m_1, pose.position_m_2,
-                pose.orientation_0, pose.orientation_1, pose.orientation_2, pose.orientation_3);
+            Doubles3 at = pose.position_m;
+            Doubles4 q = pose.orientation;
+            return new Pose(at._0, at._1, at._2, q._0, q._1, q._2, q._3);
         }
 
         internal Native.clamor_pose ToNative()
         {
             return new Native.clamor_pose {
-                position_m_0 = X, position_m_1 = Y, position_m_2 = Z,
-                orientation_0 = QuaternionX, orientation_1 = QuaternionY,
-                orientation_2 = QuaternionZ, orientation_3 = QuaternionW };
+                position_m = new Doubles3(X, Y, Z),
+                orientation = new Doubles4(QuaternionX, QuaternionY, QuaternionZ, QuaternionW) };
         }
     }
 
@@ -161,11 +147,10 @@ namespace Clamor
     {
         // The delegates live as long as the process, because the library keeps pointers to them.
         private static readonly Native.ReadFunction read = Read;
-        private static readonly Native.ReleaseFunction release = Release;
-
-        internal readonly ContextHandle Handle;
-
         private static readonly Native.LogFunction tell = Tell;
+        internal static readonly Native.ReleaseFunction Free = Release;
+
+        internal readonly NativeHandle Handle;
 
         // callerUpdates: false: the library makes keyframes on a thread of its own. True: Update() is
         // called regularly, at least every `updatePeriodS` (0: 1/30 s), and no thread is started.
@@ -177,20 +162,31 @@ namespace Clamor
                 throw new ClamorException(Native.CLAMOR_ERROR_STATE,
                     "libclamor has another ABI version than Clamor.cs; install both of one version");
             var options = new Native.clamor_options {
-                bytes = Native.clamor_options.Size, caller_updates = callerUpdates ? 1u : 0u,
-                update_period_s = updatePeriodS };
-            GCHandle self = default(GCHandle);
-            if (log != null) {
-                self = GCHandle.Alloc(log);
-                options.user = GCHandle.ToIntPtr(self);
-                options.log = Marshal.GetFunctionPointerForDelegate(tell);
+                caller_updates = callerUpdates ? 1u : 0u, update_period_s = updatePeriodS };
+            if (log == null) {
+                Handle = new NativeHandle(Native.Create(options), context => Native.clamor_destroy(context));
+                return;
             }
-            var error = new byte[Native.ErrorBytes];
-            IntPtr context;
-            int code = Native.clamor_create(ref options, out context, error);
-            if (code != Native.CLAMOR_OK && self.IsAllocated) self.Free();
-            ClamorException.Check(code, error);
-            Handle = new ContextHandle(context, self);
+            GCHandle kept = GCHandle.Alloc(log);
+            options.log = Marshal.GetFunctionPointerForDelegate(tell);
+            Handle = Keeping(kept, user => {
+                options.user = user;
+                return new NativeHandle(Native.Create(options), context => {
+                    Native.clamor_destroy(context);
+                    kept.Free();
+                });
+            });
+        }
+
+        // Makes what keeps an object, which the library frees; it is freed here if that throws.
+        internal static T Keeping<T>(GCHandle kept, Func<IntPtr, T> make)
+        {
+            try {
+                return make(GCHandle.ToIntPtr(kept));
+            } catch (Exception) {
+                kept.Free();
+                throw;
+            }
         }
 
         // Frees the context and all that belongs to it, once a Render() under way has returned.
@@ -203,9 +199,7 @@ namespace Clamor
         // sounds until none are requested or `loadingS` seconds have passed.
         public int Update(double loadingS = 0)
         {
-            uint made;
-            ClamorException.Check(Native.clamor_update(Handle, loadingS, out made));
-            return (int)made;
+            return (int)Native.Update(Handle, loadingS);
         }
 
         // Publishes all changes of sounds, sources, emitters, portals, groups and parts together.
@@ -213,16 +207,12 @@ namespace Clamor
         // them over now.
         public void Commit(double timeS = 0)
         {
-            ClamorException.Check(Native.clamor_commit(Handle, timeS));
+            Native.Commit(Handle, timeS);
         }
 
         public Level OpenLevel(string path)
         {
-            var error = new byte[Native.ErrorBytes];
-            ulong level;
-            ClamorException.Check(
-                Native.clamor_open_level(Handle, Utf8(path), out level, error), error);
-            return new Level(this, level);
+            return new Level(this, Native.OpenLevel(Handle, path));
         }
 
         // Opens a bake in memory. The bytes stay pinned until the library no longer reads them.
@@ -242,29 +232,20 @@ namespace Clamor
 
         private Level OpenLevel(Native.clamor_reader reader, string name, GCHandle kept)
         {
-            var error = new byte[Native.ErrorBytes];
-            ulong level = 0;
-            int code = Native.CLAMOR_ERROR_INTERNAL;
-            using (var text = new NativeText(name)) {
-                reader.bytes = Native.clamor_reader.Size;
-                reader.name = text.Pointer;
-                reader.user = GCHandle.ToIntPtr(kept);
-                reader.release = Marshal.GetFunctionPointerForDelegate(release);
-                try {
-                    code = Native.clamor_open_level_with(Handle, ref reader, out level, error);
-                } finally {
-                    if (code != Native.CLAMOR_OK) kept.Free();
-                }
-            }
-            ClamorException.Check(code, error);
-            return new Level(this, level);
+            using (var memory = new NativeMemory())
+                return Keeping(kept, user => {
+                    reader.name = memory.Text(name);
+                    reader.user = user;
+                    reader.release = Marshal.GetFunctionPointerForDelegate(Free);
+                    return new Level(this, Native.OpenLevelWith(Handle, reader));
+                });
         }
 
         [MonoPInvokeCallback(typeof(Native.LogFunction))]
         private static void Tell(IntPtr user, IntPtr sentence)
         {
             try {
-                ((Action<string>)GCHandle.FromIntPtr(user).Target)(NativeText.Read(sentence));
+                ((Action<string>)GCHandle.FromIntPtr(user).Target)(NativeMemory.Read(sentence));
             } catch (Exception) {  // no exception can pass through the library
             }
         }
@@ -288,176 +269,108 @@ namespace Clamor
 
         public Listener CreateListener(Level level, ListenerOptions options)
         {
-            var error = new byte[Native.ErrorBytes];
-            ulong listener;
-            using (var layout = new NativeText(options.Layout))
-            using (var sofa = new NativeText(options.Sofa)) {
-                var given = new Native.clamor_listener_options {
-                    bytes = Native.clamor_listener_options.Size, output = (uint)options.Output,
-                    layout = layout.Pointer, sofa = sofa.Pointer, rate_hz = (uint)options.RateHz,
-                    max_block_frames = (uint)options.MaxBlockFrames, voices = (uint)options.Voices,
-                    memory_bytes = (ulong)options.MemoryBytes, gain = options.Gain,
-                    limits = options.Limits ? 1u : 0u, offline = options.Offline ? 1u : 0u,
-                    pose = options.Pose.ToNative(),
-                    reports_voices = options.ReportsVoices ? 1u : 0u };
-                ClamorException.Check(Native.clamor_create_listener(Handle, level.Handle, ref given,
-                    out listener, error), error);
-            }
-            return new Listener(this, listener);
-        }
-
-        internal static byte[] Utf8(string text)
-        {
-            return Encoding.UTF8.GetBytes(text + "\0");
-        }
-    }
-
-    // A string of UTF-8 outside of the managed heap; null stays null.
-    internal struct NativeText : IDisposable
-    {
-        public readonly IntPtr Pointer;
-
-        public NativeText(string text)
-        {
-            Pointer = IntPtr.Zero;
-            if (text == null) return;
-            byte[] bytes = Context.Utf8(text);
-            Pointer = Marshal.AllocHGlobal(bytes.Length);
-            Marshal.Copy(bytes, 0, Pointer, bytes.Length);
-        }
-
-        // The text at a pointer that the library gave.
-        public static string Read(IntPtr text)
-        {
-            int length = 0;
-            while (Marshal.ReadByte(text, length) != 0) ++length;
-            var bytes = new byte[length];
-            Marshal.Copy(text, bytes, 0, length);
-            return Encoding.UTF8.GetString(bytes);
-        }
-
-        public void Dispose()
-        {
-            Marshal.FreeHGlobal(Pointer);
+            using (var memory = new NativeMemory())
+                return new Listener(this, Native.CreateListener(Handle, level.Handle,
+                    new Native.clamor_listener_options {
+                        output = (uint)options.Output, layout = memory.Text(options.Layout),
+                        sofa = memory.Text(options.Sofa), rate_hz = (uint)options.RateHz,
+                        max_block_frames = (uint)options.MaxBlockFrames, voices = (uint)options.Voices,
+                        memory_bytes = (ulong)options.MemoryBytes, gain = options.Gain,
+                        limits = options.Limits ? 1u : 0u, offline = options.Offline ? 1u : 0u,
+                        pose = options.Pose.ToNative(),
+                        reports_voices = options.ReportsVoices ? 1u : 0u }));
         }
     }
 
     // An open level. Listeners who are in it hear it on after it is disposed of.
-    public sealed class Level : IDisposable
+    public sealed class Level : ContextObject
     {
-        private readonly Context context;
-        internal ulong Handle { get; private set; }
+        internal Level(Context context, ulong handle) : base(context, handle) { }
 
-        internal Level(Context context, ulong handle)
+        internal override int GiveBack()
         {
-            this.context = context;
-            Handle = handle;
-        }
-
-        public void Dispose()
-        {
-            if (Handle != 0 && !context.Handle.IsClosed) Native.clamor_close_level(context.Handle, Handle);
-            Handle = 0;
+            return Native.clamor_close_level(Context.Handle, Handle);
         }
 
         // The emitter number `number`, below Info.Emitters.
         public EmitterInfo Emitter(int number)
         {
-            var info = new Native.clamor_emitter_info { bytes = Native.clamor_emitter_info.Size };
-            ClamorException.Check(
-                Native.clamor_get_emitter_info(context.Handle, Handle, (uint)number, ref info));
-            return new EmitterInfo { Name = NativeText.Read(info.name), Sound = (int)info.sound,
-                X = info.position_m_0, Y = info.position_m_1, Z = info.position_m_2, Gain = info.gain };
+            var info = Native.GetEmitterInfo(Context.Handle, Handle, (uint)number);
+            return new EmitterInfo { Name = NativeMemory.Read(info.name), Sound = (int)info.sound,
+                X = info.position_m._0, Y = info.position_m._1, Z = info.position_m._2, Gain = info.gain };
+        }
+
+        // Whether there is what a function looks for by its name.
+        private static bool IsFound(int code)
+        {
+            if (code != Native.CLAMOR_ERROR_NOT_FOUND) Native.Check(code, null);
+            return code == Native.CLAMOR_OK;
         }
 
         // The number of the first emitter with this name; -1: there is none.
         public int FindEmitter(string name)
         {
-            uint number;
-            int code = Native.clamor_find_emitter(context.Handle, Handle, Context.Utf8(name), out number);
-            if (code == Native.CLAMOR_ERROR_NOT_FOUND) return -1;
-            ClamorException.Check(code);
-            return (int)number;
+            return IsFound(Native.clamor_find_emitter(Context.Handle, Handle, NativeMemory.Utf8(name),
+                out uint number)) ? (int)number : -1;
         }
 
         // Turns an emitter down, with all its reflections, for all listeners from the next commit. The
         // gain is an amplitude relative to the bake's, 0 to 1, times that of the group.
         public void ChangeEmitter(int number, double gain = 1, bool isMuted = false, Group group = null)
         {
-            var options = new Native.clamor_emitter_options {
-                bytes = Native.clamor_emitter_options.Size, is_muted = isMuted ? 1u : 0u, has_gain = 1,
-                group = group == null ? 0 : group.Handle, gain = gain };
-            ClamorException.Check(
-                Native.clamor_change_emitter(context.Handle, Handle, (uint)number, ref options));
+            Native.ChangeEmitter(Context.Handle, Handle, (uint)number, new Native.clamor_emitter_options {
+                is_muted = isMuted ? 1u : 0u, has_gain = 1, group = HandleOf(group), gain = gain });
         }
 
         // The portal number `number`, below Info.Portals.
         public PortalInfo Portal(int number)
         {
-            var info = new Native.clamor_portal_info { bytes = Native.clamor_portal_info.Size };
-            ClamorException.Check(
-                Native.clamor_get_portal_info(context.Handle, Handle, (uint)number, ref info));
-            return new PortalInfo { Name = NativeText.Read(info.name),
-                CentreM = new[] { info.centre_m_0, info.centre_m_1, info.centre_m_2 },
-                HalfUM = new[] { info.half_u_m_0, info.half_u_m_1, info.half_u_m_2 },
-                HalfVM = new[] { info.half_v_m_0, info.half_v_m_1, info.half_v_m_2 } };
+            var info = Native.GetPortalInfo(Context.Handle, Handle, (uint)number);
+            return new PortalInfo { Name = NativeMemory.Read(info.name), CentreM = info.centre_m.ToArray(),
+                HalfUM = info.half_u_m.ToArray(), HalfVM = info.half_v_m.ToArray() };
         }
 
         // The number of the first portal with this name; -1: there is none.
         public int FindPortal(string name)
         {
-            uint number;
-            int code = Native.clamor_find_portal(context.Handle, Handle, Context.Utf8(name), out number);
-            if (code == Native.CLAMOR_ERROR_NOT_FOUND) return -1;
-            ClamorException.Check(code);
-            return (int)number;
+            return IsFound(Native.clamor_find_portal(Context.Handle, Handle, NativeMemory.Utf8(name),
+                out uint number)) ? (int)number : -1;
         }
 
         // Opens or closes a portal for all listeners from the next commit: the share of power, 0 to 1,
         // that is left of reflections that came through it.
         public void SetPortal(int number, double openness)
         {
-            ClamorException.Check(
-                Native.clamor_set_portal(context.Handle, Handle, (uint)number, openness));
+            Native.SetPortal(Context.Handle, Handle, (uint)number, openness);
         }
 
         // The movable part number `number`, below Info.Parts.
         public Part Part(int number)
         {
-            ulong part;
-            ClamorException.Check(
-                Native.clamor_get_level_part(context.Handle, Handle, (uint)number, out part));
-            return new Part(context, part);
+            return new Part(Context, Native.GetLevelPart(Context.Handle, Handle, (uint)number));
         }
 
         // The first movable part with this name; null: there is none.
         public Part FindPart(string name)
         {
-            ulong part;
-            int code = Native.clamor_find_part(context.Handle, Handle, Context.Utf8(name), out part);
-            if (code == Native.CLAMOR_ERROR_NOT_FOUND) return null;
-            ClamorException.Check(code);
-            return new Part(context, part);
+            return IsFound(Native.clamor_find_part(Context.Handle, Handle, NativeMemory.Utf8(name),
+                out ulong part)) ? new Part(Context, part) : null;
         }
 
         // Measures the response to an impulse of one emitter (-1: of all) at each place: x, y, z in
         // metres, one place after the other. Returns `frames` samples at 48 kHz for each.
         public float[] MeasureResponses(double[] placesM, int frames, int emitter = 0)
         {
-            var error = new byte[Native.ErrorBytes];
             var samples = new float[placesM.Length / 3 * frames];
-            ulong whole;
-            ClamorException.Check(Native.clamor_measure_responses(context.Handle, Handle,
-                (uint)emitter, placesM, (uint)(placesM.Length / 3), samples, (ulong)frames, out whole,
-                error), error);
+            Native.MeasureResponses(Context.Handle, Handle, (uint)emitter, placesM,
+                (uint)(placesM.Length / 3), samples, (ulong)frames);
             return samples;
         }
 
         public LevelInfo Info
         {
             get {
-                var info = new Native.clamor_level_info { bytes = Native.clamor_level_info.Size };
-                ClamorException.Check(Native.clamor_get_level_info(context.Handle, Handle, ref info));
+                var info = Native.GetLevelInfo(Context.Handle, Handle);
                 return new LevelInfo { Emitters = (int)info.emitters, Sounds = (int)info.sounds,
                     Portals = (int)info.portals, Parts = (int)info.parts, Sources = info.sources };
             }

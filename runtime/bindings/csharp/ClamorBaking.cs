@@ -9,7 +9,6 @@ using System;
 using System.Collections.Generic;
 using System.Runtime.ExceptionServices;
 using System.Runtime.InteropServices;
-using System.Text;
 #if UNITY_5_3_OR_NEWER
 using AOT;
 #endif
@@ -108,11 +107,11 @@ namespace Clamor
         private static readonly BakeNative.ProgressFunction progress = Progress;
         private static readonly BakeNative.MessageFunction message = Message;
 
-        private readonly BakeLevelHandle handle;
+        private readonly NativeHandle handle;
 
         private BakeLevel(IntPtr level)
         {
-            handle = new BakeLevelHandle(level);
+            handle = new NativeHandle(level, pointer => BakeNative.clamor_bake_destroy_level(pointer));
         }
 
         // Reads a .gltf or .glb file with its sidecar and sounds.
@@ -120,30 +119,19 @@ namespace Clamor
         {
             RequireVersion();
             options = options ?? new BakeLevelOptions();
-            var error = new byte[BakeNative.ErrorBytes];
-            using (var memory = new NativeMemory()) {
-                var given = new BakeNative.clamor_bake_level_options {
-                    bytes = BakeNative.clamor_bake_level_options.Size,
+            using (var memory = new NativeMemory())
+                return new BakeLevel(BakeNative.ReadLevel(path, new BakeNative.clamor_bake_level_options {
                     hidden_meshes = options.HiddenMeshes ? 1u : 0u,
                     acoustics = memory.Text(options.Acoustics), material = memory.Text(options.Material),
                     emitters = memory.Texts(options.Emitters),
-                    emitter_count = options.Emitters == null ? 0 : (ulong)options.Emitters.Length };
-                IntPtr level;
-                ClamorException.Check(BakeNative.clamor_bake_read_level(Context.Utf8(path), ref given,
-                    out level, error), error);
-                return new BakeLevel(level);
-            }
+                    emitter_count = options.Emitters == null ? 0 : (ulong)options.Emitters.Length }));
         }
 
         // Makes an empty level. The bake tells its name.
         public static BakeLevel Create(string name = "level")
         {
             RequireVersion();
-            var error = new byte[BakeNative.ErrorBytes];
-            IntPtr level;
-            ClamorException.Check(
-                BakeNative.clamor_bake_create_level(Context.Utf8(name), out level, error), error);
-            return new BakeLevel(level);
+            return new BakeLevel(BakeNative.CreateLevel(name));
         }
 
         private static void RequireVersion()
@@ -165,7 +153,7 @@ namespace Clamor
                 var names = new List<string>();
                 IntPtr name;
                 while ((name = BakeNative.clamor_bake_preset_name((uint)names.Count)) != IntPtr.Zero)
-                    names.Add(Marshal.PtrToStringAnsi(name));
+                    names.Add(NativeMemory.Read(name));
                 return names;
             }
         }
@@ -173,18 +161,11 @@ namespace Clamor
         // Adds a material and returns its number.
         public int AddMaterial(BakeMaterial values)
         {
-            var error = new byte[BakeNative.ErrorBytes];
-            using (var memory = new NativeMemory()) {
-                var given = new BakeNative.clamor_bake_material {
-                    bytes = BakeNative.clamor_bake_material.Size,
+            using (var memory = new NativeMemory())
+                return (int)BakeNative.AddMaterial(handle, new BakeNative.clamor_bake_material {
                     name = memory.Text(values.Name), preset = memory.Text(values.Preset),
                     absorption = memory.Bands(values.Absorption), scattering = memory.Bands(values.Scattering),
-                    phong = memory.Bands(values.Phong), transmission = memory.Bands(values.Transmission) };
-                uint material;
-                ClamorException.Check(
-                    BakeNative.clamor_bake_add_material(handle, ref given, out material, error), error);
-                return (int)material;
-            }
+                    phong = memory.Bands(values.Phong), transmission = memory.Bands(values.Transmission) });
         }
 
         // Adds triangles, which reflect on both sides: three floats for each vertex, in metres, and three
@@ -194,67 +175,46 @@ namespace Clamor
             int corners = indices == null ? verticesM.Length / 3 : indices.Length;
             if (verticesM.Length % 3 != 0 || corners % 3 != 0)
                 throw new ArgumentException("vertices have three coordinates, triangles have three vertices");
-            var error = new byte[BakeNative.ErrorBytes];
-            ClamorException.Check(BakeNative.clamor_bake_add_triangles(handle, verticesM,
-                (ulong)(verticesM.Length / 3), indices, (ulong)(corners / 3), (uint)material, error), error);
+            BakeNative.AddTriangles(handle, verticesM, (ulong)(verticesM.Length / 3), indices,
+                (ulong)(corners / 3), (uint)material);
         }
 
         // Adds a sound and returns its number.
         public int AddSound(BakeSound values)
         {
-            var error = new byte[BakeNative.ErrorBytes];
-            using (var memory = new NativeMemory()) {
-                var given = new BakeNative.clamor_bake_sound {
-                    bytes = BakeNative.clamor_bake_sound.Size, plays_once = values.PlaysOnce ? 1u : 0u,
-                    name = memory.Text(values.Name), path = memory.Text(values.Path),
-                    samples = memory.Pin(values.Samples),
+            using (var memory = new NativeMemory())
+                return (int)BakeNative.AddSound(handle, new BakeNative.clamor_bake_sound {
+                    plays_once = values.PlaysOnce ? 1u : 0u, name = memory.Text(values.Name),
+                    path = memory.Text(values.Path), samples = memory.Pin(values.Samples),
                     frames = values.Samples == null ? 0 : (ulong)values.Samples.Length,
-                    rate_hz = (uint)values.RateHz };
-                uint sound;
-                ClamorException.Check(
-                    BakeNative.clamor_bake_add_sound(handle, ref given, out sound, error), error);
-                return (int)sound;
-            }
+                    rate_hz = (uint)values.RateHz });
         }
 
         public void AddEmitter(BakeEmitter values)
         {
-            var error = new byte[BakeNative.ErrorBytes];
-            using (var memory = new NativeMemory()) {
-                var given = new BakeNative.clamor_bake_emitter {
-                    bytes = BakeNative.clamor_bake_emitter.Size, sound = (uint)values.Sound,
-                    name = memory.Text(values.Name),
-                    position_m_0 = values.X, position_m_1 = values.Y, position_m_2 = values.Z,
-                    facing_0 = values.FacingX, facing_1 = values.FacingY, facing_2 = values.FacingZ,
+            using (var memory = new NativeMemory())
+                BakeNative.AddEmitter(handle, new BakeNative.clamor_bake_emitter {
+                    sound = (uint)values.Sound, name = memory.Text(values.Name),
+                    position_m = new Doubles3(values.X, values.Y, values.Z),
+                    facing = new Doubles3(values.FacingX, values.FacingY, values.FacingZ),
                     gain = values.Gain, directivity = values.Directivity,
-                    directivity_bands = memory.Bands(values.DirectivityBands), delay_s = values.DelayS };
-                ClamorException.Check(
-                    BakeNative.clamor_bake_add_emitter(handle, ref given, error), error);
-            }
+                    directivity_bands = memory.Bands(values.DirectivityBands), delay_s = values.DelayS });
         }
 
         public void SetAir(double temperatureC = 20, double humidityPercent = 50, double pressureKpa = 101.325)
         {
-            var air = new BakeNative.clamor_bake_air {
-                bytes = BakeNative.clamor_bake_air.Size, temperature_c = temperatureC,
-                humidity_percent = humidityPercent, pressure_kpa = pressureKpa };
-            var error = new byte[BakeNative.ErrorBytes];
-            ClamorException.Check(BakeNative.clamor_bake_set_air(handle, ref air, error), error);
+            BakeNative.SetAir(handle, new BakeNative.clamor_bake_air { temperature_c = temperatureC,
+                humidity_percent = humidityPercent, pressure_kpa = pressureKpa });
         }
 
         public BakeLevelInfo Info
         {
             get {
-                var info = new BakeNative.clamor_bake_level_info {
-                    bytes = BakeNative.clamor_bake_level_info.Size };
-                int code = BakeNative.clamor_bake_get_level_info(handle, ref info);
-                if (code != BakeNative.CLAMOR_BAKE_OK)
-                    throw new ClamorException(code,
-                        Marshal.PtrToStringAnsi(BakeNative.clamor_bake_result_text(code)));
+                var info = BakeNative.GetLevelInfo(handle);
                 return new BakeLevelInfo { Materials = (int)info.materials, Sounds = (int)info.sounds,
                     Emitters = (int)info.emitters, Triangles = info.triangles,
-                    LowX = info.low_m_0, LowY = info.low_m_1, LowZ = info.low_m_2,
-                    HighX = info.high_m_0, HighY = info.high_m_1, HighZ = info.high_m_2 };
+                    LowX = info.low_m._0, LowY = info.low_m._1, LowZ = info.low_m._2,
+                    HighX = info.high_m._0, HighY = info.high_m._1, HighZ = info.high_m._2 };
             }
         }
 
@@ -262,7 +222,7 @@ namespace Clamor
         public BakeReport Bake(string path, BakeOptions options = null)
         {
             byte[] bytes;
-            return Run(Context.Utf8(path), options ?? new BakeOptions(), out bytes);
+            return Run(path, options ?? new BakeOptions(), out bytes);
         }
 
         // Bakes into memory: the same bytes, which Context.OpenLevel() takes.
@@ -278,7 +238,7 @@ namespace Clamor
             public ExceptionDispatchInfo Thrown;
         }
 
-        private BakeReport Run(byte[] path, BakeOptions options, out byte[] bytes)
+        private BakeReport Run(string path, BakeOptions options, out byte[] bytes)
         {
             bytes = null;
             var running = new RunningBake { Options = options };
@@ -286,57 +246,43 @@ namespace Clamor
             IntPtr baked = IntPtr.Zero;
             try {
                 using (var memory = new NativeMemory()) {
-                    var given = ToNative(options);
-                    given.journal = memory.Text(options.Journal);
-                    given.user = GCHandle.ToIntPtr(user);
-                    given.progress = Marshal.GetFunctionPointerForDelegate(progress);
-                    given.message = Marshal.GetFunctionPointerForDelegate(message);
-                    var report = new BakeNative.clamor_bake_report {
-                        bytes = BakeNative.clamor_bake_report.Size };
-                    var error = new byte[BakeNative.ErrorBytes];
-                    ulong count = 0;
-                    int code = path != null
-                        ? BakeNative.clamor_bake_to_file(handle, ref given, path, ref report, error)
-                        : BakeNative.clamor_bake_to_memory(handle, ref given, out baked, out count, ref report,
-                            error);
-                    if (running.Thrown != null) running.Thrown.Throw();
-                    ClamorException.Check(code, error);
-                    if (path == null) {
-                        bytes = new byte[count];
-                        Marshal.Copy(baked, bytes, 0, bytes.Length);
-                    }
-                    return FromNative(report);
+                    var given = new BakeNative.clamor_bake_options {
+                        threads = (uint)options.Threads, seed = (ulong)options.Seed,
+                        photons = (ulong)options.Photons, sources = (ulong)options.Sources,
+                        goal_error_db = options.GoalErrorDb, goal_s = options.GoalS,
+                        simplify_m = options.SimplifyM, roulette_exponent = options.RouletteExponent,
+                        longest_path_s = options.LongestPathS, memory_bytes = (ulong)options.MemoryBytes,
+                        no_instances = options.NoInstances ? 1u : 0u, strict = options.Strict ? 1u : 0u,
+                        has_early_order = options.EarlyOrder.HasValue ? 1u : 0u,
+                        early_order = (uint)options.EarlyOrder.GetValueOrDefault(),
+                        journal = memory.Text(options.Journal), user = GCHandle.ToIntPtr(user),
+                        progress = Marshal.GetFunctionPointerForDelegate(progress),
+                        message = Marshal.GetFunctionPointerForDelegate(message) };
+                    if (path != null) return FromNative(BakeNative.ToFile(handle, given, path), running);
+                    ulong count;
+                    BakeNative.clamor_bake_report report;
+                    BakeNative.ToMemory(handle, given, out baked, out count, out report);
+                    bytes = new byte[count];
+                    Marshal.Copy(baked, bytes, 0, bytes.Length);
+                    return FromNative(report, running);
                 }
+            } catch (ClamorException) when (running.Thrown != null) {
+                running.Thrown.Throw();
+                throw;  // is not reached
             } finally {
                 BakeNative.clamor_bake_free(baked);
                 user.Free();
             }
         }
 
-        private static BakeNative.clamor_bake_options ToNative(BakeOptions options)
+        private static BakeReport FromNative(BakeNative.clamor_bake_report r, RunningBake running)
         {
-            return new BakeNative.clamor_bake_options {
-                bytes = BakeNative.clamor_bake_options.Size, threads = (uint)options.Threads,
-                seed = (ulong)options.Seed, photons = (ulong)options.Photons,
-                sources = (ulong)options.Sources, goal_error_db = options.GoalErrorDb,
-                goal_s = options.GoalS, simplify_m = options.SimplifyM,
-                roulette_exponent = options.RouletteExponent, longest_path_s = options.LongestPathS,
-                memory_bytes = (ulong)options.MemoryBytes, no_instances = options.NoInstances ? 1u : 0u,
-                strict = options.Strict ? 1u : 0u,
-                has_early_order = options.EarlyOrder.HasValue ? 1u : 0u,
-                early_order = (uint)options.EarlyOrder.GetValueOrDefault() };
-        }
-
-        private static BakeReport FromNative(BakeNative.clamor_bake_report r)
-        {
+            if (running.Thrown != null) running.Thrown.Throw();
             return new BakeReport {
                 Warnings = (int)r.warnings, Sources = r.sources, Photons = r.photons,
                 PhotonsReused = r.photons_reused, FileBytes = r.file_bytes,
                 MissedGoal = r.missed_goal != 0, ErrorDb = r.error_db, Seconds = r.seconds,
-                T30S = new[] { r.t30_s_0, r.t30_s_1, r.t30_s_2, r.t30_s_3, r.t30_s_4, r.t30_s_5, r.t30_s_6,
-                    r.t30_s_7 },
-                T30ErrorS = new[] { r.t30_error_s_0, r.t30_error_s_1, r.t30_error_s_2, r.t30_error_s_3,
-                    r.t30_error_s_4, r.t30_error_s_5, r.t30_error_s_6, r.t30_error_s_7 } };
+                T30S = r.t30_s.ToArray(), T30ErrorS = r.t30_error_s.ToArray() };
         }
 
         [MonoPInvokeCallback(typeof(BakeNative.ProgressFunction))]
@@ -363,54 +309,10 @@ namespace Clamor
             var running = (RunningBake)GCHandle.FromIntPtr(user).Target;
             try {
                 if (running.Options.Message != null && running.Thrown == null)
-                    running.Options.Message(kind == BakeNative.CLAMOR_BAKE_WARNING, NativeText.Read(sentence));
+                    running.Options.Message(kind == BakeNative.CLAMOR_BAKE_WARNING, NativeMemory.Read(sentence));
             } catch (Exception exception) {
                 running.Thrown = ExceptionDispatchInfo.Capture(exception);
             }
-        }
-    }
-
-    // Strings and arrays that a call of the library reads; all are given back at the end.
-    internal sealed class NativeMemory : IDisposable
-    {
-        private readonly List<NativeText> texts = new List<NativeText>();
-        private readonly List<GCHandle> pinned = new List<GCHandle>();
-
-        public IntPtr Text(string text)
-        {
-            var copy = new NativeText(text);
-            texts.Add(copy);
-            return copy.Pointer;
-        }
-
-        // The address of an array, which stays where it is; null stays null.
-        public IntPtr Pin(Array array)
-        {
-            if (array == null) return IntPtr.Zero;
-            GCHandle handle = GCHandle.Alloc(array, GCHandleType.Pinned);
-            pinned.Add(handle);
-            return handle.AddrOfPinnedObject();
-        }
-
-        public IntPtr Bands(float[] values)
-        {
-            if (values != null && values.Length != BakeNative.CLAMOR_BAKE_BANDS)
-                throw new ArgumentException("there must be a value for each of eight bands");
-            return Pin(values);
-        }
-
-        public IntPtr Texts(string[] values)
-        {
-            if (values == null) return IntPtr.Zero;
-            var pointers = new IntPtr[values.Length];
-            for (int i = 0; i < values.Length; ++i) pointers[i] = Text(values[i]);
-            return Pin(pointers);
-        }
-
-        public void Dispose()
-        {
-            foreach (NativeText text in texts) text.Dispose();
-            foreach (GCHandle handle in pinned) handle.Free();
         }
     }
 }

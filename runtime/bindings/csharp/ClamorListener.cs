@@ -1,6 +1,5 @@
 // ClamorListener.cs: a listener in a level, whose sound the audio thread renders.
 using System;
-using System.Runtime.InteropServices;
 
 namespace Clamor
 {
@@ -15,28 +14,20 @@ namespace Clamor
         public float Gain63Hz, Gain125Hz, Gain250Hz, Gain500Hz, Gain1kHz, Gain2kHz, Gain4kHz, Gain8kHz;
     }
 
-    public sealed class Listener : IDisposable
+    public sealed class Listener : ContextObject
     {
-        private readonly Context context;
-        private ulong handle;
         private readonly int channels;
         private Native.clamor_voice[] read = new Native.clamor_voice[0];
 
-        internal Listener(Context context, ulong handle)
+        internal Listener(Context context, ulong handle) : base(context, handle)
         {
-            this.context = context;
-            this.handle = handle;
-            uint found;
-            ClamorException.Check(Native.clamor_get_channels(context.Handle, handle, out found));
-            channels = (int)found;
+            channels = (int)Native.GetChannels(context.Handle, handle);
         }
 
-        // Waits until the audio thread has left the listener. Not on the audio thread.
-        public void Dispose()
+        // Waits until the audio thread has left the listener, so Dispose() is not for the audio thread.
+        internal override int GiveBack()
         {
-            if (handle != 0 && !context.Handle.IsClosed)
-                Native.clamor_destroy_listener(context.Handle, handle);
-            handle = 0;
+            return Native.clamor_destroy_listener(Context.Handle, Handle);
         }
 
         public int Channels
@@ -46,35 +37,27 @@ namespace Clamor
 
         public void Move(Pose pose)
         {
-            Native.clamor_pose moved = pose.ToNative();
-            ClamorException.Check(Native.clamor_move_listener(context.Handle, handle, ref moved));
+            Native.MoveListener(Context.Handle, Handle, pose.ToNative());
         }
 
         // Crossfades to another level within a tenth of a second.
         public void Enter(Level level)
         {
-            var error = new byte[Native.ErrorBytes];
-            ClamorException.Check(
-                Native.clamor_enter_level(context.Handle, handle, level.Handle, error), error);
+            Native.EnterLevel(Context.Handle, Handle, level.Handle);
         }
 
         // Offline: true if a keyframe is wanted: move the listener to its pose at `timeS` seconds and
         // call Context.Update().
         public bool WantsKeyframe(out double timeS)
         {
-            uint wanted;
-            ClamorException.Check(
-                Native.clamor_next_keyframe(context.Handle, handle, out wanted, out timeS));
+            Native.NextKeyframe(Context.Handle, Handle, out uint wanted, out timeS);
             return wanted != 0;
         }
 
         public ListenerStatistics Statistics
         {
             get {
-                var found = new Native.clamor_listener_statistics {
-                    bytes = Native.clamor_listener_statistics.Size };
-                ClamorException.Check(
-                    Native.clamor_get_listener_statistics(context.Handle, handle, ref found));
+                var found = Native.GetListenerStatistics(Context.Handle, Handle);
                 return new ListenerStatistics {
                     Voices = (int)found.voices, Keyframes = found.keyframes,
                     HeldBlocks = found.held_blocks, KeyframeMs = found.keyframe_ms,
@@ -89,24 +72,20 @@ namespace Clamor
         public int GetVoices(Voice[] into, out double timeS)
         {
             if (read.Length < into.Length) read = new Native.clamor_voice[into.Length];
-            GCHandle pinned = GCHandle.Alloc(read, GCHandleType.Pinned);
-            Native.clamor_voices voices = new Native.clamor_voices {
-                bytes = Native.clamor_voices.Size, capacity = (uint)into.Length,
-                voices = pinned.AddrOfPinnedObject() };
-            try {
-                ClamorException.Check(Native.clamor_get_voices(context.Handle, handle, ref voices));
-            } finally {
-                pinned.Free();
+            var voices = new Native.clamor_voices { capacity = (uint)into.Length };
+            using (var memory = new NativeMemory()) {
+                voices.voices = memory.Pin(read);
+                Native.GetVoices(Context.Handle, Handle, ref voices);
             }
             timeS = voices.time_s;
             for (int i = 0; i < Math.Min(into.Length, (int)voices.count); ++i) {
                 Native.clamor_voice v = read[i];
+                Floats8 gains = v.band_gains;
                 into[i] = new Voice {
                     Slot = (int)v.slot, Starts = v.starts != 0, LevelSound = v.sound != 0 ? -1 : (int)v.level_sound,
-                    X = v.direction_0, Y = v.direction_1, Z = v.direction_2, DelayS = v.delay_s,
-                    Gain63Hz = v.band_gains_0, Gain125Hz = v.band_gains_1, Gain250Hz = v.band_gains_2,
-                    Gain500Hz = v.band_gains_3, Gain1kHz = v.band_gains_4, Gain2kHz = v.band_gains_5,
-                    Gain4kHz = v.band_gains_6, Gain8kHz = v.band_gains_7 };
+                    X = v.direction._0, Y = v.direction._1, Z = v.direction._2, DelayS = v.delay_s,
+                    Gain63Hz = gains._0, Gain125Hz = gains._1, Gain250Hz = gains._2, Gain500Hz = gains._3,
+                    Gain1kHz = gains._4, Gain2kHz = gains._5, Gain4kHz = gains._6, Gain8kHz = gains._7 };
             }
             return (int)voices.count;
         }
@@ -122,14 +101,14 @@ namespace Clamor
             if (frames == 0) return Native.CLAMOR_OK;
             bool entered = false;
             try {
-                if (context.Handle.IsClosed) return Native.CLAMOR_ERROR_STATE;
-                context.Handle.DangerousAddRef(ref entered);
-                return Native.clamor_render(context.Handle.DangerousGetHandle(), handle,
+                if (Context.Handle.IsClosed) return Native.CLAMOR_ERROR_STATE;
+                Context.Handle.DangerousAddRef(ref entered);
+                return Native.clamor_render(Context.Handle.DangerousGetHandle(), Handle,
                     ref samples[offset], (uint)frames);
             } catch (ObjectDisposedException) {  // closed between the two lines
                 return Native.CLAMOR_ERROR_STATE;
             } finally {
-                if (entered) context.Handle.DangerousRelease();
+                if (entered) Context.Handle.DangerousRelease();
             }
         }
     }

@@ -1,6 +1,5 @@
 // ClamorParts.cs: movable parts: doors, lifts and barriers, of a level or of the application's own.
 using System;
-using System.Runtime.InteropServices;
 
 namespace Clamor
 {
@@ -32,21 +31,15 @@ namespace Clamor
 
     // A part that the application moves as a rigid body. It hides what is behind it and reflects what
     // arrives, per band. All changes take effect with the next Context.Commit().
-    public sealed class Part : IDisposable
+    public sealed class Part : ContextObject
     {
-        private readonly Context context;
         private readonly bool isAdded;
-        private ulong handle;
 
         // A part of a level, which ends with the level.
-        internal Part(Context context, ulong handle)
-        {
-            this.context = context;
-            this.handle = handle;
-        }
+        internal Part(Context context, ulong handle) : base(context, handle) { }
 
         // Adds a box or a mesh. The arrays are copied.
-        public Part(Context context, PartOptions options)
+        public Part(Context context, PartOptions options) : base(context)
         {
             if ((options.VerticesM == null) != (options.Indices == null))
                 throw new ArgumentException("a mesh has VerticesM and Indices");
@@ -54,62 +47,29 @@ namespace Clamor
                 throw new ArgumentException("VerticesM has three numbers for each vertex");
             if (options.Indices != null && options.Indices.Length % 3 != 0)
                 throw new ArgumentException("Indices has three numbers for each triangle");
-            this.context = context;
             isAdded = true;
-            Native.clamor_part_options given = WithoutMesh(options);
-            var error = new byte[Native.ErrorBytes];
-            GCHandle vertices = GCHandle.Alloc(options.VerticesM, GCHandleType.Pinned);
-            GCHandle indices = GCHandle.Alloc(options.Indices, GCHandleType.Pinned);
-            int code;
-            try {
-                if (options.VerticesM != null) {
-                    given.vertices_m = vertices.AddrOfPinnedObject();
-                    given.vertices = (uint)(options.VerticesM.Length / 3);
-                    given.indices = indices.AddrOfPinnedObject();
-                    given.triangles = (uint)(options.Indices.Length / 3);
-                }
-                code = Native.clamor_add_part(context.Handle, ref given, out handle, error);
-            } finally {
-                vertices.Free();
-                indices.Free();
-            }
-            ClamorException.Check(code, error);
+            using (var memory = new NativeMemory())
+                Handle = Native.AddPart(context.Handle, new Native.clamor_part_options {
+                    is_disabled = options.IsDisabled ? 1u : 0u, level = HandleOf(options.Level),
+                    pose = options.Pose.ToNative(),
+                    half_extents_m = new Doubles3(options.HalfX, options.HalfY, options.HalfZ),
+                    vertices_m = memory.Pin(options.VerticesM), vertices = Thirds(options.VerticesM),
+                    indices = memory.Pin(options.Indices), triangles = Thirds(options.Indices),
+                    transmission = Doubles8.Of(options.BandTransmissions, options.Transmission, "BandTransmissions"),
+                    absorption = Doubles8.Of(options.BandAbsorptions, 0, "BandAbsorptions"),
+                    scattering = Doubles8.Of(options.BandScatterings, 0, "BandScatterings") });
         }
 
-        private static Native.clamor_part_options WithoutMesh(PartOptions options)
+        private static uint Thirds(Array numbers)
         {
-            double[] t = Bands(options.BandTransmissions, options.Transmission, "BandTransmissions");
-            double[] a = Bands(options.BandAbsorptions, 0, "BandAbsorptions");
-            double[] s = Bands(options.BandScatterings, 0, "BandScatterings");
-            return new Native.clamor_part_options {
-                bytes = Native.clamor_part_options.Size, is_disabled = options.IsDisabled ? 1u : 0u,
-                level = options.Level == null ? 0 : options.Level.Handle,
-                pose = options.Pose.ToNative(), half_extents_m_0 = options.HalfX,
-                half_extents_m_1 = options.HalfY, half_extents_m_2 = options.HalfZ,
-                transmission_0 = t[0], transmission_1 = t[1], transmission_2 = t[2], transmission_3 = t[3],
-                transmission_4 = t[4], transmission_5 = t[5], transmission_6 = t[6], transmission_7 = t[7],
-                absorption_0 = a[0], absorption_1 = a[1], absorption_2 = a[2], absorption_3 = a[3],
-                absorption_4 = a[4], absorption_5 = a[5], absorption_6 = a[6], absorption_7 = a[7],
-                scattering_0 = s[0], scattering_1 = s[1], scattering_2 = s[2], scattering_3 = s[3],
-                scattering_4 = s[4], scattering_5 = s[5], scattering_6 = s[6], scattering_7 = s[7] };
-        }
-
-        // Those given, or the same share eight times.
-        private static double[] Bands(double[] given, double share, string name)
-        {
-            if (given != null && given.Length != 8) throw new ArgumentException(name + " has eight numbers");
-            if (given != null) return given;
-            var bands = new double[8];
-            for (int b = 0; b < 8; ++b) bands[b] = share;
-            return bands;
+            return numbers == null ? 0 : (uint)(numbers.Length / 3);
         }
 
         public PartInfo Info
         {
             get {
-                var info = new Native.clamor_part_info { bytes = Native.clamor_part_info.Size };
-                ClamorException.Check(Native.clamor_get_part_info(context.Handle, handle, ref info));
-                return new PartInfo { Name = NativeText.Read(info.name), Triangles = (int)info.triangles,
+                var info = Native.GetPartInfo(Context.Handle, Handle);
+                return new PartInfo { Name = NativeMemory.Read(info.name), Triangles = (int)info.triangles,
                     Pose = Pose.FromNative(info.pose), IsEnabled = info.is_disabled == 0 };
             }
         }
@@ -117,22 +77,19 @@ namespace Clamor
         // Turns and moves the part about its pivot.
         public void Move(Pose pose)
         {
-            Native.clamor_pose moved = pose.ToNative();
-            ClamorException.Check(Native.clamor_move_part(context.Handle, handle, ref moved));
+            Native.MovePart(Context.Handle, Handle, pose.ToNative());
         }
 
         // A part that is not enabled hides nothing.
         public void Enable(bool isEnabled)
         {
-            ClamorException.Check(Native.clamor_enable_part(context.Handle, handle, isEnabled ? 1u : 0u));
+            Native.EnablePart(Context.Handle, Handle, isEnabled ? 1u : 0u);
         }
 
-        // Removes a part that the application has added. A part of a level stays.
-        public void Dispose()
+        // Dispose() removes a part that the application has added. A part of a level stays.
+        internal override int GiveBack()
         {
-            if (isAdded && handle != 0 && !context.Handle.IsClosed)
-                Native.clamor_remove_part(context.Handle, handle);
-            handle = 0;
+            return isAdded ? Native.clamor_remove_part(Context.Handle, Handle) : Native.CLAMOR_OK;
         }
     }
 }

@@ -9,54 +9,38 @@ namespace Clamor
 {
     // A sound that any number of sources play, mono, in memory. Dispose() removes it with all sources
     // that play it, at the next commit.
-    public class Sound : IDisposable
+    public class Sound : ContextObject
     {
-        internal readonly Context Context;
-        internal ulong Handle;
-
-        internal Sound(Context context)
-        {
-            Context = context;
-        }
+        internal Sound(Context context) : base(context) { }
 
         // Copies samples, 1 at full scale.
         public Sound(Context context, float[] samples, int rateHz = 48000, bool loops = false)
             : this(context)
         {
             if (samples == null || samples.Length == 0) throw new ArgumentException("there are no samples");
-            var options = Options(rateHz, loops);
-            var error = new byte[Native.ErrorBytes];
-            ClamorException.Check(Native.clamor_add_sound(context.Handle, samples,
-                (ulong)samples.Length, ref options, out Handle, error), error);
+            Handle = Native.AddSound(context.Handle, samples, (ulong)samples.Length, Options(rateHz, loops));
         }
 
         // Reads a WAV, FLAC, Ogg or MP3 file, whose channels are averaged.
         public Sound(Context context, string path, bool loops = false) : this(context)
         {
-            var options = Options(0, loops);
-            var error = new byte[Native.ErrorBytes];
-            ClamorException.Check(Native.clamor_read_sound(context.Handle, Context.Utf8(path),
-                ref options, out Handle, error), error);
+            Handle = Native.ReadSound(context.Handle, path, Options(0, loops));
         }
 
         // Reads one of a level's own sounds.
         public Sound(Context context, Level level, int number) : this(context)
         {
-            var error = new byte[Native.ErrorBytes];
-            ClamorException.Check(Native.clamor_read_level_sound(context.Handle, level.Handle,
-                (uint)number, out Handle, error), error);
+            Handle = Native.ReadLevelSound(context.Handle, level.Handle, (uint)number);
         }
 
         private static Native.clamor_sound_options Options(int rateHz, bool loops)
         {
-            return new Native.clamor_sound_options { bytes = Native.clamor_sound_options.Size,
-                rate_hz = (uint)rateHz, loops = loops ? 1u : 0u };
+            return new Native.clamor_sound_options { rate_hz = (uint)rateHz, loops = loops ? 1u : 0u };
         }
 
-        public virtual void Dispose()
+        internal override int GiveBack()
         {
-            if (Handle != 0 && !Context.Handle.IsClosed) Native.clamor_remove_sound(Context.Handle, Handle);
-            Handle = 0;
+            return Native.clamor_remove_sound(Context.Handle, Handle);
         }
     }
 
@@ -65,10 +49,7 @@ namespace Clamor
     {
         public StreamedSound(Context context, int rateHz = 48000) : base(context)
         {
-            var options = new Native.clamor_stream { bytes = Native.clamor_stream.Size, rate_hz = (uint)rateHz };
-            var error = new byte[Native.ErrorBytes];
-            ClamorException.Check(
-                Native.clamor_add_stream(context.Handle, ref options, out Handle, error), error);
+            Handle = Native.AddStream(context.Handle, new Native.clamor_stream { rate_hz = (uint)rateHz });
         }
 
         // Audio thread, one at a time: appends samples and returns how many fitted into the buffer of
@@ -102,9 +83,8 @@ namespace Clamor
     // called on the thread that makes keyframes, and must not call functions of the context.
     public sealed class PulledSound : Sound
     {
-        // The delegates live as long as the process, because the library keeps pointers to them.
+        // It lives as long as the process, because the library keeps a pointer to it.
         private static readonly Native.PullFunction pull = Pull;
-        private static readonly Native.ReleaseFunction release = Release;
 
         private readonly Puller puller;
 
@@ -112,19 +92,13 @@ namespace Clamor
         {
             if (function == null) throw new ArgumentNullException("function");
             puller = new Puller { Function = function };
-            GCHandle user = GCHandle.Alloc(puller);
-            var options = new Native.clamor_stream { bytes = Native.clamor_stream.Size,
-                rate_hz = (uint)rateHz, user = GCHandle.ToIntPtr(user),
+            var options = new Native.clamor_stream { rate_hz = (uint)rateHz,
                 pull = Marshal.GetFunctionPointerForDelegate(pull),
-                release = Marshal.GetFunctionPointerForDelegate(release) };
-            var error = new byte[Native.ErrorBytes];
-            int code = Native.CLAMOR_ERROR_INTERNAL;
-            try {
-                code = Native.clamor_add_stream(context.Handle, ref options, out Handle, error);
-            } finally {
-                if (code != Native.CLAMOR_OK) user.Free();
-            }
-            ClamorException.Check(code, error);
+                release = Marshal.GetFunctionPointerForDelegate(Context.Free) };
+            Handle = Context.Keeping(GCHandle.Alloc(puller), user => {
+                options.user = user;
+                return Native.AddStream(context.Handle, options);
+            });
         }
 
         // What the function has thrown last, or null. The samples were silence then.
@@ -147,12 +121,6 @@ namespace Clamor
             public float[] Samples = new float[0];
         }
 
-        [MonoPInvokeCallback(typeof(Native.ReleaseFunction))]
-        private static void Release(IntPtr user)
-        {
-            GCHandle.FromIntPtr(user).Free();
-        }
-
         [MonoPInvokeCallback(typeof(Native.PullFunction))]
         private static uint Pull(IntPtr user, IntPtr into, uint frames)
         {
@@ -172,37 +140,29 @@ namespace Clamor
     }
 
     // A group of sources: a bus. Change() sets all of its properties, with the next commit.
-    public sealed class Group : IDisposable
+    public sealed class Group : ContextObject
     {
-        private readonly Context context;
-        internal ulong Handle;
-
         public Group(Context context, double gain = 1, bool isMuted = false, bool isPaused = false,
-            double maxVoices = 1)
+            double maxVoices = 1) : base(context)
         {
-            this.context = context;
-            var options = Options(gain, isMuted, isPaused, maxVoices);
-            ClamorException.Check(Native.clamor_add_group(context.Handle, ref options, out Handle));
+            Handle = Native.AddGroup(context.Handle, Options(gain, isMuted, isPaused, maxVoices));
         }
 
         public void Change(double gain = 1, bool isMuted = false, bool isPaused = false, double maxVoices = 1)
         {
-            var options = Options(gain, isMuted, isPaused, maxVoices);
-            ClamorException.Check(Native.clamor_change_group(context.Handle, Handle, ref options));
+            Native.ChangeGroup(Context.Handle, Handle, Options(gain, isMuted, isPaused, maxVoices));
         }
 
         private static Native.clamor_group_options Options(double gain, bool isMuted, bool isPaused,
             double maxVoices)
         {
-            return new Native.clamor_group_options { bytes = Native.clamor_group_options.Size,
-                is_muted = isMuted ? 1u : 0u, is_paused = isPaused ? 1u : 0u, has_gain = 1, gain = gain,
-                max_voices = maxVoices };
+            return new Native.clamor_group_options { is_muted = isMuted ? 1u : 0u,
+                is_paused = isPaused ? 1u : 0u, has_gain = 1, gain = gain, max_voices = maxVoices };
         }
 
-        public void Dispose()
+        internal override int GiveBack()
         {
-            if (Handle != 0 && !context.Handle.IsClosed) Native.clamor_remove_group(context.Handle, Handle);
-            Handle = 0;
+            return Native.clamor_remove_group(Context.Handle, Handle);
         }
     }
 
@@ -215,9 +175,9 @@ namespace Clamor
         internal Native.clamor_motion ToNative()
         {
             return new Native.clamor_motion {
-                position_m_0 = X, position_m_1 = Y, position_m_2 = Z, velocity_mps_0 = VelocityX,
-                velocity_mps_1 = VelocityY, velocity_mps_2 = VelocityZ, axis_0 = AxisX, axis_1 = AxisY,
-                axis_2 = AxisZ };
+                position_m = new Doubles3(X, Y, Z),
+                velocity_mps = new Doubles3(VelocityX, VelocityY, VelocityZ),
+                axis = new Doubles3(AxisX, AxisY, AxisZ) };
         }
     }
 
@@ -237,61 +197,38 @@ namespace Clamor
 
         internal Native.clamor_source_options ToNative()
         {
-            if (BandGains != null && BandGains.Length != 8)
-                throw new ArgumentException("BandGains has eight numbers");
-            var options = new Native.clamor_source_options {
-                bytes = Native.clamor_source_options.Size, ends_with_sound = EndsWithSound ? 1u : 0u,
-                sound = Sound == null ? 0 : Sound.Handle, group = Group == null ? 0 : Group.Handle,
-                level = Level == null ? 0 : Level.Handle, motion = Motion.ToNative(), gain = Gain,
-                directivity_0 = Directivity, directivity_1 = Directivity, directivity_2 = Directivity,
-                directivity_3 = Directivity, directivity_4 = Directivity, directivity_5 = Directivity,
-                directivity_6 = Directivity, directivity_7 = Directivity, played_s = PlayedS,
+            return new Native.clamor_source_options {
+                ends_with_sound = EndsWithSound ? 1u : 0u, sound = ContextObject.HandleOf(Sound),
+                group = ContextObject.HandleOf(Group), level = ContextObject.HandleOf(Level),
+                motion = Motion.ToNative(), gain = Gain,
+                band_gains = Doubles8.Of(BandGains, 0, "BandGains"),
+                directivity = Doubles8.Of(null, Directivity, "Directivity"), played_s = PlayedS,
                 has_reverberation = Reverberation.HasValue ? 1u : 0u,
                 reverberation = Reverberation.GetValueOrDefault() };
-            if (BandGains == null) return options;
-            options.band_gains_0 = BandGains[0];
-            options.band_gains_1 = BandGains[1];
-            options.band_gains_2 = BandGains[2];
-            options.band_gains_3 = BandGains[3];
-            options.band_gains_4 = BandGains[4];
-            options.band_gains_5 = BandGains[5];
-            options.band_gains_6 = BandGains[6];
-            options.band_gains_7 = BandGains[7];
-            return options;
         }
     }
 
     // A source that the application moves. It begins with the next Context.Commit().
-    public sealed class Source : IDisposable
+    public sealed class Source : ContextObject
     {
-        private readonly Context context;
-        private ulong handle;
-
         public Source(Context context, SourceOptions options)
-        {
-            this.context = context;
-            Native.clamor_source_options given = options.ToNative();
-            ClamorException.Check(Native.clamor_add_source(context.Handle, ref given, out handle));
-        }
+            : base(context, Native.AddSource(context.Handle, options.ToNative())) { }
 
         // Sets all of its properties; another sound begins anew.
         public void Change(SourceOptions options)
         {
-            Native.clamor_source_options given = options.ToNative();
-            ClamorException.Check(Native.clamor_change_source(context.Handle, handle, ref given));
+            Native.ChangeSource(Context.Handle, Handle, options.ToNative());
         }
 
         public void Move(Motion motion)
         {
-            Native.clamor_motion moved = motion.ToNative();
-            ClamorException.Check(Native.clamor_move_source(context.Handle, handle, ref moved));
+            Native.MoveSource(Context.Handle, Handle, motion.ToNative());
         }
 
-        // Fades out within a tenth of a second after the next commit.
-        public void Dispose()
+        // Fades out within a tenth of a second after the commit that follows Dispose().
+        internal override int GiveBack()
         {
-            if (handle != 0 && !context.Handle.IsClosed) Native.clamor_remove_source(context.Handle, handle);
-            handle = 0;
+            return Native.clamor_remove_source(Context.Handle, Handle);
         }
     }
 }
