@@ -21,10 +21,7 @@ namespace Clamor
 {
     public sealed class ClamorException : Exception
     {
-        public ClamorException(int code, string sentence) : base(sentence)
-        {
-            Code = code;
-        }
+        public ClamorException(int code, string sentence) : base(sentence) => Code = code;
 
         // One of clamor.h's, for example -3 for a file that cannot be read.
         public int Code { get; private set; }
@@ -72,12 +69,10 @@ namespace Clamor
             return new Pose(at._0, at._1, at._2, q._0, q._1, q._2, q._3);
         }
 
-        internal Native.clamor_pose ToNative()
-        {
-            return new Native.clamor_pose {
+        internal Native.clamor_pose ToNative() =>
+            new Native.clamor_pose {
                 position_m = new Doubles3(X, Y, Z),
                 orientation = new Doubles4(QuaternionX, QuaternionY, QuaternionZ, QuaternionW) };
-        }
     }
 
     public enum Output
@@ -190,30 +185,18 @@ namespace Clamor
         }
 
         // Frees the context and all that belongs to it, once a Render() under way has returned.
-        public void Dispose()
-        {
-            Handle.Dispose();
-        }
+        public void Dispose() => Handle.Dispose();
 
         // Makes the keyframes that listeners want now and returns how many; then loads pages and
         // sounds until none are requested or `loadingS` seconds have passed.
-        public int Update(double loadingS = 0)
-        {
-            return (int)Native.Update(Handle, loadingS);
-        }
+        public int Update(double loadingS = 0) => (int)Native.Update(Handle, loadingS);
 
         // Publishes all changes of sounds, sources, emitters, portals, groups and parts together.
         // `timeS` is the time of an offline listener that they are for; listeners in real time take
         // them over now.
-        public void Commit(double timeS = 0)
-        {
-            Native.Commit(Handle, timeS);
-        }
+        public void Commit(double timeS = 0) => Native.Commit(Handle, timeS);
 
-        public Level OpenLevel(string path)
-        {
-            return new Level(this, Native.OpenLevel(Handle, path));
-        }
+        public Level OpenLevel(string path) => new Level(this, Native.OpenLevel(Handle, path));
 
         // Opens a bake in memory. The bytes stay pinned until the library no longer reads them.
         public Level OpenLevel(byte[] bytes, string name)
@@ -223,12 +206,10 @@ namespace Clamor
                 size = (ulong)bytes.LongLength, memory = pinned.AddrOfPinnedObject() }, name, pinned);
         }
 
-        public Level OpenLevel(ILevelReader reader, string name)
-        {
-            return OpenLevel(new Native.clamor_reader {
+        public Level OpenLevel(ILevelReader reader, string name) =>
+            OpenLevel(new Native.clamor_reader {
                 size = reader.Size, read = Marshal.GetFunctionPointerForDelegate(read) }, name,
                 GCHandle.Alloc(reader));
-        }
 
         private Level OpenLevel(Native.clamor_reader reader, string name, GCHandle kept)
         {
@@ -262,10 +243,7 @@ namespace Clamor
         }
 
         [MonoPInvokeCallback(typeof(Native.ReleaseFunction))]
-        private static void Release(IntPtr user)
-        {
-            GCHandle.FromIntPtr(user).Free();
-        }
+        private static void Release(IntPtr user) => GCHandle.FromIntPtr(user).Free();
 
         public Listener CreateListener(Level level, ListenerOptions options)
         {
@@ -287,10 +265,7 @@ namespace Clamor
     {
         internal Level(Context context, ulong handle) : base(context, handle) { }
 
-        internal override int GiveBack()
-        {
-            return Native.clamor_close_level(Context.Handle, Handle);
-        }
+        internal override int GiveBack() => Native.clamor_close_level(Context.Handle, Handle);
 
         // The emitter number `number`, below Info.Emitters.
         public EmitterInfo Emitter(int number)
@@ -308,19 +283,15 @@ namespace Clamor
         }
 
         // The number of the first emitter with this name; -1: there is none.
-        public int FindEmitter(string name)
-        {
-            return IsFound(Native.clamor_find_emitter(Context.Handle, Handle, NativeMemory.Utf8(name),
+        public int FindEmitter(string name) =>
+            IsFound(Native.clamor_find_emitter(Context.Handle, Handle, NativeMemory.Utf8(name),
                 out uint number)) ? (int)number : -1;
-        }
 
         // Turns an emitter down, with all its reflections, for all listeners from the next commit. The
         // gain is an amplitude relative to the bake's, 0 to 1, times that of the group.
-        public void ChangeEmitter(int number, double gain = 1, bool isMuted = false, Group group = null)
-        {
+        public void ChangeEmitter(int number, double gain = 1, bool isMuted = false, Group group = null) =>
             Native.ChangeEmitter(Context.Handle, Handle, (uint)number, new Native.clamor_emitter_options {
                 is_muted = isMuted ? 1u : 0u, has_gain = 1, group = HandleOf(group), gain = gain });
-        }
 
         // The portal number `number`, below Info.Portals.
         public PortalInfo Portal(int number)
@@ -331,31 +302,23 @@ namespace Clamor
         }
 
         // The number of the first portal with this name; -1: there is none.
-        public int FindPortal(string name)
-        {
-            return IsFound(Native.clamor_find_portal(Context.Handle, Handle, NativeMemory.Utf8(name),
+        public int FindPortal(string name) =>
+            IsFound(Native.clamor_find_portal(Context.Handle, Handle, NativeMemory.Utf8(name),
                 out uint number)) ? (int)number : -1;
-        }
 
         // Opens or closes a portal for all listeners from the next commit: the share of power, 0 to 1,
         // that is left of reflections that came through it.
-        public void SetPortal(int number, double openness)
-        {
+        public void SetPortal(int number, double openness) =>
             Native.SetPortal(Context.Handle, Handle, (uint)number, openness);
-        }
 
         // The movable part number `number`, below Info.Parts.
-        public Part Part(int number)
-        {
-            return new Part(Context, Native.GetLevelPart(Context.Handle, Handle, (uint)number));
-        }
+        public Part Part(int number) =>
+            new Part(Context, Native.GetLevelPart(Context.Handle, Handle, (uint)number));
 
         // The first movable part with this name; null: there is none.
-        public Part FindPart(string name)
-        {
-            return IsFound(Native.clamor_find_part(Context.Handle, Handle, NativeMemory.Utf8(name),
+        public Part FindPart(string name) =>
+            IsFound(Native.clamor_find_part(Context.Handle, Handle, NativeMemory.Utf8(name),
                 out ulong part)) ? new Part(Context, part) : null;
-        }
 
         // Measures the response to an impulse of one emitter (-1: of all) at each place: x, y, z in
         // metres, one place after the other. Returns `frames` samples at 48 kHz for each.

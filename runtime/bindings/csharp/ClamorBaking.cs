@@ -109,10 +109,8 @@ namespace Clamor
 
         private readonly NativeHandle handle;
 
-        private BakeLevel(IntPtr level)
-        {
+        private BakeLevel(IntPtr level) =>
             handle = new NativeHandle(level, pointer => BakeNative.clamor_bake_destroy_level(pointer));
-        }
 
         // Reads a .gltf or .glb file with its sidecar and sounds.
         public static BakeLevel Read(string path, BakeLevelOptions options = null)
@@ -141,10 +139,7 @@ namespace Clamor
                     "libclamor_bake has another ABI version than ClamorBaking.cs; install both of one version");
         }
 
-        public void Dispose()
-        {
-            handle.Dispose();
-        }
+        public void Dispose() => handle.Dispose();
 
         // The names of the material presets.
         public static List<string> Presets
@@ -201,11 +196,9 @@ namespace Clamor
                     directivity_bands = memory.Bands(values.DirectivityBands), delay_s = values.DelayS });
         }
 
-        public void SetAir(double temperatureC = 20, double humidityPercent = 50, double pressureKpa = 101.325)
-        {
+        public void SetAir(double temperatureC = 20, double humidityPercent = 50, double pressureKpa = 101.325) =>
             BakeNative.SetAir(handle, new BakeNative.clamor_bake_air { temperature_c = temperatureC,
                 humidity_percent = humidityPercent, pressure_kpa = pressureKpa });
-        }
 
         public BakeLevelInfo Info
         {
@@ -226,10 +219,8 @@ namespace Clamor
         }
 
         // Bakes into memory: the same bytes, which Context.OpenLevel() takes.
-        public BakeReport Bake(out byte[] bytes, BakeOptions options = null)
-        {
-            return Run(null, options ?? new BakeOptions(), out bytes);
-        }
+        public BakeReport Bake(out byte[] bytes, BakeOptions options = null) =>
+            Run(null, options ?? new BakeOptions(), out bytes);
 
         // What the callbacks of a bake need.
         private sealed class RunningBake
@@ -259,9 +250,8 @@ namespace Clamor
                         progress = Marshal.GetFunctionPointerForDelegate(progress),
                         message = Marshal.GetFunctionPointerForDelegate(message) };
                     if (path != null) return FromNative(BakeNative.ToFile(handle, given, path), running);
-                    ulong count;
-                    BakeNative.clamor_bake_report report;
-                    BakeNative.ToMemory(handle, given, out baked, out count, out report);
+                    BakeNative.ToMemory(handle, given, out baked, out ulong count,
+                        out BakeNative.clamor_bake_report report);
                     bytes = new byte[count];
                     Marshal.Copy(baked, bytes, 0, bytes.Length);
                     return FromNative(report, running);

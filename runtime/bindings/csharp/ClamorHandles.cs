@@ -26,10 +26,7 @@ namespace Clamor
             Handle = 0;
         }
 
-        internal static ulong HandleOf(ContextObject owner)
-        {
-            return owner == null ? 0 : owner.Handle;
-        }
+        internal static ulong HandleOf(ContextObject owner) => owner == null ? 0 : owner.Handle;
     }
 
     // A pointer to what the library owns, which is given back once it is closed and no call uses it.
@@ -43,9 +40,17 @@ namespace Clamor
             SetHandle(pointer);
         }
 
-        public override bool IsInvalid
+        public override bool IsInvalid => handle == IntPtr.Zero;
+
+        // Audio thread: holds it until DangerousRelease(); false if it is closed. Never throws.
+        public bool TryHold()
         {
-            get { return handle == IntPtr.Zero; }
+            bool held = false;
+            try {
+                if (!IsClosed) DangerousAddRef(ref held);
+            } catch (ObjectDisposedException) {  // closed in between
+            }
+            return held;
         }
 
         protected override bool ReleaseHandle()
@@ -69,15 +74,10 @@ namespace Clamor
             return handle.AddrOfPinnedObject();
         }
 
-        public IntPtr Text(string text)
-        {
-            return Pin(text == null ? null : Utf8(text));
-        }
+        public IntPtr Text(string text) => Pin(text == null ? null : Utf8(text));
 
-        public IntPtr Texts(string[] values)
-        {
-            return Pin(values == null ? null : Array.ConvertAll(values, Text));
-        }
+        public IntPtr Texts(string[] values) =>
+            Pin(values == null ? null : Array.ConvertAll(values, Text));
 
         public IntPtr Bands(float[] values)
         {
@@ -91,10 +91,7 @@ namespace Clamor
             foreach (GCHandle handle in pinned) handle.Free();
         }
 
-        public static byte[] Utf8(string text)
-        {
-            return Encoding.UTF8.GetBytes(text + "\0");
-        }
+        public static byte[] Utf8(string text) => Encoding.UTF8.GetBytes(text + "\0");
 
         // The text at a pointer that the library gave.
         public static string Read(IntPtr text)

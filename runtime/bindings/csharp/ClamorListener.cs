@@ -16,35 +16,20 @@ namespace Clamor
 
     public sealed class Listener : ContextObject
     {
-        private readonly int channels;
         private Native.clamor_voice[] read = new Native.clamor_voice[0];
 
-        internal Listener(Context context, ulong handle) : base(context, handle)
-        {
-            channels = (int)Native.GetChannels(context.Handle, handle);
-        }
+        internal Listener(Context context, ulong handle) : base(context, handle) =>
+            Channels = (int)Native.GetChannels(context.Handle, handle);
 
         // Waits until the audio thread has left the listener, so Dispose() is not for the audio thread.
-        internal override int GiveBack()
-        {
-            return Native.clamor_destroy_listener(Context.Handle, Handle);
-        }
+        internal override int GiveBack() => Native.clamor_destroy_listener(Context.Handle, Handle);
 
-        public int Channels
-        {
-            get { return channels; }
-        }
+        public int Channels { get; private set; }
 
-        public void Move(Pose pose)
-        {
-            Native.MoveListener(Context.Handle, Handle, pose.ToNative());
-        }
+        public void Move(Pose pose) => Native.MoveListener(Context.Handle, Handle, pose.ToNative());
 
         // Crossfades to another level within a tenth of a second.
-        public void Enter(Level level)
-        {
-            Native.EnterLevel(Context.Handle, Handle, level.Handle);
-        }
+        public void Enter(Level level) => Native.EnterLevel(Context.Handle, Handle, level.Handle);
 
         // Offline: true if a keyframe is wanted: move the listener to its pose at `timeS` seconds and
         // call Context.Update().
@@ -96,20 +81,14 @@ namespace Clamor
         public int Render(float[] samples, int offset, int frames)
         {
             if (samples == null || offset < 0 || frames < 0 || offset > samples.Length ||
-                frames > (samples.Length - offset) / channels)
+                frames > (samples.Length - offset) / Channels)
                 return Native.CLAMOR_ERROR_ARGUMENT;
             if (frames == 0) return Native.CLAMOR_OK;
-            bool entered = false;
-            try {
-                if (Context.Handle.IsClosed) return Native.CLAMOR_ERROR_STATE;
-                Context.Handle.DangerousAddRef(ref entered);
-                return Native.clamor_render(Context.Handle.DangerousGetHandle(), Handle,
-                    ref samples[offset], (uint)frames);
-            } catch (ObjectDisposedException) {  // closed between the two lines
-                return Native.CLAMOR_ERROR_STATE;
-            } finally {
-                if (entered) Context.Handle.DangerousRelease();
-            }
+            if (!Context.Handle.TryHold()) return Native.CLAMOR_ERROR_STATE;
+            int code = Native.clamor_render(Context.Handle.DangerousGetHandle(), Handle,
+                ref samples[offset], (uint)frames);
+            Context.Handle.DangerousRelease();
+            return code;
         }
     }
 }

@@ -60,10 +60,7 @@ namespace Clamor
                     scattering = Doubles8.Of(options.BandScatterings, 0, "BandScatterings") });
         }
 
-        private static uint Thirds(Array numbers)
-        {
-            return numbers == null ? 0 : (uint)(numbers.Length / 3);
-        }
+        private static uint Thirds(Array numbers) => numbers == null ? 0 : (uint)(numbers.Length / 3);
 
         public PartInfo Info
         {
@@ -75,21 +72,14 @@ namespace Clamor
         }
 
         // Turns and moves the part about its pivot.
-        public void Move(Pose pose)
-        {
-            Native.MovePart(Context.Handle, Handle, pose.ToNative());
-        }
+        public void Move(Pose pose) => Native.MovePart(Context.Handle, Handle, pose.ToNative());
 
         // A part that is not enabled hides nothing.
-        public void Enable(bool isEnabled)
-        {
+        public void Enable(bool isEnabled) =>
             Native.EnablePart(Context.Handle, Handle, isEnabled ? 1u : 0u);
-        }
 
         // Dispose() removes a part that the application has added. A part of a level stays.
-        internal override int GiveBack()
-        {
-            return isAdded ? Native.clamor_remove_part(Context.Handle, Handle) : Native.CLAMOR_OK;
-        }
+        internal override int GiveBack() =>
+            isAdded ? Native.clamor_remove_part(Context.Handle, Handle) : Native.CLAMOR_OK;
     }
 }

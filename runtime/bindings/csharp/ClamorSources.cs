@@ -22,35 +22,24 @@ namespace Clamor
         }
 
         // Reads a WAV, FLAC, Ogg or MP3 file, whose channels are averaged.
-        public Sound(Context context, string path, bool loops = false) : this(context)
-        {
+        public Sound(Context context, string path, bool loops = false) : this(context) =>
             Handle = Native.ReadSound(context.Handle, path, Options(0, loops));
-        }
 
         // Reads one of a level's own sounds.
-        public Sound(Context context, Level level, int number) : this(context)
-        {
+        public Sound(Context context, Level level, int number) : this(context) =>
             Handle = Native.ReadLevelSound(context.Handle, level.Handle, (uint)number);
-        }
 
-        private static Native.clamor_sound_options Options(int rateHz, bool loops)
-        {
-            return new Native.clamor_sound_options { rate_hz = (uint)rateHz, loops = loops ? 1u : 0u };
-        }
+        private static Native.clamor_sound_options Options(int rateHz, bool loops) =>
+            new Native.clamor_sound_options { rate_hz = (uint)rateHz, loops = loops ? 1u : 0u };
 
-        internal override int GiveBack()
-        {
-            return Native.clamor_remove_sound(Context.Handle, Handle);
-        }
+        internal override int GiveBack() => Native.clamor_remove_sound(Context.Handle, Handle);
     }
 
     // A sound whose samples Write() brings while it plays: speech, a synthesiser.
     public sealed class StreamedSound : Sound
     {
-        public StreamedSound(Context context, int rateHz = 48000) : base(context)
-        {
+        public StreamedSound(Context context, int rateHz = 48000) : base(context) =>
             Handle = Native.AddStream(context.Handle, new Native.clamor_stream { rate_hz = (uint)rateHz });
-        }
 
         // Audio thread, one at a time: appends samples and returns how many fitted into the buffer of
         // one second, or an error of clamor.h. Allocates nothing and never throws.
@@ -59,19 +48,11 @@ namespace Clamor
             if (samples == null || offset < 0 || frames < 0 || offset > samples.Length - frames)
                 return Native.CLAMOR_ERROR_ARGUMENT;
             if (frames == 0) return 0;
-            bool entered = false;
-            try {
-                if (Context.Handle.IsClosed) return Native.CLAMOR_ERROR_STATE;
-                Context.Handle.DangerousAddRef(ref entered);
-                uint taken;
-                int code = Native.clamor_write_stream(Context.Handle.DangerousGetHandle(), Handle,
-                    ref samples[offset], (uint)frames, out taken);
-                return code == Native.CLAMOR_OK ? (int)taken : code;
-            } catch (ObjectDisposedException) {
-                return Native.CLAMOR_ERROR_STATE;
-            } finally {
-                if (entered) Context.Handle.DangerousRelease();
-            }
+            if (!Context.Handle.TryHold()) return Native.CLAMOR_ERROR_STATE;
+            int code = Native.clamor_write_stream(Context.Handle.DangerousGetHandle(), Handle,
+                ref samples[offset], (uint)frames, out uint taken);
+            Context.Handle.DangerousRelease();
+            return code == Native.CLAMOR_OK ? (int)taken : code;
         }
     }
 
@@ -102,10 +83,7 @@ namespace Clamor
         }
 
         // What the function has thrown last, or null. The samples were silence then.
-        public Exception Failure
-        {
-            get { return puller.Failure; }
-        }
+        public Exception Failure => puller.Failure;
 
         // The function is not called any more, once a call under way has returned.
         public override void Dispose()
@@ -148,10 +126,8 @@ namespace Clamor
             Handle = Native.AddGroup(context.Handle, Options(gain, isMuted, isPaused, maxVoices));
         }
 
-        public void Change(double gain = 1, bool isMuted = false, bool isPaused = false, double maxVoices = 1)
-        {
+        public void Change(double gain = 1, bool isMuted = false, bool isPaused = false, double maxVoices = 1) =>
             Native.ChangeGroup(Context.Handle, Handle, Options(gain, isMuted, isPaused, maxVoices));
-        }
 
         private static Native.clamor_group_options Options(double gain, bool isMuted, bool isPaused,
             double maxVoices)
@@ -160,10 +136,7 @@ namespace Clamor
                 is_paused = isPaused ? 1u : 0u, has_gain = 1, gain = gain, max_voices = maxVoices };
         }
 
-        internal override int GiveBack()
-        {
-            return Native.clamor_remove_group(Context.Handle, Handle);
-        }
+        internal override int GiveBack() => Native.clamor_remove_group(Context.Handle, Handle);
     }
 
     // Where a source is, how it moves (zeros: as between the last two commits), and the axis of its
@@ -172,13 +145,11 @@ namespace Clamor
     {
         public double X, Y, Z, VelocityX, VelocityY, VelocityZ, AxisX, AxisY, AxisZ;
 
-        internal Native.clamor_motion ToNative()
-        {
-            return new Native.clamor_motion {
+        internal Native.clamor_motion ToNative() =>
+            new Native.clamor_motion {
                 position_m = new Doubles3(X, Y, Z),
                 velocity_mps = new Doubles3(VelocityX, VelocityY, VelocityZ),
                 axis = new Doubles3(AxisX, AxisY, AxisZ) };
-        }
     }
 
     // As clamor_source_options in clamor.h; 0 and null mean the default.
@@ -195,9 +166,8 @@ namespace Clamor
         public double? Reverberation;
         public bool EndsWithSound;
 
-        internal Native.clamor_source_options ToNative()
-        {
-            return new Native.clamor_source_options {
+        internal Native.clamor_source_options ToNative() =>
+            new Native.clamor_source_options {
                 ends_with_sound = EndsWithSound ? 1u : 0u, sound = ContextObject.HandleOf(Sound),
                 group = ContextObject.HandleOf(Group), level = ContextObject.HandleOf(Level),
                 motion = Motion.ToNative(), gain = Gain,
@@ -205,7 +175,6 @@ namespace Clamor
                 directivity = Doubles8.Of(null, Directivity, "Directivity"), played_s = PlayedS,
                 has_reverberation = Reverberation.HasValue ? 1u : 0u,
                 reverberation = Reverberation.GetValueOrDefault() };
-        }
     }
 
     // A source that the application moves. It begins with the next Context.Commit().
@@ -215,20 +184,12 @@ namespace Clamor
             : base(context, Native.AddSource(context.Handle, options.ToNative())) { }
 
         // Sets all of its properties; another sound begins anew.
-        public void Change(SourceOptions options)
-        {
+        public void Change(SourceOptions options) =>
             Native.ChangeSource(Context.Handle, Handle, options.ToNative());
-        }
 
-        public void Move(Motion motion)
-        {
-            Native.MoveSource(Context.Handle, Handle, motion.ToNative());
-        }
+        public void Move(Motion motion) => Native.MoveSource(Context.Handle, Handle, motion.ToNative());
 
         // Fades out within a tenth of a second after the commit that follows Dispose().
-        internal override int GiveBack()
-        {
-            return Native.clamor_remove_source(Context.Handle, Handle);
-        }
+        internal override int GiveBack() => Native.clamor_remove_source(Context.Handle, Handle);
     }
 }
