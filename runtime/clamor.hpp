@@ -11,6 +11,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include <clamor.h>
@@ -45,6 +46,21 @@ inline clamor_listener_options listener_options() { return sized<clamor_listener
 inline clamor_source_options source_options() { return sized<clamor_source_options>(); }
 inline clamor_group_options group_options() { return sized<clamor_group_options>(); }
 inline clamor_part_options part_options() { return sized<clamor_part_options>(); }
+
+// What a function of clamor.h writes to its last argument but the error. Of a structure, the size
+// is filled in.
+template <class T, class Function, class... Arguments>
+T written(Function* function, Arguments... arguments) {
+  T value{};
+  if constexpr (requires { value.bytes; }) value.bytes = sizeof(value);
+  if constexpr (std::is_invocable_v<Function*, Arguments..., T*, clamor_error*>) {
+    clamor_error error;
+    check(function(arguments..., &value, &error), error);
+  } else {
+    check(function(arguments..., &value));
+  }
+  return value;
+}
 
 // A handle that is given back at the end, once.
 template <clamor_result (*Release)(clamor_context*, std::uint64_t)>
@@ -81,9 +97,7 @@ class LevelPart {
   // A part that is not enabled hides nothing.
   void enable(bool enabled) { check(clamor_enable_part(context_, handle_, enabled)); }
   clamor_part_info info() const {
-    auto info = sized<clamor_part_info>();
-    check(clamor_get_part_info(context_, handle_, &info));
-    return info;
+    return written<clamor_part_info>(clamor_get_part_info, context_, handle_);
   }
 
  private:
@@ -97,35 +111,22 @@ class OpenLevel : public OwnedHandle<clamor_close_level> {
   using OwnedHandle::OwnedHandle;
 
   clamor_level_info info() const {
-    auto info = sized<clamor_level_info>();
-    check(clamor_get_level_info(context_, handle_, &info));
-    return info;
+    return written<clamor_level_info>(clamor_get_level_info, context_, handle_);
   }
   clamor_emitter_info emitter(std::uint32_t number) const {
-    auto info = sized<clamor_emitter_info>();
-    check(clamor_get_emitter_info(context_, handle_, number, &info));
-    return info;
+    return written<clamor_emitter_info>(clamor_get_emitter_info, context_, handle_, number);
   }
   // The number of the first emitter with this name, if there is one.
   std::optional<std::uint32_t> find_emitter(const std::string& name) const {
-    std::uint32_t number = 0;
-    const clamor_result found = clamor_find_emitter(context_, handle_, name.c_str(), &number);
-    if (found == CLAMOR_ERROR_NOT_FOUND) return {};
-    check(found);
-    return number;
+    return found<std::uint32_t>(clamor_find_emitter, name);
   }
   LevelPart part(std::uint32_t number) const {
-    clamor_part part = 0;
-    check(clamor_get_level_part(context_, handle_, number, &part));
-    return {context_, part};
+    return {context_, written<clamor_part>(clamor_get_level_part, context_, handle_, number)};
   }
   // The first movable part with this name, if there is one.
   std::optional<LevelPart> find_part(const std::string& name) const {
-    clamor_part part = 0;
-    const clamor_result found = clamor_find_part(context_, handle_, name.c_str(), &part);
-    if (found == CLAMOR_ERROR_NOT_FOUND) return {};
-    check(found);
-    return LevelPart(context_, part);
+    const auto part = found<clamor_part>(clamor_find_part, name);
+    return part ? std::optional(LevelPart(context_, *part)) : std::nullopt;
   }
   // Turns an emitter down, with the next commit: an amplitude from 0 to 1, times that of the group.
   void change_emitter(std::uint32_t number, double gain, clamor_group group = 0) {
@@ -136,21 +137,25 @@ class OpenLevel : public OwnedHandle<clamor_close_level> {
     check(clamor_change_emitter(context_, handle_, number, &options));
   }
   clamor_portal_info portal(std::uint32_t number) const {
-    auto info = sized<clamor_portal_info>();
-    check(clamor_get_portal_info(context_, handle_, number, &info));
-    return info;
+    return written<clamor_portal_info>(clamor_get_portal_info, context_, handle_, number);
   }
   // The number of the first portal with this name, if there is one.
   std::optional<std::uint32_t> find_portal(const std::string& name) const {
-    std::uint32_t number = 0;
-    const clamor_result found = clamor_find_portal(context_, handle_, name.c_str(), &number);
-    if (found == CLAMOR_ERROR_NOT_FOUND) return {};
-    check(found);
-    return number;
+    return found<std::uint32_t>(clamor_find_portal, name);
   }
   // Opens or closes a portal, with the next commit: a share of power from 0 to 1.
   void set_portal(std::uint32_t number, double openness) {
     check(clamor_set_portal(context_, handle_, number, openness));
+  }
+
+ private:
+  template <class T, class Function>
+  std::optional<T> found(Function* function, const std::string& name) const {
+    T value{};
+    const clamor_result result = function(context_, handle_, name.c_str(), &value);
+    if (result == CLAMOR_ERROR_NOT_FOUND) return {};
+    check(result);
+    return value;
   }
 };
 
@@ -176,9 +181,7 @@ class Ears : public OwnedHandle<clamor_destroy_listener> {
     check(clamor_enter_level(context_, handle_, level.handle(), &error), error);
   }
   std::uint32_t channels() const {
-    std::uint32_t channels = 0;
-    check(clamor_get_channels(context_, handle_, &channels));
-    return channels;
+    return written<std::uint32_t>(clamor_get_channels, context_, handle_);
   }
   // The time for which an offline listener's next pose is wanted, if one is.
   std::optional<double> next_keyframe_s() const {
@@ -188,9 +191,7 @@ class Ears : public OwnedHandle<clamor_destroy_listener> {
     return wanted != 0 ? std::optional(time_s) : std::nullopt;
   }
   clamor_listener_statistics statistics() const {
-    auto statistics = sized<clamor_listener_statistics>();
-    check(clamor_get_listener_statistics(context_, handle_, &statistics));
-    return statistics;
+    return written<clamor_listener_statistics>(clamor_get_listener_statistics, context_, handle_);
   }
 
   // Reads voices of the newest keyframe into the span. The result tells how many there are, which
@@ -259,78 +260,51 @@ class Clamor {
   clamor_context* get() const noexcept { return context_; }
 
   OpenLevel open(const std::string& path) {
-    return made<OpenLevel>([&](std::uint64_t* level, clamor_error* error) {
-      return clamor_open_level(context_, path.c_str(), level, error);
-    });
+    return made<OpenLevel>(clamor_open_level, path.c_str());
   }
   OpenLevel open(const clamor_reader& reader) {
-    return made<OpenLevel>([&](std::uint64_t* level, clamor_error* error) {
-      return clamor_open_level_with(context_, &reader, level, error);
-    });
+    return made<OpenLevel>(clamor_open_level_with, &reader);
   }
   Ears listen(const OpenLevel& level, const clamor_listener_options& options = listener_options()) {
-    return made<Ears>([&](std::uint64_t* listener, clamor_error* error) {
-      return clamor_create_listener(context_, level.handle(), &options, listener, error);
-    });
+    return made<Ears>(clamor_create_listener, level.handle(), &options);
   }
   Sound add_sound(std::span<const float> samples, std::uint32_t rate_hz, bool loops = false) {
     auto options = sized<clamor_sound_options>();
     options.rate_hz = rate_hz;
     options.loops = loops;
-    return made<Sound>([&](std::uint64_t* sound, clamor_error* error) {
-      return clamor_add_sound(context_, samples.data(), samples.size(), &options, sound, error);
-    });
+    return made<Sound>(clamor_add_sound, samples.data(), samples.size(), &options);
   }
   Sound read_sound(const std::string& path, bool loops = false) {
     auto options = sized<clamor_sound_options>();
     options.loops = loops;
-    return made<Sound>([&](std::uint64_t* sound, clamor_error* error) {
-      return clamor_read_sound(context_, path.c_str(), &options, sound, error);
-    });
+    return made<Sound>(clamor_read_sound, path.c_str(), &options);
   }
   Sound read_sound(const OpenLevel& level, std::uint32_t number) {
-    return made<Sound>([&](std::uint64_t* sound, clamor_error* error) {
-      return clamor_read_level_sound(context_, level.handle(), number, sound, error);
-    });
+    return made<Sound>(clamor_read_level_sound, level.handle(), number);
   }
-  Sound add_stream(const clamor_stream& stream) {
-    return made<Sound>([&](std::uint64_t* sound, clamor_error* error) {
-      return clamor_add_stream(context_, &stream, sound, error);
-    });
-  }
+  Sound add_stream(const clamor_stream& stream) { return made<Sound>(clamor_add_stream, &stream); }
   Group add_group(const clamor_group_options& options = group_options()) {
-    clamor_group group = 0;
-    check(clamor_add_group(context_, &options, &group));
-    return {context_, group};
+    return made<Group>(clamor_add_group, &options);
   }
   Source add_source(const clamor_source_options& options) {
-    clamor_source source = 0;
-    check(clamor_add_source(context_, &options, &source));
-    return {context_, source};
+    return made<Source>(clamor_add_source, &options);
   }
   Part add_part(const clamor_part_options& options) {
-    return made<Part>([&](std::uint64_t* part, clamor_error* error) {
-      return clamor_add_part(context_, &options, part, error);
-    });
+    return made<Part>(clamor_add_part, &options);
   }
   // Publishes all changes of sounds, sources, emitters, portals, groups and parts together.
   void commit(double time_s = 0) { check(clamor_commit(context_, time_s)); }
 
   // Returns how many keyframes were made.
   std::uint32_t update(double loading_s = 0) {
-    std::uint32_t made = 0;
-    check(clamor_update(context_, loading_s, &made));
-    return made;
+    return written<std::uint32_t>(clamor_update, context_, loading_s);
   }
 
  private:
-  // The owner of the handle that call(&handle, &error) writes.
-  template <class Owner, class Call>
-  Owner made(const Call& call) {
-    std::uint64_t handle = 0;
-    clamor_error error;
-    check(call(&handle, &error), error);
-    return {context_, handle};
+  // The owner of what a function makes.
+  template <class Owner, class Function, class... Arguments>
+  Owner made(Function* function, Arguments... arguments) {
+    return {context_, written<std::uint64_t>(function, context_, arguments...)};
   }
 
   clamor_context* context_ = nullptr;
