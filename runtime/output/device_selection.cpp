@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstdlib>
 #include <functional>
+#include <utility>
 
 #include "common/sample_rate.h"
 
@@ -104,13 +106,10 @@ std::vector<int> rates_to_try(const OutputDevice& device, int wanted_hz) {
   if (wanted_hz > 0) return {wanted_hz};
   std::vector<int> rates(device.rates_hz.begin(), device.rates_hz.end());
   if (rates.empty()) return {kSampleRate_hz};
-  std::sort(rates.begin(), rates.end());
-  std::stable_partition(rates.begin(), rates.end(),
-                        [](int rate) { return rate >= kSampleRate_hz; });
-  // Below the preferred rate, the highest comes first.
-  const auto below =
-      std::find_if(rates.begin(), rates.end(), [](int rate) { return rate < kSampleRate_hz; });
-  std::reverse(below, rates.end());
+  // From ours upwards, and then from ours downwards.
+  std::ranges::sort(rates, {}, [](int rate) {
+    return std::pair(rate < kSampleRate_hz, std::abs(rate - kSampleRate_hz));
+  });
   return rates;
 }
 

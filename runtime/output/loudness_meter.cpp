@@ -1,5 +1,7 @@
 #include "runtime/output/loudness_meter.h"
 
+#include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <limits>
@@ -14,34 +16,25 @@ namespace clamor {
 namespace {
 
 // libebur128's channel position, which decides the weight: side channels count 1.5 dB more.
-int place_of(Speaker speaker) {
-  switch (speaker) {
-    case Speaker::kFrontLeft:
-      return EBUR128_LEFT;
-    case Speaker::kFrontRight:
-      return EBUR128_RIGHT;
-    case Speaker::kFrontCentre:
-      return EBUR128_CENTER;
-    case Speaker::kLowFrequency:
-      return EBUR128_UNUSED;
-    case Speaker::kSideLeft:
-      return EBUR128_LEFT_SURROUND;
-    case Speaker::kSideRight:
-      return EBUR128_RIGHT_SURROUND;
-    case Speaker::kBackLeft:
-      return EBUR128_Mp135;
-    case Speaker::kBackRight:
-      return EBUR128_Mm135;
-    case Speaker::kTopFrontLeft:
-      return EBUR128_Up045;
-    case Speaker::kTopFrontRight:
-      return EBUR128_Um045;
-    case Speaker::kTopBackLeft:
-      return EBUR128_Up135;
-    case Speaker::kTopBackRight:
-      return EBUR128_Um135;
-  }
-  return EBUR128_UNUSED;
+struct Place {
+  Speaker speaker;
+  int position;
+};
+constexpr std::array<Place, 12> kPlaces = {{{Speaker::kFrontLeft, EBUR128_LEFT},
+                                            {Speaker::kFrontRight, EBUR128_RIGHT},
+                                            {Speaker::kFrontCentre, EBUR128_CENTER},
+                                            {Speaker::kLowFrequency, EBUR128_UNUSED},
+                                            {Speaker::kSideLeft, EBUR128_LEFT_SURROUND},
+                                            {Speaker::kSideRight, EBUR128_RIGHT_SURROUND},
+                                            {Speaker::kBackLeft, EBUR128_Mp135},
+                                            {Speaker::kBackRight, EBUR128_Mm135},
+                                            {Speaker::kTopFrontLeft, EBUR128_Up045},
+                                            {Speaker::kTopFrontRight, EBUR128_Um045},
+                                            {Speaker::kTopBackLeft, EBUR128_Up135},
+                                            {Speaker::kTopBackRight, EBUR128_Um135}}};
+
+int position_of(Speaker speaker) {
+  return std::ranges::find(kPlaces, speaker, &Place::speaker)->position;
 }
 
 }  // namespace
@@ -63,7 +56,7 @@ LoudnessMeter::LoudnessMeter(int channels, std::span<const Speaker> speakers)
   if (speakers.empty()) state_->offset_lu = 10 * std::log10(2.0);
   for (unsigned c = 0; c < static_cast<unsigned>(channels); ++c)
     ebur128_set_channel(state_->meter, c,
-                        !speakers.empty() ? place_of(speakers[c])
+                        !speakers.empty() ? position_of(speakers[c])
                         : c == 0          ? EBUR128_CENTER
                                           : EBUR128_UNUSED);
 }

@@ -1,29 +1,20 @@
 #include "runtime/output/output_stream.h"
 
-#include <algorithm>
 #include <thread>
-#include <vector>
+#include <utility>
 
 #include "runtime/output/device_selection.h"
 
 namespace clamor {
 
-struct OpenedStream {
-  StreamOpening::Failure failure = StreamOpening::Failure::kNone;
-  std::string problem;
-  OutputStream stream;
-};
-
 namespace {
 
 using Clock = std::chrono::steady_clock;
+using Failure = OpenedStream::Failure;
 
-OpenedStream failed(StreamOpening::Failure failure, const Error& error) {
-  return {failure, error.message, {}};
-}
+OpenedStream failed(Failure failure, const Error& error) { return {failure, error.message, {}}; }
 
 OpenedStream open_stream(OutputDriver& driver, const StreamRequest& request) {
-  using Failure = StreamOpening::Failure;
   const auto devices = driver.devices(request.again ? request.again->api : "");
   auto chosen =
       choose_device(devices, request.again ? request.again->full_name() : request.output.device);
@@ -51,86 +42,51 @@ OpenedStream open_stream(OutputDriver& driver, const StreamRequest& request) {
   return failed(Failure::kDoesNotOpen, done.error());
 }
 
+// Runs `work` on a thread that nobody waits for if it hangs.
+template <class Result, class Work>
+std::future<Result> on_separate_thread(Work work) {
+  std::packaged_task<Result()> task(std::move(work));
+  auto result = task.get_future();
+  std::thread(std::move(task)).detach();
+  return result;
+}
+
 }  // namespace
 
-struct StreamOpening::Shared {
-  std::mutex mutex;
-  std::condition_variable changed;
-  bool done = false, abandoned = false;
-  OpenedStream opened;
-};
-
-StreamOpening::StreamOpening(std::shared_ptr<OutputDriver> driver, StreamRequest request)
-    : shared_(std::make_shared<Shared>()) {
-  std::thread([shared = shared_, driver = std::move(driver), request = std::move(request)] {
-    OpenedStream opened = open_stream(*driver, request);
-    const std::lock_guard lock(shared->mutex);
-    if (shared->abandoned) return;  // `opened` closes
-    shared->opened = std::move(opened);
-    shared->done = true;
-    shared->changed.notify_all();
-  }).detach();
+std::future<OpenedStream> begin_opening(std::shared_ptr<OutputDriver> driver,
+                                        StreamRequest request) {
+  return on_separate_thread<OpenedStream>(
+      [driver = std::move(driver), request = std::move(request)] {
+        return open_stream(*driver, request);
+      });
 }
-
-StreamOpening::~StreamOpening() {
-  const std::lock_guard lock(shared_->mutex);
-  shared_->abandoned = true;
-}
-
-bool StreamOpening::wait_for(std::chrono::milliseconds time) {
-  std::unique_lock lock(shared_->mutex);
-  return shared_->changed.wait_for(lock, time, [this] { return shared_->done; });
-}
-
-StreamOpening::Failure StreamOpening::failure() const { return shared_->opened.failure; }
-std::string StreamOpening::problem() const { return shared_->opened.problem; }
-OutputStream StreamOpening::take() { return std::move(shared_->opened.stream); }
-
-struct StreamClosing::Shared {
-  struct Begun {
-    std::uint64_t number;
-    Clock::time_point at;
-    bool hung = false;
-  };
-
-  std::mutex mutex;
-  std::condition_variable changed;
-  std::vector<Begun> begun;
-  std::uint64_t number = 0, hung = 0;
-};
-
-StreamClosing::StreamClosing() : shared_(std::make_shared<Shared>()) {}
 
 void StreamClosing::close(OutputStream stream) {
   if (stream.output == nullptr) return;
-  const std::lock_guard lock(shared_->mutex);
-  const std::uint64_t number = shared_->number++;
-  shared_->begun.push_back({number, Clock::now()});
-  std::thread([shared = shared_, number, closed = std::move(stream)]() mutable {
+  auto done = on_separate_thread<void>([closed = std::move(stream)]() mutable {
     closed.output.reset();
     closed.feed.reset();
-    const std::lock_guard inner(shared->mutex);
-    std::erase_if(shared->begun, [&](const auto& begun) { return begun.number == number; });
-    shared->changed.notify_all();
-  }).detach();
+  });
+  begun_.push_back({std::move(done), Clock::now()});
 }
 
 void StreamClosing::wait_for(std::chrono::milliseconds time) {
-  std::unique_lock lock(shared_->mutex);
-  shared_->changed.wait_for(lock, time, [this] {
-    return std::all_of(shared_->begun.begin(), shared_->begun.end(),
-                       [](const auto& begun) { return begun.hung; });
-  });
+  const auto end = Clock::now() + time;
+  for (const Begun& begun : begun_)
+    if (!begun.hung) begun.done.wait_until(end);
 }
 
 std::uint64_t StreamClosing::hung(std::chrono::milliseconds time) {
-  const std::lock_guard lock(shared_->mutex);
-  for (auto& begun : shared_->begun)
-    if (!begun.hung && Clock::now() - begun.at > time) {
+  const auto now = Clock::now();
+  std::erase_if(begun_, [now](const Begun& begun) {
+    return begun.done.wait_until(now) == std::future_status::ready;
+  });
+  for (Begun& begun : begun_)
+    if (!begun.hung && now - begun.at > time) {
       begun.hung = true;
-      ++shared_->hung;
+      ++hung_;
     }
-  return shared_->hung;
+  return hung_;
 }
 
 }  // namespace clamor

@@ -4,13 +4,13 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <cstdint>
+#include <future>
 #include <memory>
-#include <mutex>
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "common/result.h"
 #include "runtime/output/audio_output.h"
 #include "runtime/output/device_feed.h"
 
@@ -32,33 +32,23 @@ struct StreamRequest {
   std::uint32_t id = 0;
 };
 
-// Opens and starts one device on a separate thread. The started device already calls its feed,
-// which gives silence until the gate admits it. Destruction abandons the attempt: a device that
-// opens later is closed at once.
-class StreamOpening {
- public:
+struct OpenedStream {
   enum class Failure { kNone, kNoSuchDevice, kDoesNotOpen };
 
-  StreamOpening(std::shared_ptr<OutputDriver> driver, StreamRequest request);
-  ~StreamOpening();
-  StreamOpening(const StreamOpening&) = delete;
-  StreamOpening& operator=(const StreamOpening&) = delete;
-
-  bool wait_for(std::chrono::milliseconds time);  // true when done
-  Failure failure() const;                        // this and all below: only when done
-  std::string problem() const;
-  OutputStream take();
-
- private:
-  struct Shared;
-  std::shared_ptr<Shared> shared_;
+  Failure failure = Failure::kNone;
+  std::string problem;
+  OutputStream stream;
 };
+
+// Opens and starts one device on a separate thread. The started device already calls its feed,
+// which gives silence until the gate admits it. Destroying the future abandons the attempt: a
+// device that opens later is closed at once.
+std::future<OpenedStream> begin_opening(std::shared_ptr<OutputDriver> driver,
+                                        StreamRequest request);
 
 // Closes streams, each on a separate thread.
 class StreamClosing {
  public:
-  StreamClosing();
-
   void close(OutputStream stream);
 
   // Waits for all closings that are not known to hang, but no longer than `time`.
@@ -69,8 +59,14 @@ class StreamClosing {
   std::uint64_t hung(std::chrono::milliseconds time);
 
  private:
-  struct Shared;
-  std::shared_ptr<Shared> shared_;
+  struct Begun {
+    std::future<void> done;
+    std::chrono::steady_clock::time_point at;
+    bool hung = false;
+  };
+
+  std::vector<Begun> begun_;
+  std::uint64_t hung_ = 0;
 };
 
 }  // namespace clamor

@@ -1,3 +1,5 @@
+#include "runtime/output/supervised_output.h"
+
 #include <algorithm>
 #include <condition_variable>
 #include <mutex>
@@ -5,7 +7,6 @@
 #include <thread>
 
 #include "runtime/output/output_stream.h"
-#include "runtime/output/supervised_output.h"
 #include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
@@ -83,7 +84,7 @@ class PlayingStream {
 
 // The device that is to play next. Attempts to open one are further and further apart.
 struct NextDevice {
-  std::unique_ptr<StreamOpening> opening;
+  std::future<OpenedStream> opening;
   std::optional<OutputStream> candidate;  // opened, and has not called back twice
   Clock::time_point candidate_at, next_attempt;
   Milliseconds pause = kFirstPause;
@@ -138,8 +139,7 @@ struct SupervisedOutput::State {
   bool wants_device() const { return request.device != "none"; }
 
   void begin_opening() {
-    next.opening = std::make_unique<StreamOpening>(
-        driver, StreamRequest{request, playable_again(), gate, ++last_id});
+    next.opening = clamor::begin_opening(driver, {request, playable_again(), gate, ++last_id});
   }
 
   // The device to reopen: the lost one, unless it was a default device that has been gone for long.
@@ -212,14 +212,14 @@ struct SupervisedOutput::State {
         reject("it asks for no sound");
       return;
     }
-    if (next.opening) {
-      if (!next.opening->wait_for(Milliseconds(0))) return;
-      const auto done = std::move(next.opening);
-      if (done->failure() == StreamOpening::Failure::kNone) {
-        next.candidate = done->take();
+    if (next.opening.valid()) {
+      if (next.opening.wait_for(Milliseconds(0)) != std::future_status::ready) return;
+      OpenedStream done = next.opening.get();
+      if (done.failure == OpenedStream::Failure::kNone) {
+        next.candidate = std::move(done.stream);
         next.candidate_at = now;
       } else {
-        count_failure(done->problem());
+        count_failure(done.problem);
       }
       return;
     }
@@ -302,14 +302,14 @@ Result<std::unique_ptr<SupervisedOutput>> SupervisedOutput::open(
   if (state->wants_device()) {
     state->begin_opening();
     NextDevice& next = state->next;
-    if (next.opening->wait_for(kFirstOpening)) {
-      const auto done = std::move(next.opening);
-      if (done->failure() == StreamOpening::Failure::kNoSuchDevice) return Error(done->problem());
-      if (done->failure() == StreamOpening::Failure::kNone) {
-        next.candidate = done->take();
+    if (next.opening.wait_for(kFirstOpening) == std::future_status::ready) {
+      OpenedStream done = next.opening.get();
+      if (done.failure == OpenedStream::Failure::kNoSuchDevice) return Error(done.problem);
+      if (done.failure == OpenedStream::Failure::kNone) {
+        next.candidate = std::move(done.stream);
         state->describe(*next.candidate);
       } else {
-        state->count_failure(done->problem());
+        state->count_failure(done.problem);
       }
     } else {
       state->record.statistics.problem = "it has not answered";
@@ -337,7 +337,7 @@ void SupervisedOutput::stop() {
   if (state.supervisor.joinable()) state.supervisor.join();
   state.gate->give_to(0);
   state.clock.output->stop();
-  state.next.opening.reset();
+  state.next.opening = {};
   if (state.playing) state.closing.close(state.playing->take());
   state.playing.reset();
   if (state.next.candidate) state.closing.close(std::move(*state.next.candidate));

@@ -1,5 +1,6 @@
 // ClamorListener.cs: a listener in a level, whose sound the audio thread renders.
 using System;
+using System.Runtime.InteropServices;
 
 namespace Clamor
 {
@@ -57,10 +58,13 @@ namespace Clamor
         public int GetVoices(Voice[] into, out double timeS)
         {
             if (read.Length < into.Length) read = new Native.clamor_voice[into.Length];
-            var voices = new Native.clamor_voices { capacity = (uint)into.Length };
-            using (var memory = new NativeMemory()) {
-                voices.voices = memory.Pin(read);
+            GCHandle pinned = GCHandle.Alloc(read, GCHandleType.Pinned);
+            var voices = new Native.clamor_voices {
+                capacity = (uint)into.Length, voices = pinned.AddrOfPinnedObject() };
+            try {
                 Native.GetVoices(Context.Handle, Handle, ref voices);
+            } finally {
+                pinned.Free();
             }
             timeS = voices.time_s;
             for (int i = 0; i < Math.Min(into.Length, (int)voices.count); ++i) {
