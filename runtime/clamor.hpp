@@ -62,21 +62,10 @@ T written(Function* function, Arguments... arguments) {
   return value;
 }
 
-// A handle that is given back at the end, once.
-template <clamor_result (*Release)(clamor_context*, std::uint64_t)>
-class OwnedHandle {
+// The handle of something in a context.
+class Handle {
  public:
-  OwnedHandle(clamor_context* context, std::uint64_t handle) : context_(context), handle_(handle) {}
-  OwnedHandle(OwnedHandle&& other) noexcept
-      : context_(other.context_), handle_(std::exchange(other.handle_, 0)) {}
-  OwnedHandle& operator=(OwnedHandle&& other) noexcept {
-    std::swap(context_, other.context_);
-    std::swap(handle_, other.handle_);
-    return *this;
-  }
-  ~OwnedHandle() {
-    if (handle_ != 0) Release(context_, handle_);
-  }
+  Handle(clamor_context* context, std::uint64_t handle) : context_(context), handle_(handle) {}
 
   std::uint64_t handle() const noexcept { return handle_; }
 
@@ -85,25 +74,42 @@ class OwnedHandle {
   std::uint64_t handle_;
 };
 
-// A movable part of a level, which lives as long as the level. All changes take effect with the
-// next commit.
-class LevelPart {
+// A handle that is given back at the end, once.
+template <clamor_result (*Release)(clamor_context*, std::uint64_t)>
+class OwnedHandle : public Handle {
  public:
-  LevelPart(clamor_context* context, clamor_part handle) : context_(context), handle_(handle) {}
-
-  clamor_part handle() const noexcept { return handle_; }
-  // Turns and moves the part about its pivot.
-  void move(const clamor_pose& pose) { check(clamor_move_part(context_, handle_, &pose)); }
-  // A part that is not enabled hides nothing.
-  void enable(bool enabled) { check(clamor_enable_part(context_, handle_, enabled)); }
-  clamor_part_info info() const {
-    return written<clamor_part_info>(clamor_get_part_info, context_, handle_);
+  using Handle::Handle;
+  OwnedHandle(OwnedHandle&& other) noexcept
+      : Handle(other.context_, std::exchange(other.handle_, 0)) {}
+  OwnedHandle& operator=(OwnedHandle&& other) noexcept {
+    std::swap(context_, other.context_);
+    std::swap(handle_, other.handle_);
+    return *this;
   }
-
- private:
-  clamor_context* context_;
-  clamor_part handle_;
+  ~OwnedHandle() {
+    if (handle_ != 0) Release(context_, handle_);
+  }
 };
+
+// A movable part. All changes take effect with the next commit.
+template <class Base>
+class MovablePart : public Base {
+ public:
+  using Base::Base;
+
+  // Turns and moves the part about its pivot.
+  void move(const clamor_pose& pose) {
+    check(clamor_move_part(this->context_, this->handle_, &pose));
+  }
+  // A part that is not enabled hides nothing.
+  void enable(bool enabled) { check(clamor_enable_part(this->context_, this->handle_, enabled)); }
+  clamor_part_info info() const {
+    return written<clamor_part_info>(clamor_get_part_info, this->context_, this->handle_);
+  }
+};
+using LevelPart = MovablePart<Handle>;  // lives as long as the level
+using Part =
+    MovablePart<OwnedHandle<clamor_remove_part>>;  // of the application; removed at the end
 
 // An open level; closed at the end.
 class OpenLevel : public OwnedHandle<clamor_close_level> {
@@ -157,17 +163,6 @@ class OpenLevel : public OwnedHandle<clamor_close_level> {
     check(result);
     return value;
   }
-};
-
-// A movable part that the application has added; removed at the end. All changes take effect with
-// the next commit.
-class Part : public OwnedHandle<clamor_remove_part> {
- public:
-  using OwnedHandle::OwnedHandle;
-
-  void move(const clamor_pose& pose) { LevelPart(context_, handle_).move(pose); }
-  void enable(bool enabled) { LevelPart(context_, handle_).enable(enabled); }
-  clamor_part_info info() const { return LevelPart(context_, handle_).info(); }
 };
 
 // A listener; removed at the end.

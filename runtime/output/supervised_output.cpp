@@ -214,16 +214,16 @@ struct SupervisedOutput::State {
     }
     if (next.opening.valid()) {
       if (next.opening.wait_for(Milliseconds(0)) != std::future_status::ready) return;
-      OpenedStream done = next.opening.get();
-      if (done.failure == OpenedStream::Failure::kNone) {
-        next.candidate = std::move(done.stream);
-        next.candidate_at = now;
-      } else {
-        count_failure(done.problem);
-      }
+      receive(next.opening.get());
       return;
     }
     if (now >= next.next_attempt) begin_opening();
+  }
+
+  void receive(OpenedStream opened) {
+    if (opened.failure != OpenedStream::Failure::kNone) return count_failure(opened.problem);
+    next.candidate = std::move(opened.stream);
+    next.candidate_at = Clock::now();
   }
 
   void reject(const std::string& why) {
@@ -305,12 +305,8 @@ Result<std::unique_ptr<SupervisedOutput>> SupervisedOutput::open(
     if (next.opening.wait_for(kFirstOpening) == std::future_status::ready) {
       OpenedStream done = next.opening.get();
       if (done.failure == OpenedStream::Failure::kNoSuchDevice) return Error(done.problem);
-      if (done.failure == OpenedStream::Failure::kNone) {
-        next.candidate = std::move(done.stream);
-        state->describe(*next.candidate);
-      } else {
-        state->count_failure(done.problem);
-      }
+      state->receive(std::move(done));
+      if (next.candidate) state->describe(*next.candidate);
     } else {
       state->record.statistics.problem = "it has not answered";
     }

@@ -49,6 +49,20 @@ static class CSharpBinding
                 Marshal.SizeOf(field.FieldType));
     }
 
+    // A structure of the application's is laid out as one of the header: numbers of eight bytes without gaps,
+    // and the arrays begin with the members that are given.
+    static void AddPublicStructure(Type type, string name, SortedSet<string> lines, params string[] arrays)
+    {
+        int size = Marshal.SizeOf(type);
+        lines.Add("struct " + name + " " + size);
+        Require(size == 8 * type.GetFields(BindingFlags.Public | BindingFlags.Instance).Length, type + " has gaps");
+        for (int i = 0; i < arrays.Length; i += 2) {
+            int begin = Marshal.OffsetOf(type, arrays[i + 1]).ToInt32();
+            int end = i + 3 < arrays.Length ? Marshal.OffsetOf(type, arrays[i + 3]).ToInt32() : size;
+            lines.Add("member " + name + " " + arrays[i] + " " + begin + " " + (end - begin));
+        }
+    }
+
     // A class declares all of a header, PREFIX.h, with its values, sizes, offsets and types.
     static void Interface(Type native, string prefix, string table)
     {
@@ -59,6 +73,11 @@ static class CSharpBinding
                 declared.Add("constant " + field.Name + " " + field.GetRawConstantValue());
         foreach (Type type in native.GetNestedTypes())
             if (type.IsValueType) AddStructure(type, declared);
+        if (native == typeof(Native)) {
+            AddPublicStructure(typeof(Pose), "clamor_pose", declared, "position_m", "X", "orientation", "QuaternionX");
+            AddPublicStructure(typeof(Motion), "clamor_motion", declared, "position_m", "X", "velocity_mps",
+                "VelocityX", "axis", "AxisX");
+        }
         int errorBytes = (int)native.GetField("ErrorBytes").GetRawConstantValue();
         declared.Add("struct " + prefix + "_error " + errorBytes);
         declared.Add("member " + prefix + "_error code 0 4");

@@ -30,6 +30,7 @@ namespace Clamor
     // A position in metres and an orientation, the quaternion of any length but 0 from the head's
     // frame to the level's. The frame is that of glTF: +X right, +Y up; a listener whose orientation
     // is the identity looks along -Z.
+    [StructLayout(LayoutKind.Sequential)]  // as clamor_pose
     public struct Pose
     {
         public double X, Y, Z;
@@ -50,29 +51,13 @@ namespace Clamor
         // From Unity's frame, which is left-handed and looks along +Z, in a scene where the importer of
         // the level has inverted the X axis, as UnityGLTF does; its camera looks along the glTF's +Z.
         public static Pose FromInvertedX(double x, double y, double z, double quaternionX,
-            double quaternionY, double quaternionZ, double quaternionW)
-        {
-            return new Pose(-x, y, z, quaternionZ, quaternionW, quaternionX, quaternionY);
-        }
+            double quaternionY, double quaternionZ, double quaternionW) =>
+            new Pose(-x, y, z, quaternionZ, quaternionW, quaternionX, quaternionY);
 
         // The same where the importer has inverted the Z axis, as UniVRM does.
         public static Pose FromInvertedZ(double x, double y, double z, double quaternionX,
-            double quaternionY, double quaternionZ, double quaternionW)
-        {
-            return new Pose(x, y, -z, -quaternionX, -quaternionY, quaternionZ, quaternionW);
-        }
-
-        internal static Pose FromNative(Native.clamor_pose pose)
-        {
-            Doubles3 at = pose.position_m;
-            Doubles4 q = pose.orientation;
-            return new Pose(at._0, at._1, at._2, q._0, q._1, q._2, q._3);
-        }
-
-        internal Native.clamor_pose ToNative() =>
-            new Native.clamor_pose {
-                position_m = new Doubles3(X, Y, Z),
-                orientation = new Doubles4(QuaternionX, QuaternionY, QuaternionZ, QuaternionW) };
+            double quaternionY, double quaternionZ, double quaternionW) =>
+            new Pose(x, y, -z, -quaternionX, -quaternionY, quaternionZ, quaternionW);
     }
 
     public enum Output
@@ -255,7 +240,7 @@ namespace Clamor
                         max_block_frames = (uint)options.MaxBlockFrames, voices = (uint)options.Voices,
                         memory_bytes = (ulong)options.MemoryBytes, gain = options.Gain,
                         limits = options.Limits ? 1u : 0u, offline = options.Offline ? 1u : 0u,
-                        pose = options.Pose.ToNative(),
+                        pose = options.Pose,
                         reports_voices = options.ReportsVoices ? 1u : 0u }));
         }
     }

@@ -27,7 +27,7 @@ namespace Clamor
 
         public int Channels { get; private set; }
 
-        public void Move(Pose pose) => Native.MoveListener(Context.Handle, Handle, pose.ToNative());
+        public void Move(Pose pose) => Native.MoveListener(Context.Handle, Handle, pose);
 
         // Crossfades to another level within a tenth of a second.
         public void Enter(Level level) => Native.EnterLevel(Context.Handle, Handle, level.Handle);

@@ -51,7 +51,7 @@ namespace Clamor
             using (var memory = new NativeMemory())
                 Handle = Native.AddPart(context.Handle, new Native.clamor_part_options {
                     is_disabled = options.IsDisabled ? 1u : 0u, level = HandleOf(options.Level),
-                    pose = options.Pose.ToNative(),
+                    pose = options.Pose,
                     half_extents_m = new Doubles3(options.HalfX, options.HalfY, options.HalfZ),
                     vertices_m = memory.Pin(options.VerticesM), vertices = Thirds(options.VerticesM),
                     indices = memory.Pin(options.Indices), triangles = Thirds(options.Indices),
@@ -67,12 +67,12 @@ namespace Clamor
             get {
                 var info = Native.GetPartInfo(Context.Handle, Handle);
                 return new PartInfo { Name = NativeMemory.Read(info.name), Triangles = (int)info.triangles,
-                    Pose = Pose.FromNative(info.pose), IsEnabled = info.is_disabled == 0 };
+                    Pose = info.pose, IsEnabled = info.is_disabled == 0 };
             }
         }
 
         // Turns and moves the part about its pivot.
-        public void Move(Pose pose) => Native.MovePart(Context.Handle, Handle, pose.ToNative());
+        public void Move(Pose pose) => Native.MovePart(Context.Handle, Handle, pose);
 
         // A part that is not enabled hides nothing.
         public void Enable(bool isEnabled) =>

@@ -121,35 +121,26 @@ namespace Clamor
     public sealed class Group : ContextObject
     {
         public Group(Context context, double gain = 1, bool isMuted = false, bool isPaused = false,
-            double maxVoices = 1) : base(context)
-        {
+            double maxVoices = 1) : base(context) =>
             Handle = Native.AddGroup(context.Handle, Options(gain, isMuted, isPaused, maxVoices));
-        }
 
         public void Change(double gain = 1, bool isMuted = false, bool isPaused = false, double maxVoices = 1) =>
             Native.ChangeGroup(Context.Handle, Handle, Options(gain, isMuted, isPaused, maxVoices));
 
         private static Native.clamor_group_options Options(double gain, bool isMuted, bool isPaused,
-            double maxVoices)
-        {
-            return new Native.clamor_group_options { is_muted = isMuted ? 1u : 0u,
+            double maxVoices) =>
+            new Native.clamor_group_options { is_muted = isMuted ? 1u : 0u,
                 is_paused = isPaused ? 1u : 0u, has_gain = 1, gain = gain, max_voices = maxVoices };
-        }
 
         internal override int GiveBack() => Native.clamor_remove_group(Context.Handle, Handle);
     }
 
     // Where a source is, how it moves (zeros: as between the last two commits), and the axis of its
     // directivity (zeros: -Z).
+    [StructLayout(LayoutKind.Sequential)]  // as clamor_motion
     public struct Motion
     {
         public double X, Y, Z, VelocityX, VelocityY, VelocityZ, AxisX, AxisY, AxisZ;
-
-        internal Native.clamor_motion ToNative() =>
-            new Native.clamor_motion {
-                position_m = new Doubles3(X, Y, Z),
-                velocity_mps = new Doubles3(VelocityX, VelocityY, VelocityZ),
-                axis = new Doubles3(AxisX, AxisY, AxisZ) };
     }
 
     // As clamor_source_options in clamor.h; 0 and null mean the default.
@@ -170,7 +161,7 @@ namespace Clamor
             new Native.clamor_source_options {
                 ends_with_sound = EndsWithSound ? 1u : 0u, sound = ContextObject.HandleOf(Sound),
                 group = ContextObject.HandleOf(Group), level = ContextObject.HandleOf(Level),
-                motion = Motion.ToNative(), gain = Gain,
+                motion = Motion, gain = Gain,
                 band_gains = Doubles8.Of(BandGains, 0, "BandGains"),
                 directivity = Doubles8.Of(null, Directivity, "Directivity"), played_s = PlayedS,
                 has_reverberation = Reverberation.HasValue ? 1u : 0u,
@@ -187,7 +178,7 @@ namespace Clamor
         public void Change(SourceOptions options) =>
             Native.ChangeSource(Context.Handle, Handle, options.ToNative());
 
-        public void Move(Motion motion) => Native.MoveSource(Context.Handle, Handle, motion.ToNative());
+        public void Move(Motion motion) => Native.MoveSource(Context.Handle, Handle, motion);
 
         // Fades out within a tenth of a second after the commit that follows Dispose().
         internal override int GiveBack() => Native.clamor_remove_source(Context.Handle, Handle);

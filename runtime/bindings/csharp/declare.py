@@ -19,6 +19,8 @@ NUMBERS = {"void": "void", "float": "float", "double": "double", "int32_t": "int
            "uint32_t": "uint", "uint64_t": "ulong"}
 ARRAYS = {"const char*": "byte[]", "const float*": "float[]", "float*": "[In, Out] float[]",
           "const double*": "double[]", "const uint32_t*": "int[]", "float*const*": "[In] IntPtr[]"}
+# Structures of the binding's users, whose members are laid out as those of the header.
+PUBLIC = {"clamor_pose": "Pose", "clamor_motion": "Motion"}
 # These take a context that the caller holds open, and a reference to the first sample, which pins
 # the array while the call lasts. They allocate nothing.
 AUDIO = ("clamor_render", "clamor_render_planar", "clamor_write_stream")
@@ -126,14 +128,14 @@ class Declarations:
     def structure_of(self, text):
         """The structure that a type is or points to, or ""."""
         name = text.rstrip("*").replace("const ", "")
-        return name if name in self.header.structures else ""
+        return PUBLIC.get(name, name if name in self.header.structures else "")
 
     def member(self, member):
         if member.count:
             return array_name(member)
         if member.parameters is not None or member.type.endswith("*"):
             return "IntPtr"
-        return NUMBERS.get(member.type, member.type)
+        return NUMBERS.get(member.type) or self.structure_of(member.type)
 
     def parameter(self, parameter, is_raw):
         kind, structure = parameter.type, self.structure_of(parameter.type)
@@ -179,7 +181,7 @@ class Declarations:
                 passed[-1] = f"NativeMemory.Utf8({p.name})"
             else:
                 taken.append(f"{kind if structure == p.type[:-1] else structure or kind} {p.name}")
-                if structure and self.header.structures[structure][0].name == "bytes":
+                if self.header.structures.get(structure, [p])[0].name == "bytes":
                     before.append(f"{p.name}.bytes = {structure}.Size;")
         return THROWING.substitute(
             result=self.parameter(results[0], False)[4:] if is_one else "void",
@@ -196,7 +198,7 @@ class Declarations:
         yield from sorted({self.delegate(m) for members in self.header.structures.values()
                            for m in members if m.parameters is not None})
         for name, members in self.header.structures.items():
-            if not name.endswith("_error"):
+            if not name.endswith("_error") and name not in PUBLIC:
                 lines = [f"public {self.member(m)} {m.name};" for m in members]
                 yield STRUCTURE.substitute(name=name, members="\n            ".join(lines))
         for name, function in self.header.functions.items():
@@ -212,8 +214,8 @@ def main(paths):
     headers = {Path(path).stem: Header(Path(path).read_text("utf-8")) for path in paths}
     parts = [array(member) for member in sorted({
         member._replace(name="") for header in headers.values()
-        for members in header.structures.values() for member in members
-        if member.count and member.type != "char"})]
+        for name, members in header.structures.items() for member in members
+        if member.count and member.type != "char" and name not in PUBLIC})]
     for library, header in headers.items():
         parts.append(CLASS.substitute(
             name="BakeNative" if library.endswith("_bake") else "Native", library=library,

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import ctypes
+import itertools
 import os
 import weakref
 from ctypes import c_char_p, c_void_p
@@ -50,10 +51,8 @@ class BakeReport(NamedTuple):
 
 def presets() -> List[str]:
     """The names of the material presets."""
-    names: List[str] = []
-    while (name := native.library.clamor_bake_preset_name(len(names))) is not None:
-        names.append(name.decode())
-    return names
+    names = map(native.library.clamor_bake_preset_name, itertools.count())
+    return [name.decode() for name in itertools.takewhile(bool, names)]
 
 
 def _bands(values: Any, name: str) -> Optional[np.ndarray]:
