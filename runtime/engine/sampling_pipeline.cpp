@@ -108,15 +108,17 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
   }
   // Which images are heard depends on what their paths meet.
   if (occlusion_ != nullptr && !input.images.empty())
-    images_ = std::make_unique<SourceList>(radiation, weights_, std::move(input.images));
+    images_ =
+        std::make_unique<SourceList>(radiation, weights_, std::move(input.images), kFirstImage);
   add_moving(input, file, radiation, memory, options);
   if (parts_ != nullptr)
     part_images_ = std::make_unique<PartImages>(
         part_scene_, std::span(input.emitters).first(level_emitters(input, file, options)),
         radiation, max_weights_, moving_list_.get());
   if (images_ != nullptr || moving_list_ != nullptr || part_images_ != nullptr)
-    joined_ = std::make_unique<CombinedPool>(*pool_, moving_list_.get(), probes_.get(),
-                                             images_.get(), part_images_.get());
+    joined_ = std::make_unique<CombinedPool>(
+        std::vector<SourcePool*>{pool_.get(), images_.get(), moving_list_.get(), part_images_.get(),
+                                 probes_.get(), probes_ != nullptr ? &probes_->images() : nullptr});
   sampler_ = strategy_options_of(options).make_sampler(
       {radiation, weights_, joined_ != nullptr ? *joined_ : *pool_, list, occlusion_.get(),
        moving_list_.get(), static_cast<std::size_t>(std::max(options.voices, 0)),

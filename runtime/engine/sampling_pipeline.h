@@ -17,6 +17,7 @@
 #include "runtime/occlusion/portal_parts.h"
 #include "runtime/occlusion/visibility_cache.h"
 #include "runtime/probes/combined_pool.h"
+#include "runtime/probes/part_images.h"
 #include "runtime/probes/probe_pool.h"
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/moving_source_list.h"

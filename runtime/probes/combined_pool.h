@@ -1,50 +1,71 @@
-// combined_pool.h: the sources of a level, its image sources, moving sources, the reflections of
-// these, and images in movable parts.
+// combined_pool.h: several pools as one, such as the sources of a level, images and moving sources.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
-#include "runtime/probes/part_images.h"
-#include "runtime/probes/probe_pool.h"
 #include "runtime/query/source_pool.h"
-#include "runtime/sampling/moving_source_list.h"
 
 namespace clamor {
 
 class CombinedPool final : public SourcePool {
  public:
-  // Each of the latter may be null. Without `probes`, moving sources are heard directly only.
-  CombinedPool(SourcePool& static_pool, MovingSourceList* moving, ProbePool* probes = nullptr,
-               SourceList* images = nullptr, PartImages* part_images = nullptr)
-      : static_(static_pool),
-        images_(images),
-        moving_(moving),
-        probes_(probes),
-        part_images_(part_images) {}
+  // Null pools are left out. A pool begins a keyframe, and is searched, after those before it.
+  explicit CombinedPool(std::vector<SourcePool*> pools) : pools_(std::move(pools)) {
+    std::erase(pools_, nullptr);
+  }
 
-  void charge(WorkBudget* budget) override;
-  bool refresh() override;
-  void begin(const Listener& listener, double time_s) override;
-  void set_occlusion_bounds(const OcclusionUpperBounds* bounds) override;
-  void set_late_boost(float strength) override;
-  bool find_above(const Vec3& place, double threshold, std::size_t max_count,
-                  std::vector<FoundSource>& found) override;
-  double upper_bound(const Vec3& place) override;
-  double missing_key(const FoundSource& found, double threshold) override;
-  void request_pages(const Vec3& next_place, double threshold) override;
-  bool lacks_pages() const override;
-  bool complete() override;
-  std::uint64_t size() const override;
+  void charge(WorkBudget* budget) override {
+    SourcePool::charge(budget);
+    for (SourcePool* const pool : pools_) pool->charge(budget);
+  }
+  bool refresh() override {
+    bool may_differ = false;
+    for (SourcePool* const pool : pools_) may_differ |= pool->refresh();
+    return may_differ;
+  }
+  void begin(const QueryKeyframe& keyframe) override {
+    for (SourcePool* const pool : pools_) pool->begin(keyframe);
+  }
+  bool find_above(double threshold, std::size_t max_count,
+                  std::vector<FoundSource>& found) override {
+    for (std::uint32_t p = 0; p < pools_.size(); ++p) {
+      const std::size_t before = found.size();
+      if (!pools_[p]->find_above(threshold, max_count, found)) return false;
+      for (FoundSource& one : std::span(found).subspan(before)) one.pool = p;
+    }
+    return found.size() <= max_count && !is_exhausted();
+  }
+  double upper_bound() override {
+    double highest = 0;
+    for (SourcePool* const pool : pools_) highest = std::max(highest, pool->upper_bound());
+    return highest;
+  }
+  double missing_key(const FoundSource& found, double threshold) override {
+    return pools_[found.pool]->missing_key(found, threshold);
+  }
+  void request_pages(double threshold) override {
+    for (SourcePool* const pool : pools_) pool->request_pages(threshold);
+  }
+  bool lacks_pages() const override {
+    return std::ranges::any_of(pools_, &SourcePool::lacks_pages);
+  }
+  bool complete() override {
+    bool is_complete = true;
+    for (SourcePool* const pool : pools_) is_complete &= pool->complete();
+    return is_complete;
+  }
+  std::uint64_t size() const override {
+    std::uint64_t sum = 0;
+    for (const SourcePool* const pool : pools_) sum += pool->size();
+    return sum;
+  }
 
  private:
-  void find_images(const Vec3& place, double threshold, std::vector<FoundSource>& found);
-
-  SourcePool& static_;
-  SourceList* images_;
-  MovingSourceList* moving_;
-  ProbePool* probes_;
-  PartImages* part_images_;
+  std::vector<SourcePool*> pools_;
 };
 
 }  // namespace clamor

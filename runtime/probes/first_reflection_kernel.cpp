@@ -20,11 +20,6 @@ namespace {
 
 using Block = FirstReflectionRows::Block;
 
-HWY_INLINE Vectors load(const std::array<Block::Row, 3>& rows, std::size_t lane) {
-  const Tag d;
-  return {hn::Load(d, &rows[0][lane]), hn::Load(d, &rows[1][lane]), hn::Load(d, &rows[2][lane])};
-}
-
 // All lanes of a query share its margins.
 struct Margins {
   Margins(const FirstReflectionRows& rows, const FirstReflectionQuery& query)
@@ -41,51 +36,42 @@ HWY_INLINE Vector bounds_of_any_source(const Block& block, std::size_t lane,
   const Vectors away = from_to(load(block.position_m, lane), query.listener_m);
   const auto least2 = hn::MulSub(dot(away, away), hn::Set(d, 0.999f),
                                  hn::Set(d, margins.rounding_m * (1 + margins.away_m)));
-  const auto peak =
-      hn::Add(hn::Load(d, &block.diffuse[lane]),
-              hn::Add(hn::Load(d, &block.compensation[lane]), hn::Load(d, &block.lobe[lane])));
+  const auto peak = hn::Add(load(block.diffuse, lane),
+                            hn::Add(load(block.compensation, lane), load(block.lobe, lane)));
   const auto highest = hn::Set(d, kBoundSlack * static_cast<float>(kMaxIrradianceRatio));
-  return hn::Div(hn::Mul(highest, peak), hn::Max(least2, hn::Load(d, &block.radius2_m2[lane])));
+  return hn::Div(hn::Mul(highest, peak), hn::Max(least2, load(block.radius2_m2, lane)));
 }
 
 // Upper bounds for the source's own place.
 HWY_INLINE Vector upper_bounds(const Block& block, std::size_t lane,
                                const FirstReflectionQuery& query, const Margins& margins) {
   const Tag d;
-  const Vectors position = load(block.position_m, lane), normal = load(block.normal, lane);
+  SourceLanes lanes = load_sources(block, lane);
   const auto of_source = [&](Vector at, float source) { return hn::Sub(at, hn::Set(d, source)); };
-  const Vectors path = {of_source(position.x, query.source_m.x),
-                        of_source(position.y, query.source_m.y),
-                        of_source(position.z, query.source_m.z)};
+  const Vectors path = {of_source(lanes.position.x, query.source_m.x),
+                        of_source(lanes.position.y, query.source_m.y),
+                        of_source(lanes.position.z, query.source_m.z)};
   const auto zero = hn::Zero(d), one = hn::Set(d, 1.0f), slack = hn::Set(d, kBoundSlack);
   const auto rounding = hn::Set(d, margins.rounding_m);
   const auto least = hn::Set(d, static_cast<float>(kLeastDistance_m));
   const auto length_m = hn::Sqrt(dot(path, path));
   const auto over_length = hn::Div(one, hn::Max(length_m, hn::Set(d, 1e-9f)));
-  const auto along = dot(path, normal);
+  const auto along = dot(path, lanes.normal);
   // The side from which sound arrives; sound that is transmitted keeps its direction.
-  const auto is_reflected = hn::Lt(hn::Load(d, &block.side[lane]), zero);
+  const auto is_reflected = hn::Lt(load(block.side, lane), zero);
   const auto outside = hn::IfThenElse(is_reflected, hn::Neg(along), along);
   const auto lifted = hn::Add(outside, rounding);
   const auto cosine = hn::Min(hn::Mul(hn::Max(lifted, zero), over_length), one);
   const auto near = hn::Max(hn::Sub(length_m, rounding), least);
   const auto irradiance = hn::Div(cosine, hn::Mul(near, near));
-  const auto ratio = hn::Min(hn::Div(irradiance, hn::Load(d, &block.irradiance[lane])),
+  const auto ratio = hn::Min(hn::Div(irradiance, load(block.irradiance, lane)),
                              hn::Set(d, static_cast<float>(kMaxIrradianceRatio)));
   const auto turned = hn::IfThenElse(is_reflected, hn::Add(along, along), zero);
   const auto mirror_of = [&](Vector path_part, Vector normal_part) {
     return hn::Mul(hn::NegMulAdd(turned, normal_part, path_part), over_length);
   };
-  const SourceLanes lanes = {
-      position,
-      normal,
-      {mirror_of(path.x, normal.x), mirror_of(path.y, normal.y), mirror_of(path.z, normal.z)},
-      hn::Load(d, &block.radius2_m2[lane]),
-      hn::Load(d, &block.diffuse[lane]),
-      hn::Load(d, &block.compensation[lane]),
-      hn::Load(d, &block.lobe[lane]),
-      hn::Load(d, &block.fall[lane]),
-      hn::Load(d, &block.slope[lane])};
+  lanes.mirror = {mirror_of(path.x, lanes.normal.x), mirror_of(path.y, lanes.normal.y),
+                  mirror_of(path.z, lanes.normal.z)};
   // An error of the listener's place by a share of its distance turns directions as much.
   const float turn = margins.rounding_m / static_cast<float>(kLeastDistance_m);
   const auto bound =
@@ -134,23 +120,16 @@ float FirstReflectionRows::upper_bound(const Vec3f& listener_m) const {
   return 1.001f * static_cast<float>(kMaxIrradianceRatio) * peak_ / r2_m2;
 }
 
-void FirstReflectionRows::add(const SourceBound& bound, const Vec3& place_m, float irradiance) {
+void FirstReflectionRows::add(const ProbeBounds::MixedBound& of_any, const Vec3& place_m,
+                              float irradiance) {
+  const SourceBound& bound = of_any.bound;
   const std::size_t lane = size_++ % kCullBlock;
   if (lane == 0) blocks_.emplace_back();
   Block& block = blocks_.back();
   const Vec3f position_m(Vec3(bound.position_m) - place_m);
-  for (int axis = 0; axis < 3; ++axis) {
-    block.position_m[static_cast<std::size_t>(axis)][lane] = position_m[axis];
-    block.normal[static_cast<std::size_t>(axis)][lane] = bound.normal[axis];
-  }
+  block.set(lane, bound, position_m, of_any.mix);
   block.irradiance[lane] = irradiance;
   block.side[lane] = dot(Vec3(bound.position_m) - place_m, Vec3(bound.normal)) < 0 ? -1.0f : 1.0f;
-  block.radius2_m2[lane] = bound.radius2_m2;
-  block.diffuse[lane] = bound.diffuse;
-  block.compensation[lane] = bound.compensation;
-  block.lobe[lane] = bound.lobe;
-  block.fall[lane] = bound.fall;
-  block.slope[lane] = bound.slope;
   const float peak = bound.diffuse + bound.compensation + bound.lobe;
   const bool is_first = size_ == 1;
   reach_m_ = std::max(reach_m_, length(position_m));

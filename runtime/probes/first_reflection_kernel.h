@@ -8,13 +8,11 @@
 // reached the threshold.
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "common/vec.h"
-#include "runtime/propagation/source_bound.h"
+#include "runtime/probes/probe_sources.h"
 #include "runtime/propagation/source_page.h"
 
 namespace clamor {
@@ -23,23 +21,23 @@ namespace clamor {
 // place, in metres.
 class FirstReflectionRows {
  public:
-  struct alignas(64) Block {
-    using Row = std::array<float, kCullBlock>;
-    std::array<Row, 3> position_m{}, normal{};
+  struct Block : CullBlock {
     Row irradiance{};  // at the reflection, of a source at the place (probe_sources.h)
     Row side{};        // -1: sound arrives against the normal, 1: along it, being transmitted
-    Row radius2_m2{}, diffuse{}, compensation{}, lobe{}, fall{}, slope{};
   };
 
   void clear();
-  // `bound` is that of the reflection for a source at the place, in any direction of incidence.
-  void add(const SourceBound& bound, const Vec3& place_m, float irradiance);
+  // `of_any` is the bound of the reflection in any direction of incidence.
+  void add(const ProbeBounds::MixedBound& of_any, const Vec3& place_m, float irradiance);
 
   std::size_t size() const { return size_; }
   float reach_m() const { return reach_m_; }  // distance of the farthest reflection
   // Upper bound of all priorities for a listener there, relative to the place.
   float upper_bound(const Vec3f& listener_m) const;
   const std::vector<Block>& blocks() const { return blocks_; }
+  BandMix mix(std::size_t index) const {
+    return blocks_[index / kCullBlock].mix[index % kCullBlock];
+  }
 
  private:
   std::vector<Block> blocks_;

@@ -158,13 +158,10 @@ void FirstReflections::trace(const Active& active, std::size_t s) {
   rays_left_ -= static_cast<std::int64_t>(rays);
   set.valid_m = std::clamp(kRadiusPerDistance * nearest_m, kMinRadius_m, kMaxRadius_m);
   set.listener_m = listener_m_;
-  set.mixes.clear();
   double heard_m = std::numeric_limits<double>::infinity();  // the nearest reflection
   for (const FirstReflection& reflection : set.reflections) {
-    const auto [bound, mix] = bounds_.first_reflection(reflection.source);
-    set.rows.add(bound, active.place_m,
+    set.rows.add(bounds_.first_reflection(reflection.source), active.place_m,
                  static_cast<float>(irradiance_of(reflection.source, active.place_m)));
-    set.mixes.push_back(mix);
     heard_m = std::min(heard_m, length(Vec3(reflection.source.position_m) - listener_m_));
   }
   set.valid_for_listener_m =
@@ -211,7 +208,7 @@ std::size_t FirstReflections::find_above(const Vec3& place, double threshold,
       for (std::size_t r = 0; r < reaching_.count; ++r) {
         const std::uint32_t index = reaching_.index[r];
         const float upper_bound = reaching_.upper_bound[r];
-        if (set.mixes[index].of(active.band_shares) * upper_bound >= reached)
+        if (set.rows.mix(index).of(active.band_shares) * upper_bound >= reached)
           found.push_back(
               {active.source, static_cast<std::uint32_t>(s), index, factor * upper_bound});
       }

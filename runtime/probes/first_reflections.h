@@ -98,7 +98,6 @@ class FirstReflections {
     std::vector<FirstReflection> reflections;
     std::vector<std::uint32_t> mirrors;  // the index of each reflection's, or kNone
     FirstReflectionRows rows;
-    std::vector<BandMix> mixes;
   };
   struct State {
     std::uint32_t generation = 0;

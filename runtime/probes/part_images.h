@@ -23,14 +23,13 @@
 #include "formats/bake_file/source.h"
 #include "formats/level/emitter.h"
 #include "runtime/occlusion/part_scene.h"
+#include "runtime/probes/image_pool.h"
 #include "runtime/propagation/radiation_model.h"
 #include "runtime/propagation/signal_weights.h"
-#include "runtime/query/source_pool.h"
-#include "runtime/sampling/moving_source_list.h"
 
 namespace clamor {
 
-class PartImages {
+class PartImages final : public ImagePool {
  public:
   static constexpr std::size_t kMaxImages = 64;
 
@@ -40,10 +39,8 @@ class PartImages {
              const MovingSourceList* moving);
 
   // Begins a keyframe, after `moving` has begun it.
-  void begin(const Vec3& place_m, double time_s);
-  // Appends the images whose priority may reach the threshold at the place of begin().
-  void find_above(double threshold, std::vector<FoundSource>& found);
-  double upper_bound() const;
+  void begin(const QueryKeyframe& keyframe) override;
+  std::uint64_t size() const override { return kMaxImages; }
 
  private:
   // A source that is heard directly.
@@ -59,42 +56,29 @@ class PartImages {
     std::uint32_t slot = 0, index = 0, version = 0;  // its part, and that part's version
     double to_listener_m = 0;                        // from its plane
   };
-  struct Image {
-    std::uint32_t original = 0;  // index in originals_
-    Face face;
-    std::uint64_t number = 0;
-    double upper_bound = 0;
-    bool is_placed = false;  // what follows is known
-    Source source{};
-    Vec3f velocity_mps{};
-    std::uint64_t cell = 0;
-  };
   // Where an image was in the last keyframe.
   struct Before {
-    std::uint64_t number = 0;
-    std::uint32_t version = 0;
+    std::uint64_t voice = 0;
+    std::uint32_t part_version = 0;
     Vec3 place_m{};
   };
 
   void list_originals();
   void take_over_parts();
   void list_faces();
-  void add_image(std::uint32_t original, const Face& face);
-  void place(Image& image);
+  void add_image(const Original& original, const Face& face);
+  void place(Image& image) override;
 
   const PartScene& scene_;
   const RadiationModel& radiation_;
-  const MovingSourceList* const moving_;
   std::vector<Source> emitters_;        // of the level
   std::vector<double> emitters_at_1m_;  // upper bounds of their priorities
   std::vector<Original> originals_;     // of the keyframe
   std::vector<Face> faces_;             // likewise
   std::vector<Face> all_faces_;         // of the parts as they are
   std::uint64_t parts_version_ = 0;
-  std::vector<Image> images_;  // likewise
   std::vector<Before> before_;
-  Vec3 place_m_{};
-  double time_s_ = 0, last_s_ = 0;
+  double last_s_ = 0;  // of the last keyframe
 };
 
 }  // namespace clamor

@@ -12,12 +12,14 @@
 #define CLAMOR_RUNTIME_SOURCE_BOUND_LANES_INL_H
 #endif
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
 #include <hwy/highway.h>
 
 #include "common/vec.h"
+#include "runtime/propagation/source_page.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace clamor {
@@ -38,6 +40,18 @@ struct SourceLanes {
   Vectors position, normal, mirror;
   Vector radius2, diffuse, compensation, lobe, fall, slope;
 };
+
+HWY_INLINE Vector load(const CullBlock::Row& row, std::size_t at) {
+  return hn::Load(Tag(), row.data() + at);
+}
+HWY_INLINE Vectors load(const std::array<CullBlock::Row, 3>& rows, std::size_t at) {
+  return {load(rows[0], at), load(rows[1], at), load(rows[2], at)};
+}
+HWY_INLINE SourceLanes load_sources(const CullBlock& block, std::size_t at) {
+  return {load(block.position_m, at), load(block.normal, at),  load(block.mirror, at),
+          load(block.radius2_m2, at), load(block.diffuse, at), load(block.compensation, at),
+          load(block.lobe, at),       load(block.fall, at),    load(block.slope, at)};
+}
 
 constexpr float kBoundRounding = 2e-6f;  // a few operations in single precision
 constexpr float kBoundSlack = 1.0005f;   // the exponential, and sums

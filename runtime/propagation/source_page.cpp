@@ -22,17 +22,6 @@ void put(const Vec3f& v, Rows& rows, std::size_t at) {
 }
 Vec3f get(const Rows& rows, std::size_t at) { return {rows[0][at], rows[1][at], rows[2][at]}; }
 
-void put(const SourceBound& bound, CullBlock& block, std::size_t at) {
-  put(bound.normal, block.normal, at);
-  put(bound.mirror, block.mirror, at);
-  block.radius2_m2[at] = bound.radius2_m2;
-  block.diffuse[at] = bound.diffuse;
-  block.compensation[at] = bound.compensation;
-  block.lobe[at] = bound.lobe;
-  block.fall[at] = bound.fall;
-  block.slope[at] = bound.slope;
-}
-
 // The highest bound in any direction: x exp(-slope x) is highest at 1 / slope.
 float peak_of(const CullBlock& block, std::size_t at) {
   const float slope = block.slope[at], x = slope > 1 ? 1 / slope : 1;
@@ -57,6 +46,19 @@ void put(const CullBlock& block, std::size_t count, CullBounds& bounds, std::siz
 
 }  // namespace
 
+void CullBlock::set(std::size_t at, const SourceBound& bound, const Vec3f& place_m, BandMix bands) {
+  put(place_m, position_m, at);
+  put(bound.normal, normal, at);
+  put(bound.mirror, mirror, at);
+  radius2_m2[at] = bound.radius2_m2;
+  diffuse[at] = bound.diffuse;
+  compensation[at] = bound.compensation;
+  lobe[at] = bound.lobe;
+  fall[at] = bound.fall;
+  slope[at] = bound.slope;
+  mix[at] = bands;
+}
+
 void CulledPage::begin(std::size_t max_count) {
   count = tested = 0;
   if (index.size() >= max_count + kCullBlock) return;
@@ -75,11 +77,9 @@ SourcePage::SourcePage(const RadiationModel& radiation, std::span<const Bands> w
   extent_m_ = bounds.diagonal_m() / 2;
   for (std::size_t i = 0; i < size(); ++i) {
     const Source& source = bounding.empty() ? sources_[i] : bounding[i];
-    CullBlock& block = blocks_[i / kCullBlock];
     const auto at_1m = radiation.upper_bound(source, weights[radiation.signal(source)]);
-    put(source_bound(radiation, source, at_1m), block, i % kCullBlock);
-    put(Vec3f(Vec3(source.position_m) - middle_m_), block.position_m, i % kCullBlock);
-    block.mix[i % kCullBlock] = at_1m.mix;
+    blocks_[i / kCullBlock].set(i % kCullBlock, source_bound(radiation, source, at_1m),
+                                Vec3f(Vec3(source.position_m) - middle_m_), at_1m.mix);
   }
   for (std::size_t b = 0; b < blocks_.size(); ++b)
     put(blocks_[b], std::min(kCullBlock, size() - b * kCullBlock), bounds_[b / kCullBlock],

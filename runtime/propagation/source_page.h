@@ -36,6 +36,8 @@ struct alignas(64) CullBlock {
   std::array<Row, 3> position_m{}, normal{}, mirror{};
   Row radius2_m2{}, diffuse{}, compensation{}, lobe{}, fall{}, slope{};
   std::array<BandMix, kCullBlock> mix{};
+
+  void set(std::size_t at, const SourceBound& bound, const Vec3f& place_m, BandMix bands);
 };
 
 // CullBounds holds 16 blocks as structure of arrays: the box of each, its smallest patch radius,

@@ -18,13 +18,6 @@ namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
 
-HWY_INLINE Vector load(const CullBlock::Row& row, std::size_t at) {
-  return hn::Load(Tag(), row.data() + at);
-}
-HWY_INLINE Vectors load(const std::array<CullBlock::Row, 3>& rows, std::size_t at) {
-  return {load(rows[0], at), load(rows[1], at), load(rows[2], at)};
-}
-
 // Bits of those of at most 16 blocks that may hold a source that reaches the threshold.
 HWY_INLINE std::uint32_t test_bounds(const CullBounds& bounds, std::size_t blocks,
                                      const CullQuery& query) {
@@ -55,11 +48,7 @@ HWY_INLINE void cull_block(const CullBlock& block, std::size_t first, std::size_
                            const CullQuery& query, CulledPage& culled) {
   const Tag d;
   for (std::size_t at = 0; at < count; at += hn::Lanes(d)) {
-    const SourceLanes sources = {
-        load(block.position_m, at), load(block.normal, at),  load(block.mirror, at),
-        load(block.radius2_m2, at), load(block.diffuse, at), load(block.compensation, at),
-        load(block.lobe, at),       load(block.fall, at),    load(block.slope, at)};
-    const auto bound = upper_bound_of(sources, query.listener_m, query.error_m);
+    const auto bound = upper_bound_of(load_sources(block, at), query.listener_m, query.error_m);
     keep_reaching(bound, query.threshold, first + at, count - at, culled);
   }
 }

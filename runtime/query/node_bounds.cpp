@@ -92,7 +92,10 @@ double NodeBounds::per_key(const NodeSummary& node, const Vec3& place, double to
 
 // The window covers every place where a shortlist that is made in it can hold: its centre is up to
 // one radius from here, plus one radius of the shortlist ahead of the listener, plus its own.
-void NodeBounds::begin(const Vec3& place, double time_s) {
+void NodeBounds::begin(const QueryKeyframe& keyframe) {
+  const Vec3& place = keyframe.place_m();
+  const double time_s = keyframe.time_s;
+  boost_strength_ = keyframe.late_boost;
   if (weights_.steady() || trees_.empty()) {
     until_s_ = std::numeric_limits<double>::infinity();
     return;

@@ -25,6 +25,7 @@
 #include "formats/bake_file/page_links.h"
 #include "runtime/propagation/radiation_model.h"
 #include "runtime/propagation/signal_weights.h"
+#include "runtime/query/source_pool.h"
 
 namespace clamor {
 
@@ -45,11 +46,10 @@ class NodeBounds {
              std::span<const PageEntry> trees,
              std::span<const std::vector<std::uint32_t>> signal_maps);
 
-  // Renews the window if it does not reach far enough from `place` or `time_s`.
-  void begin(const Vec3& place, double time_s);
+  // Renews the window if it does not reach far enough from the keyframe's place or time.
+  void begin(const QueryKeyframe& keyframe);
 
-  // Strength of the late boost, 0 to 1; sources of instances have none.
-  void set_late_boost(float strength) { boost_strength_ = strength; }
+  // Strength of the late boost; sources of instances have none.
   float late_boost() const { return boost_strength_; }
 
   // Upper bound of the priority of any source with at most this key in a node or below, within

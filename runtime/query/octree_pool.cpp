@@ -58,24 +58,18 @@ bool OctreePool::refresh() {
   return changed;
 }
 
-void OctreePool::begin(const Listener& listener, double time_s) {
+void OctreePool::begin(const QueryKeyframe& keyframe) {
   assert(stage_ == Stage::kRefreshed && "refresh() comes first");
   stage_ = Stage::kBegun;
-  if (time_s < query_.until_s) fronts_.forget();
-  query_.until_s = time_s;
+  SourcePool::begin(keyframe);
+  NodeBounds& bounds = context_.bounds;
+  if (keyframe.time_s < query_.until_s || keyframe.late_boost != bounds.late_boost())
+    fronts_.forget();
+  query_.until_s = keyframe.time_s;
   context_.steps_left = kMaxSteps;
-  context_.bounds.begin(listener.position_m, time_s);
-  shortlists_.begin(listener, time_s, context_.bounds.max_share(), context_.bounds.until_s());
+  bounds.begin(keyframe);
+  shortlists_.begin(keyframe, bounds.max_share(), bounds.until_s());
   fronts_.find_lists();
-}
-
-void OctreePool::set_occlusion_bounds(const OcclusionUpperBounds* bounds) {
-  shortlists_.set_occlusion_bounds(bounds);
-}
-
-void OctreePool::set_late_boost(float strength) {
-  if (strength != context_.bounds.late_boost()) fronts_.forget();
-  context_.bounds.set_late_boost(strength);
 }
 
 bool OctreePool::is_exhausted() {
@@ -83,11 +77,11 @@ bool OctreePool::is_exhausted() {
   return SourcePool::is_exhausted();
 }
 
-double OctreePool::upper_bound(const Vec3& place) {
+double OctreePool::upper_bound() {
   if (context_.trees.empty()) return 0;
   const PageEntry& top = context_.trees.back();
   // The emission cone of the top may point away from the place, which makes a bound of 0.
-  return std::max(context_.bounds.bound(top, top.highest_key, place), 1e-30);
+  return std::max(context_.bounds.bound(top, top.highest_key, keyframe().place_m()), 1e-30);
 }
 
 // --- What comes next ----------------------------------------------------------------------------
@@ -117,23 +111,25 @@ double OctreePool::missing_key(const FoundSource& found, double threshold) {
   return 0;
 }
 
-void OctreePool::request_pages(const Vec3& next_place, double threshold) {
+void OctreePool::request_pages(double threshold) {
   assert(stage_ == Stage::kQueried && "find_above() comes first");
   stage_ = Stage::kIdle;
   shortlists_.add_threshold(threshold_);
-  std::size_t steps = fronts_.prepare({query_.centre, 0, threshold_, query_.until_s}, next_place);
+  std::size_t steps =
+      fronts_.prepare({query_.centre, 0, threshold_, query_.until_s}, keyframe().place_ahead_m());
   for (; steps > 0 && !is_exhausted() && fronts_.grow(); --steps) {
     spend(WorkBudget::kFrontStep);
     ++totals_.front_nodes;
   }
   if (context_.trees.empty()) return;
-  find_pages_ahead(next_place, threshold);
+  find_pages_ahead(threshold);
   requests_.send(threshold);
 }
 
 // The pages that are missing at the place of the next half second: from the front if it reaches as
 // far, else by a traversal every few keyframes, since they change slowly.
-void OctreePool::find_pages_ahead(const Vec3& next_place, double threshold) {
+void OctreePool::find_pages_ahead(double threshold) {
+  const Vec3 next_place = keyframe().place_ahead_m();
   const ValidityRegion query{next_place, 0, threshold, query_.until_s};
   const bool by_front = next_place != query_.centre && fronts_.holds(query);
   if (!by_front && !requests_.is_look_ahead_due() && next_place != query_.centre) return;

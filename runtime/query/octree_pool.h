@@ -45,14 +45,12 @@ class OctreePool final : public SourcePool {
              std::span<const std::vector<std::uint32_t>> signal_maps, PageLoader& loader);
 
   bool refresh() override;
-  void begin(const Listener& listener, double time_s) override;
-  void set_occlusion_bounds(const OcclusionUpperBounds* bounds) override;
-  void set_late_boost(float strength) override;
-  bool find_above(const Vec3& place, double threshold, std::size_t max_count,
+  void begin(const QueryKeyframe& keyframe) override;
+  bool find_above(double threshold, std::size_t max_count,
                   std::vector<FoundSource>& found) override;
-  double upper_bound(const Vec3& place) override;
+  double upper_bound() override;
   double missing_key(const FoundSource& found, double threshold) override;
-  void request_pages(const Vec3& next_place, double threshold) override;
+  void request_pages(double threshold) override;
   bool lacks_pages() const override { return requests_.any_missing(); }
   bool complete() override { return requests_.wait(); }
   std::uint64_t size() const override {
@@ -117,7 +115,7 @@ class OctreePool final : public SourcePool {
   bool has_emitter(const Source& stored, const Placement& placement) const;
   void note_missing(const OctreeTraversal::Node& node, double bound);
 
-  void find_pages_ahead(const Vec3& next_place, double threshold);
+  void find_pages_ahead(double threshold);
   // Charges the work of traversals and shortlists first.
   bool is_exhausted();
 

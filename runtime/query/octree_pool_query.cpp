@@ -11,11 +11,11 @@ namespace clamor {
 
 using namespace query;
 
-bool OctreePool::find_above(const Vec3& place, double threshold, std::size_t max_count,
+bool OctreePool::find_above(double threshold, std::size_t max_count,
                             std::vector<FoundSource>& found) {
   assert((stage_ == Stage::kBegun || stage_ == Stage::kQueried) && "begin() comes first");
   stage_ = Stage::kQueried;
-  query_ = {place, 0, threshold, query_.until_s};
+  query_ = {keyframe().place_m(), 0, threshold, query_.until_s};
   placed_.clear();
   pending_.clear();
   requests_.begin_query();

@@ -21,16 +21,20 @@ bool reaches(double upper_bound, double threshold) {
 
 void OctreeTraversal::start(const ValidityRegion& region) {
   assert(region.radius_m == 0 || context_->trees.size() == 1);
-  region_ = region;
-  frames_.clear();
-  stack_.clear();
+  reset();
   if (context_->trees.empty()) return;
-  const PageEntry& top = context_->trees.back();
+  start(region, context_->trees.back(), 0);
+  if (!reaches(stack_.back().bound, region.threshold)) stack_.clear();
+}
+
+void OctreeTraversal::start(const ValidityRegion& region, const PageEntry& top,
+                            std::uint64_t first) {
+  reset();
+  region_ = region;
   Frame& level = frames_.emplace_back();
   level.tree = &top;
   level.place = region.centre;
-  const double upper_bound = bound(top, level, top.highest_key, region.radius_m);
-  if (reaches(upper_bound, region.threshold)) stack_.push_back({&top, 0, 0, 0, upper_bound});
+  stack_.push_back({&top, 0, first, 0, bound(top, level, top.highest_key, region.radius_m)});
 }
 
 bool OctreeTraversal::next(Node& node) {
@@ -43,7 +47,8 @@ bool OctreeTraversal::next(Node& node) {
 
 void OctreeTraversal::expand(const Node& node, const ResidentPage& page) {
   distant_.clear();
-  if (!page.instances.empty()) add_instances(node, page);
+  // A forged file may have instances in a tree of probes.
+  if (!page.instances.empty() && !context_->trees.empty()) add_instances(node, page);
   add_children(node, page);
 }
 

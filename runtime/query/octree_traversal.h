@@ -15,6 +15,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -44,8 +45,9 @@ struct QueryContext {
   SignalMaps maps;
   NodeBounds bounds;
   InstanceRepresentatives representatives;
-  std::uint64_t steps_left = 0;  // nodes and instances of this keyframe
-  std::uint64_t work = 0;        // since it was last charged (work_budget.h)
+  // Nodes and instances of this keyframe.
+  std::uint64_t steps_left = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t work = 0;  // since it was last charged (work_budget.h)
 };
 
 class OctreeTraversal {
@@ -84,6 +86,9 @@ class OctreeTraversal {
   // Starts at the top of the level: nodes are found that reach the region's threshold anywhere in
   // the region. Levels with instances can only be traversed for a radius of 0.
   void start(const ValidityRegion& region);
+  // Starts with the top of another tree in the level's space, whatever its bound. Its first source
+  // has the number `first`.
+  void start(const ValidityRegion& region, const PageEntry& top, std::uint64_t first);
   void reset() {
     region_ = {};
     frames_.clear();

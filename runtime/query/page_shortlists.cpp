@@ -10,20 +10,21 @@ using namespace query;
 PageShortlists::PageShortlists(const RadiationModel& radiation, const SignalWeights& weights)
     : radiation_(radiation), weights_(weights) {}
 
-void PageShortlists::begin(const Listener& listener, double time_s, double max_share,
-                           double until_s) {
-  const bool is_earlier = time_s < now_.time_s;
-  now_ = {listener.velocity_mps, time_s, max_share, until_s};
-  if (++keyframe_ % kListLifetime_keyframes == 0 || is_earlier) drop_lists(is_earlier);
+void PageShortlists::begin(const QueryKeyframe& keyframe, double max_share, double until_s) {
+  const bool is_earlier = keyframe.time_s < keyframe_.time_s;
+  keyframe_ = keyframe;
+  max_share_ = max_share;
+  quiet_until_s_ = until_s;
+  if (++keyframes_ % kListLifetime_keyframes == 0 || is_earlier) drop_lists(is_earlier);
   const double error_s =
       (kMaxListRadius_m + 1e-3) / radiation_.speed_of_sound_mps() + kDelayError_s;
-  loudness_.tabulate(weights_.tracks, time_s, max_delay_s_, static_cast<float>(error_s));
+  loudness_.tabulate(weights_.tracks, keyframe.time_s, max_delay_s_, static_cast<float>(error_s));
 }
 
 // All, or those that were not used for long.
 void PageShortlists::drop_lists(bool all) {
   const auto dropped = std::erase_if(lists_, [&](const List& list) {
-    return all || keyframe_ - list.used > kListLifetime_keyframes;
+    return all || keyframes_ - list.used > kListLifetime_keyframes;
   });
   if (dropped == 0) return;
   list_of_.clear(lists_.size());
@@ -37,12 +38,12 @@ std::uint32_t PageShortlists::list_of(std::uint64_t first) {
     lists_.emplace_back(&memory_).first = first;
     list = static_cast<std::uint32_t>(lists_.size());
   }
-  lists_[list - 1].used = keyframe_;
+  lists_[list - 1].used = keyframes_;
   return list - 1;
 }
 
 std::size_t PageShortlists::use(std::uint32_t list) {
-  lists_[list].used = keyframe_;
+  lists_[list].used = keyframes_;
   work_ += lists_[list].count / 4;
   return lists_[list].count;
 }
@@ -53,7 +54,7 @@ std::size_t PageShortlists::use(std::uint32_t list) {
 // leaves the ball at once gets a list that holds here and now only.
 ValidityRegion PageShortlists::region_for(const List& list, const ShortlistPage& page) const {
   const double scale = page.placement != nullptr ? page.placement->scale : 1;
-  const double speed_mps = length(now_.velocity_mps);
+  const double speed_mps = length(keyframe_.listener.velocity_mps);
   const bool is_new = list.region.radius_m < 0;
   const ListReach& reach = is_new || list.count > kShortList ? kListReach
                            : list.count > 0                  ? kShortListReach
@@ -63,7 +64,7 @@ ValidityRegion PageShortlists::region_for(const List& list, const ShortlistPage&
                  reach.min_radius_m / scale, kMaxListRadius_m / scale);
   if (kMinListDuration_s * speed_mps >= scale * radius_m)
     return {page.query.centre, 0, kListReach.threshold * page.query.threshold};
-  Vec3 ahead = speed_mps > 0 ? now_.velocity_mps / speed_mps : Vec3(0);
+  Vec3 ahead = speed_mps > 0 ? keyframe_.listener.velocity_mps / speed_mps : Vec3(0);
   if (page.placement != nullptr) ahead = glm::transpose(page.placement->rotation) * ahead;
   return {page.query.centre + kListLead * radius_m * ahead, radius_m,
           reach.threshold * thresholds_.share() * page.query.threshold};
@@ -72,15 +73,15 @@ ValidityRegion PageShortlists::region_for(const List& list, const ShortlistPage&
 std::size_t PageShortlists::renew(std::uint32_t index, const ShortlistPage& page) {
   List& list = lists_[index];
   list.region = region_for(list, page);
-  list.used = keyframe_;
+  list.used = keyframes_;
   list.count = 0;
   list.blocks.clear();
   list.bounds.clear();
   // Where all signals are quiet for a while, few sources pass; but the list ends with that while.
-  const bool all_quiet = now_.max_share < kQuietShare;
-  if (all_quiet) list.region.until_s = now_.until_s;
+  const bool all_quiet = max_share_ < kQuietShare;
+  if (all_quiet) list.region.until_s = quiet_until_s_;
   page.sources.cull(list.region.centre, list.region.radius_m + page.error_m,
-                    list.region.threshold / (all_quiet ? now_.max_share : 1), culled_);
+                    list.region.threshold / (all_quiet ? max_share_ : 1), culled_);
   // Sources lie elsewhere in memory.
   for (std::size_t s = 0; s < culled_.count; ++s)
     SourcePage::prefetch(page.sources[culled_.index[s]]);
@@ -129,8 +130,9 @@ void PageShortlists::find_audible_entries(std::span<const Test> tests) {
     blocks += list.blocks.size();
     prefetch_to_read(list.blocks.data(),
                      std::min(list.blocks.size(), kPrefetchBlocks) * sizeof(ShortlistBlock));
-    scratch_.occlusion.push_back(occlusion_ != nullptr ? occlusion_->window(list.first)
-                                                       : OcclusionUpperBounds::Window());
+    scratch_.occlusion.push_back(keyframe_.occlusion != nullptr
+                                     ? keyframe_.occlusion->window(list.first)
+                                     : OcclusionUpperBounds::Window());
     scratch_.occlusion.back().prefetch();
   }
   scratch_.audible.clear(kCullBlock * blocks);

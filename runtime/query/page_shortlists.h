@@ -22,7 +22,6 @@
 #include <vector>
 
 #include "common/flat_hash_map.h"
-#include "common/listener.h"
 #include "common/vec.h"
 #include "formats/bake_file/instance.h"
 #include "formats/bake_file/source_octree.h"
@@ -33,6 +32,7 @@
 #include "runtime/propagation/source_page.h"
 #include "runtime/query/node_bounds.h"
 #include "runtime/query/shortlist_kernel.h"
+#include "runtime/query/source_pool.h"
 #include "runtime/query/threshold_history.h"
 #include "runtime/query/validity_region.h"
 #include "runtime/query/work_budget.h"
@@ -57,12 +57,10 @@ class PageShortlists {
   PageShortlists(const RadiationModel& radiation, const SignalWeights& weights);
 
   // A new keyframe. Until `until_s` no signal is louder than `max_share` of its maximum.
-  void begin(const Listener& listener, double time_s, double max_share, double until_s);
+  void begin(const QueryKeyframe& keyframe, double max_share, double until_s);
   // The threshold of this keyframe, in the level.
-  void add_threshold(double threshold) { thresholds_.add(threshold, keyframe_); }
+  void add_threshold(double threshold) { thresholds_.add(threshold, keyframes_); }
   double lowest_threshold() const { return thresholds_.lowest(); }
-  // Upper bounds of what gets past occluders; null: everything does.
-  void set_occlusion_bounds(const OcclusionUpperBounds* bounds) { occlusion_ = bounds; }
 
   // The list of the page whose first source has this number, empty at first. Its index holds until
   // generation() changes.
@@ -133,11 +131,6 @@ class PageShortlists {
     std::pmr::vector<ShortlistBlock> blocks;
     std::pmr::vector<SourceBound> bounds;  // of each source, from the centre of the region
   };
-  // How the listener moves, and how loud signals are for a while.
-  struct Now {
-    Vec3 velocity_mps{};
-    double time_s = 0, max_share = 1, until_s = 0;
-  };
   // Memory of test(): per test, and per source that passed the test of loudness.
   struct Scratch {
     std::vector<OcclusionUpperBounds::Window> occlusion;
@@ -155,7 +148,6 @@ class PageShortlists {
 
   const RadiationModel& radiation_;
   const SignalWeights& weights_;
-  const OcclusionUpperBounds* occlusion_ = nullptr;
   // One pool for all lists, so that they share few memory pages.
   std::pmr::unsynchronized_pool_resource memory_{std::pmr::pool_options{0, 1 << 16}};
   std::vector<List> lists_;
@@ -164,9 +156,10 @@ class PageShortlists {
   float max_delay_s_ = 0;  // of any source in a list
   CulledPage culled_;
   Scratch scratch_;
-  Now now_;
+  QueryKeyframe keyframe_;
+  double max_share_ = 1, quiet_until_s_ = 0;  // how loud signals are, and until when
   ThresholdHistory thresholds_;
-  std::uint32_t generation_ = 0, keyframe_ = 0;
+  std::uint32_t generation_ = 0, keyframes_ = 0;
   std::uint64_t work_ = 0;
 };
 

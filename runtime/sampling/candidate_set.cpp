@@ -23,13 +23,13 @@ bool is_occluded(VisibilityCache::Index visibility) {
 
 }  // namespace
 
-bool CandidateSet::find(const Vec3& place, double threshold, std::size_t max_found) {
+bool CandidateSet::find(double threshold, std::size_t max_found) {
   candidates_.clear();
   band_weights_.clear();
   found_.clear();
   wanted_.clear();
   unheard_.clear();
-  return inputs_.pool.find_above(place, threshold, max_found, found_);
+  return inputs_.pool.find_above(threshold, max_found, found_);
 }
 
 void CandidateSet::weigh(const SamplingMoment& moment, double threshold) {

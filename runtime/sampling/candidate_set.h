@@ -38,7 +38,7 @@ class CandidateSet {
 
   // Starts over with all sources whose priority may reach `threshold`. False, with some of them, if
   // there are more than `max_found` or if the budget is exhausted.
-  bool find(const Vec3& place, double threshold, std::size_t max_found);
+  bool find(double threshold, std::size_t max_found);
 
   // Makes candidates of the sources found whose priority is positive and at least `threshold`,
   // except those that are known to be occluded or whose sound is not in memory.

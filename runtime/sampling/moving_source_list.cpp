@@ -165,7 +165,9 @@ void MovingSourceList::end_forgotten() {
   forgotten_.clear();
 }
 
-void MovingSourceList::begin(double time_s) {
+void MovingSourceList::begin(const QueryKeyframe& keyframe) {
+  SourcePool::begin(keyframe);
+  const double time_s = keyframe.time_s;
   if (newest_.is_unused) {
     newest_.time_s = std::isnan(moving_.now().time_s) ? time_s : moving_.now().time_s;
     for (std::size_t i = 0; i < moving_.now().count; ++i)
@@ -187,8 +189,9 @@ void MovingSourceList::find_emission(std::size_t slot, const Vec3& listener_m) {
   columns_.velocity_mps[slot] = emission.velocity_mps;
 }
 
-void MovingSourceList::find_above(const Vec3& place, double threshold,
+bool MovingSourceList::find_above(double threshold, std::size_t /*max_count*/,
                                   std::vector<FoundSource>& found) {
+  const Vec3& place = keyframe().place_m();
   const std::size_t before = found.size();
   const Vec3f from(place);
   const auto min_priority = static_cast<float>(threshold * kThresholdSlack);
@@ -223,6 +226,9 @@ void MovingSourceList::find_above(const Vec3& place, double threshold,
     }
   }
   if (limits_.any()) apply_limits(place, before, found);
+  spend(WorkBudget::kFound * (found.size() - before) +
+        WorkBudget::kMovingPer16 * (moving_.max_sources() / 16));
+  return true;
 }
 
 // Keeps the sources of highest priority of groups that are limited, by what is known of a priority
@@ -262,10 +268,10 @@ double MovingSourceList::upper_bound(std::size_t slot, const Vec3& place) const 
   return kBoundSlack * static_cast<double>(priority) / r2_m2;
 }
 
-double MovingSourceList::upper_bound(const Vec3& place) const {
+double MovingSourceList::upper_bound() {
   double highest = 0;
   for (std::size_t i = 0; i < moving_.now().count; ++i)
-    highest = std::max(highest, upper_bound(i, place));
+    highest = std::max(highest, upper_bound(i, keyframe().place_m()));
   return highest;
 }
 

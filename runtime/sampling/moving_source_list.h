@@ -34,27 +34,22 @@
 
 namespace clamor {
 
-class MovingSourceList {
+class MovingSourceList final : public SourcePool {
  public:
   // The last `kinds` emitters are the kinds of moving sources. All arguments must outlive the list.
   MovingSourceList(MovingSources& sources, const RadiationModel& radiation,
                    const SignalWeights& weights, std::span<const Emitter> emitters,
                    std::size_t kinds);
 
-  // Takes the newest commit. Returns whether a sample might differ from the last one.
-  bool refresh();
-
-  // Moves all sources to their positions at a time.
-  void begin(double time_s);
-
-  // As in SourcePool.
-  void find_above(const Vec3& place, double threshold, std::vector<FoundSource>& found);
-  double upper_bound(const Vec3& place) const;
+  bool refresh() override;  // takes the newest commit
+  void begin(const QueryKeyframe& keyframe) override;
+  bool find_above(double threshold, std::size_t max_count,
+                  std::vector<FoundSource>& found) override;
+  double upper_bound() override;
+  std::uint64_t size() const override { return moving_.max_sources(); }
 
   // Limits how many sources of a group are found (group_limits.h).
   void limit_group(std::uint16_t group, std::size_t max_voices) { limits_.set(group, max_voices); }
-
-  std::size_t max_sources() const { return moving_.max_sources(); }
 
   // For the reflections of moving sources, by slot, after begin(). A source that was removed is
   // heard for `longest_s` more, with what it sounded until `end_s`. A slot without a source has no

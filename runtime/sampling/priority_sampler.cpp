@@ -13,8 +13,6 @@ namespace clamor {
 
 namespace {
 
-constexpr double kPrefetchAhead_s = 0.5;
-
 // The rotation that turns one unit vector to another by the shortest way.
 Quaternion turn_between(const Vec3& from, const Vec3& to) {
   const double cosine = dot(from, to);
@@ -53,7 +51,6 @@ class PrioritySampler final : public Sampler {
         candidates_(inputs_),
         search_(inputs_, candidates_, bound) {
     pool.charge(&inputs_.budget);
-    pool.set_late_boost(LateBoost::strength(voices));
   }
   ~PrioritySampler() override { inputs_.pool.charge(nullptr); }
   PrioritySampler(const PrioritySampler&) = delete;
@@ -83,15 +80,15 @@ class PrioritySampler final : public Sampler {
     moment_.emplace(SamplingMoment{place, time_s, reception()});
     // An exact sampler estimates visibilities anew for this place.
     const bool is_cached = occlusion != nullptr && !inputs_.is_exact();
-    pool.set_occlusion_bounds(is_cached ? &occlusion->upper_bounds() : nullptr);
-    pool.begin(listener, time_s);
+    pool.begin({listener, time_s, is_cached ? &occlusion->upper_bounds() : nullptr,
+                LateBoost::strength(inputs_.voices)});
     if (occlusion != nullptr && !continues) occlusion->begin_keyframe(place);
     const auto [tau, ended_by_budget] = search_.run(*moment_);
     bounded_keyframes_ += ended_by_budget;
     publish(tau);
     if (bound_ == SearchBound::kBounded)
       inputs_.budget.limit(work_ahead_per_keyframe(inputs_.voices));
-    pool.request_pages(place + kPrefetchAhead_s * listener.velocity_mps, tau);
+    pool.request_pages(tau);
     if (inputs_.is_exact()) {
       unfinished_ = search_.waits_for_pages();
     } else {
@@ -122,7 +119,6 @@ class PrioritySampler final : public Sampler {
     if (voices == inputs_.voices) return;
     search_.rescale(inputs_.voices, voices);
     inputs_.voices = voices;
-    inputs_.pool.set_late_boost(LateBoost::strength(voices));
     changed_ = true;
   }
 

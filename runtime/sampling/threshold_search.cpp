@@ -41,7 +41,7 @@ bool ThresholdSearch::waits_for_pages() const {
 }
 
 ThresholdSearch::Result ThresholdSearch::search(const SamplingMoment& moment) {
-  Bracket bracket = paused_.value_or(Bracket{.threshold = first_threshold(moment)});
+  Bracket bracket = paused_.value_or(Bracket{.threshold = first_threshold()});
   auto& [threshold, too_high, too_low, is_unlimited, near_misses] = bracket;
   if (!paused_) last_found_ = 0;
   // A search that had to take every source continues with every source.
@@ -51,8 +51,8 @@ ThresholdSearch::Result ThresholdSearch::search(const SamplingMoment& moment) {
   for (;;) {
     // Many sources share one priority; or, with occlusion, testing so many is worth while.
     is_unlimited = is_unlimited || too_high <= too_low * narrow;
-    const bool all = candidates_.find(moment.place_m, threshold,
-                                      is_unlimited || inputs_.is_exact() ? kNoLimit : max_found());
+    const bool all =
+        candidates_.find(threshold, is_unlimited || inputs_.is_exact() ? kNoLimit : max_found());
     if (all) candidates_.weigh(moment, threshold);
     if (waits_for_pages()) {
       paused_ = bracket;
@@ -79,15 +79,14 @@ ThresholdSearch::Result ThresholdSearch::search(const SamplingMoment& moment) {
 ThresholdSearch::Result ThresholdSearch::search_within_budget(const SamplingMoment& moment) {
   WorkBudget& budget = inputs_.budget;
   const std::uint64_t whole = work_per_keyframe(inputs_.voices), end = budget.spent() + whole;
-  double threshold = first_threshold(moment);
+  double threshold = first_threshold();
   double completed = kInfinity, too_low = 0;
   std::uint64_t completed_cost = 0;  // of the completed query with the lowest threshold
   std::uint64_t allowed = whole / 4 * 3;
   for (;;) {
     const std::uint64_t before = budget.spent();
     budget.limit(allowed);
-    const bool all =
-        candidates_.find(moment.place_m, threshold, std::isinf(completed) ? max_found() : kNoLimit);
+    const bool all = candidates_.find(threshold, std::isinf(completed) ? max_found() : kNoLimit);
     if (all || !budget.is_stopped()) candidates_.weigh(moment, threshold);
     const bool may_lower = !all || apply_occlusion(threshold);
     if (budget.is_stopped()) return {threshold};
@@ -119,13 +118,12 @@ ThresholdSearch::Result ThresholdSearch::search_within_budget(const SamplingMome
     } else if (std::isinf(completed)) {
       // This threshold is too low, and no more is known: a far higher one costs little.
       too_low = threshold;
-      next = std::max(kStep * threshold,
-                      std::sqrt(threshold * inputs_.pool.upper_bound(moment.place_m)));
+      next = std::max(kStep * threshold, std::sqrt(threshold * inputs_.pool.upper_bound()));
       if (left < whole / 16) return {threshold, true};
       allowed = left / 2;
     } else {
       budget.limit(WorkBudget::kUnlimited);  // its cost is known
-      const bool repeated = candidates_.find(moment.place_m, completed, kNoLimit);
+      const bool repeated = candidates_.find(completed, kNoLimit);
       if (repeated || !budget.is_stopped()) candidates_.weigh(moment, completed);
       apply_occlusion(completed);
       return {completed, true};
@@ -134,9 +132,9 @@ ThresholdSearch::Result ThresholdSearch::search_within_budget(const SamplingMome
   }
 }
 
-double ThresholdSearch::first_threshold(const SamplingMoment& moment) const {
+double ThresholdSearch::first_threshold() const {
   if (inputs_.pool.size() <= inputs_.voices) return 0;  // finds all
-  return predictor_.is_known() ? predictor_.next() : inputs_.pool.upper_bound(moment.place_m);
+  return predictor_.is_known() ? predictor_.next() : inputs_.pool.upper_bound();
 }
 
 // The next threshold after a prediction that too few candidates reached.

@@ -60,7 +60,7 @@ class ThresholdSearch {
 
   Result search(const SamplingMoment& moment);
   Result search_within_budget(const SamplingMoment& moment);
-  double first_threshold(const SamplingMoment& moment) const;
+  double first_threshold() const;
   double lowered_after_miss(double threshold) const;
   double lowered(double threshold);
   bool is_complete(double threshold) const;

@@ -174,9 +174,9 @@ void part_images_found(benchmark::State& state) {
   std::vector<FoundSource> found;
   double time_s = 0;
   for (auto _ : state) {
-    images.begin({7, 1.7, 5}, time_s += 0.02);
+    images.begin({Vec3(7, 1.7, 5), time_s += 0.02});
     found.clear();
-    images.find_above(0, found);
+    images.find_above(0, found.max_size(), found);
   }
   state.counters["images"] = static_cast<double>(found.size());
 }
@@ -248,8 +248,8 @@ void part_reflection_error(benchmark::State& state) {
                                 Vec3(2, 1.2, 3), Vec3(5, 1.5, 6), Vec3(12, 1.6, -6)}) {
       std::vector<Source> sources = open.sources;
       std::vector<FoundSource> found;
-      images.begin(place_m, 0);
-      images.find_above(0, found);
+      images.begin({place_m});
+      images.find_above(0, found.max_size(), found);
       for (const FoundSource& one : found)
         if (reflects) sources.push_back(*one.source);
       const auto is = energy(open, sources, surfaces, place_m),

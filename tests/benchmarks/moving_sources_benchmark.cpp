@@ -25,7 +25,7 @@ void moving_keyframe(benchmark::State& state) {
   MovingSources moving(count, 1);
   MovingSourceList list(moving, radiation, weights, emitters, 1);
   SourceList none(radiation, weights, {});
-  CombinedPool pool(none, &list);
+  CombinedPool pool({&none, &list});
   const auto sampler = make_priority_sampler(radiation, weights, pool, 2000);
   std::vector<MovingHandle> handles;
   const auto place = [](std::uint32_t i, double time_s) {

@@ -21,7 +21,8 @@
 #include "formats/level/level.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/probes/first_reflection_tracer.h"
-#include "runtime/probes/probe_copies.h"
+#include "runtime/probes/probe_neighbours.h"
+#include "runtime/probes/probe_sources.h"
 #include "runtime/propagation/received_intensity.h"
 #include "runtime/response/energy_response.h"
 #include "tools/analysis/room_parameters.h"
@@ -116,9 +117,21 @@ class ProbeTruth {
     };
     MovingRadiator radiator;
     radiator.position_m = place.source_m;
-    auto sources =
-        probe_copies(weights, file_.probes(), sources_of, radiator, speed_of_sound_mps(level_.air),
-                     0, static_cast<std::uint16_t>(file_.materials().size()));
+    std::vector<Source> sources;
+    const auto add = [&](Source source, float weight) {
+      source.emitter = 0;
+      for (float& band : source.power) band *= weight;
+      sources.push_back(source);
+    };
+    const auto late_material = static_cast<std::uint16_t>(file_.materials().size());
+    for (const ProbeWeight& weight : weights) {
+      const StoredProbe& probe = file_.probes().places[weight.probe];
+      for (const Source& stored : sources_of(probe.tree))
+        add(early_reflection(stored, probe.position_m, radiator, speed_of_sound_mps(level_.air)),
+            weight.weight);
+      for (const Source& stored : sources_of(file_.probes().zones[probe.zone]))
+        add(late_reflection(stored, radiator, late_material), weight.weight);
+    }
     if (!wrong.ok()) return wrong.error();
     std::vector<FirstReflection> first;
     for (std::uint32_t set = 0; set < FirstReflectionTracer::kSets; ++set)

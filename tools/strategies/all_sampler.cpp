@@ -35,13 +35,13 @@ class All final : public Sampler {
       }
     }
     place_ = place;
-    if (moving_ != nullptr) add_moving(place, time_s);
+    if (moving_ != nullptr) add_moving(listener, time_s);
     return sample_;
   }
   bool complete() override { return true; }
   void stop_when(const std::atomic<bool>* stop) override { stop_ = stop; }
   std::size_t capacity() const override {
-    return still_ + (moving_ != nullptr ? moving_->max_sources() : 0);
+    return still_ + (moving_ != nullptr ? moving_->size() : 0);
   }
 
  private:
@@ -50,11 +50,11 @@ class All final : public Sampler {
 
   bool is_stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed); }
 
-  void add_moving(const Vec3& place, double time_s) {
+  void add_moving(const Listener& listener, double time_s) {
     moving_->refresh();
-    moving_->begin(time_s);
+    moving_->begin({listener, time_s});
     found_.clear();
-    moving_->find_above(place, 0, found_);
+    moving_->find_above(0, found_.max_size(), found_);
     sample_.resize(still_);
     for (const FoundSource& found : found_) {
       SampledSource& sampled =

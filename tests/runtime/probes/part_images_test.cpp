@@ -38,16 +38,17 @@ class Stage {
   const std::vector<FoundSource>& keyframe(double time_s, const Vec3& listener_m = kNearPart_m,
                                            double threshold = 0) {
     (void)list_.refresh();
-    list_.begin(time_s);
-    images_.begin(listener_m, time_s);
+    const QueryKeyframe keyframe{listener_m, time_s};
+    list_.begin(keyframe);
+    images_.begin(keyframe);
     found_.clear();
-    images_.find_above(threshold, found_);
+    images_.find_above(threshold, found_.max_size(), found_);
     return found_;
   }
   MovingSources& moving() { return moving_; }
   const RadiationModel& radiation() const { return radiation_; }
   const SignalWeights& weights() const { return weights_; }
-  const PartImages& images() const { return images_; }
+  PartImages& images() { return images_; }
 
  private:
   // The last one is the kind of moving sources.

@@ -46,10 +46,9 @@ TEST(OctreePool, FindsFewSourcesBelowTheCurrentThreshold) {
     do {
       found.clear();
       pool.refresh();
-      pool.begin(place, time_s);
-      ASSERT_TRUE(
-          pool.find_above(place, kThreshold, std::numeric_limits<std::size_t>::max(), found));
-      pool.request_pages(place, kThreshold);
+      pool.begin({place, time_s});
+      ASSERT_TRUE(pool.find_above(kThreshold, std::numeric_limits<std::size_t>::max(), found));
+      pool.request_pages(kThreshold);
     } while (!pool.complete());
     if (i < 10) continue;  // shortlists are made first
     found_in_all += found.size();

@@ -158,9 +158,9 @@ TEST(OctreePool, KeepsItsFrontWhenUnusedShortlistsAreDropped) {
     do {
       std::vector<FoundSource> found;
       pool.refresh();
-      pool.begin(place, time_s += 0.02);
-      pool.find_above(place, threshold, hall.all.size(), found);
-      pool.request_pages(place + Vec3(0.1, 0, 0), threshold);
+      pool.begin({Listener(place, {}, {0.2, 0, 0}), time_s += 0.02});
+      pool.find_above(threshold, hall.all.size(), found);
+      pool.request_pages(threshold);
     } while (!pool.complete());
   };
   query({10, 1.7, 7}, 0);  // loads all pages and makes a list for each
@@ -194,9 +194,9 @@ TEST(OctreePool, TestsNoMoreSourcesForLongAfterTheThresholdFellOnce) {
       do {
         std::vector<FoundSource> found;
         pool.refresh();
-        pool.begin(place, path_m);
-        pool.find_above(place, least, hall.all.size(), found);
-        pool.request_pages(place, least);
+        pool.begin({place, path_m});
+        pool.find_above(least, hall.all.size(), found);
+        pool.request_pages(least);
       } while (!pool.complete());
     }
     return static_cast<double>(pool.sources_tested() - before) / keyframes;
@@ -234,9 +234,9 @@ TEST(OctreePool, FindsEverySourceOnAnyPathOfTheListener) {
     do {
       found.clear();
       pool.refresh();
-      pool.begin(place, 0.02 * keyframe);
-      ASSERT_TRUE(pool.find_above(place, threshold, hall.all.size(), found));
-      pool.request_pages(place + 25.0 * (place - before), threshold);
+      pool.begin({Listener(place, {}, (place - before) / 0.02), 0.02 * keyframe});
+      ASSERT_TRUE(pool.find_above(threshold, hall.all.size(), found));
+      pool.request_pages(threshold);
     } while (!pool.complete());
     std::vector<bool> is_found(hall.all.size());
     for (const FoundSource& one : found) is_found[one.number] = true;
@@ -295,10 +295,10 @@ TEST(OctreePool, AcceptsInnerNodesWithoutSources) {
     do {
       found.clear();
       pool.refresh();
-      pool.begin(place, 0);
-      EXPECT_TRUE(pool.find_above(place, 1e-2, 10, found));
+      pool.begin({Listener(place, {}, {0, 0, 0.2})});
+      EXPECT_TRUE(pool.find_above(1e-2, 10, found));
       had_missed = had_missed || pool.lacks_pages();
-      pool.request_pages(place + Vec3(0, 0, 0.1), 1e-2);
+      pool.request_pages(1e-2);
     } while (!pool.complete());
     EXPECT_FALSE(pool.lacks_pages());
     ASSERT_EQ(found.size(), 1u);

@@ -57,8 +57,8 @@ struct Stage {
   std::vector<FoundSource> all_moving(const Vec3& place, double time_s) {
     std::vector<FoundSource> found;
     list.refresh();
-    list.begin(time_s);
-    list.find_above(place, 0, found);
+    list.begin({place, time_s});
+    list.find_above(0, found.max_size(), found);
     return found;
   }
 
@@ -73,7 +73,7 @@ TEST(MovingSources, AreSampledLikeASortOfAllSources) {
   constexpr std::size_t kVoices = 150;
   Stage stage(2000);
   SourceList still(stage.radiation, stage.weights, stage.input.sources);
-  CombinedPool pool(still, &stage.list);
+  CombinedPool pool({&still, &stage.list});
   const auto sampler = make_priority_sampler(stage.radiation, stage.weights, pool, kVoices);
   std::vector<MovingHandle> handles;
   for (std::uint32_t step = 0; step < 60; ++step) {
@@ -112,7 +112,7 @@ TEST(MovingSources, AreUnbiasedInTotalPower) {
   constexpr int kRolls = 1000;
   Stage stage(kSources);
   SourceList none(stage.radiation, stage.weights, {});
-  CombinedPool pool(none, &stage.list);
+  CombinedPool pool({&none, &stage.list});
   const auto sampler = make_priority_sampler(stage.radiation, stage.weights, pool, kVoices);
   const Vec3 listener(4, 5, 1.6);
   std::vector<MovingHandle> handles;
@@ -213,7 +213,7 @@ TEST(MovingSources, AreSampledLikeASortWhenAHundredThousandMove) {
   constexpr std::size_t kMany = 100'000, kVoices = 500;
   Stage stage(kMany);
   SourceList still(stage.radiation, stage.weights, stage.input.sources);
-  CombinedPool pool(still, &stage.list);
+  CombinedPool pool({&still, &stage.list});
   const auto sampler = make_priority_sampler(stage.radiation, stage.weights, pool, kVoices);
   std::vector<MovingHandle> handles;
   for (std::uint32_t i = 0; i < kMany; ++i) handles.push_back(stage.add(i, 0.01));

@@ -210,12 +210,13 @@ class CostlyPool final : public SourcePool {
       : list_(world.radiation, world.weights, world.sources),
         cost_(work_per_keyframe(voices) / 4) {}
 
-  bool find_above(const Vec3& place, double threshold, std::size_t max_count,
+  void begin(const QueryKeyframe& keyframe) override { list_.begin(keyframe); }
+  bool find_above(double threshold, std::size_t max_count,
                   std::vector<FoundSource>& found) override {
     spend(cost_);
-    return list_.find_above(place, threshold, max_count, found) && !is_exhausted();
+    return list_.find_above(threshold, max_count, found) && !is_exhausted();
   }
-  double upper_bound(const Vec3& place) override { return list_.upper_bound(place) + 1e6; }
+  double upper_bound() override { return list_.upper_bound() + 1e6; }
   std::uint64_t size() const override { return list_.size(); }
 
  private:
