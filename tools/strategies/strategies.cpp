@@ -16,52 +16,79 @@ namespace clamor {
 
 namespace {
 
-// Base of the samplers below: a list, and the weights of its sources.
-class Listed : public Sampler {
+// Sections 3.3 to 3.5: the candidates are all sources of the list or a cut through the octree, and
+// dynamic sampling (3.4) chooses among them by what they send towards the listener. Factors are
+// multiplied.
+class PaperSampler final : public Sampler {
  public:
-  Listed(const StrategyOptions& options, const RadiationModel& radiation,
-         const SignalWeights& weights, const SourceList& list)
-      : options_(options), radiation_(radiation), weights_(weights), page_(list.page()) {}
+  // Without a rule, all candidates are chosen.
+  PaperSampler(const StrategyOptions& options, const RadiationModel& radiation,
+               const SignalWeights& weights, const SourceList& list,
+               std::optional<DynamicSample::Rule> rule)
+      : options_(options), radiation_(radiation), weights_(weights), page_(list.page()) {
+    if (rule) dynamic_.emplace(*rule, options.voices, options.tuning);
+    stays_ = rule == DynamicSample::Rule::kOnce;
+    if (options.strategy.starts_with("octree")) {
+      tree_.emplace(make_tree());
+      cut_size_ = options.voices *
+                  (rule ? static_cast<std::size_t>(options.tuning.candidates_per_voice) : 1);
+    } else {
+      for (std::uint32_t i = 0; i < page_.size(); ++i) cut_.push_back({i, 1});
+    }
+  }
 
+  std::span<const SampledSource> sample(const Listener& listener, double /*time_s*/) override {
+    const Vec3& place = listener.position_m;
+    if (place_ && stays_) return sample_;
+    if (place_ != place || faced_ != reception()) find_candidates(place);
+    sample_.clear();
+    if (!dynamic_)
+      for (const auto& [point, factor] : cut_) add(point, factor);
+    else
+      for (const DynamicSample::Choice& chosen : dynamic_->next(candidates_))
+        add(cut_[chosen.candidate].point, cut_[chosen.candidate].factor * chosen.factor);
+    return sample_;
+  }
   bool complete() override { return true; }
   std::size_t capacity() const override { return std::min(options_.voices, page_.size()); }
 
- protected:
+ private:
   bool amplitudes() const { return options_.estimator == Estimator::kAmplitude; }
 
-  // True at first, and when the listener has moved or turned since the last time.
-  bool is_elsewhere(const Vec3& place) {
-    const bool stays = place_ == place && faced_ == reception();
+  void find_candidates(const Vec3& place) {
     place_ = place;
     faced_ = reception();
-    return !stays;
+    if (tree_) cut_ = tree_->cut(place, cut_size_, reception());
+    candidates_.clear();
+    for (const auto& [point, factor] : cut_) candidates_.push_back({point, factor});
+    if (dynamic_ && options_.strategy != "random") weigh(place);
   }
 
   // Multiplies the weight of each candidate by that of its source.
-  void weigh(std::vector<DynamicSample::Candidate>& candidates, const Vec3& place) const {
+  void weigh(const Vec3& place) {
     constexpr std::size_t kTogether = 64;
     std::array<const Source*, kTogether> sources;
     std::array<ReceivedIntensity, kTogether> received;
-    for (std::size_t first = 0; first < candidates.size(); first += kTogether) {
-      const std::size_t count = std::min(kTogether, candidates.size() - first);
-      for (std::size_t i = 0; i < count; ++i) sources[i] = &page_[candidates[first + i].number];
+    for (std::size_t first = 0; first < candidates_.size(); first += kTogether) {
+      const std::size_t count = std::min(kTogether, candidates_.size() - first);
+      for (std::size_t i = 0; i < count; ++i) sources[i] = &page_[candidates_[first + i].number];
       radiation_.receive(std::span(sources).first(count), place, received.data());
       for (std::size_t i = 0; i < count; ++i) {
         const Source& source = *sources[i];
         const Bands intensity = apply_reception(reception(), source, place, received[i].intensity);
         const double power = weighted_sum(weights_.by_signal[radiation_.signal(source)], intensity);
-        candidates[first + i].weight *= amplitudes() ? std::sqrt(power) : power;
+        candidates_[first + i].weight *= amplitudes() ? std::sqrt(power) : power;
       }
     }
   }
 
-  SampledSource scaled(std::size_t source, double factor) const {
-    return {source, amplitudes() ? factor * factor : factor, &page_[source],
-            radiation_.signal(page_[source])};
+  void add(std::size_t source, double factor) {
+    sample_.push_back({source, amplitudes() ? factor * factor : factor, &page_[source],
+                       radiation_.signal(page_[source])});
   }
 
   // The tree of section 3.5. A source's volume is its radiation in all directions.
-  RepresentativeOctree representatives() const {
+  RepresentativeOctree make_tree() const {
     std::vector<RepresentativeOctree::Point> points;
     for (std::size_t i = 0; i < page_.size(); ++i) {
       const Source& source = page_[i];
@@ -79,100 +106,14 @@ class Listed : public Sampler {
   const RadiationModel& radiation_;
   const SignalWeights& weights_;
   const SourcePage& page_;
-
- private:
-  std::optional<Vec3> place_;
-  Reception faced_;
-};
-
-// Sections 3.3 and 3.4: from the whole list.
-class FromList final : public Listed {
- public:
-  FromList(const StrategyOptions& options, const RadiationModel& radiation,
-           const SignalWeights& weights, const SourceList& list, DynamicSample::Rule rule)
-      : Listed(options, radiation, weights, list),
-        once_(rule == DynamicSample::Rule::kOnce),
-        even_(options.strategy == "random"),
-        dynamic_(rule, options.voices, options.tuning) {
-    for (std::size_t i = 0; i < page_.size(); ++i) candidates_.push_back({i, 1});
-  }
-
-  std::span<const SampledSource> sample(const Listener& listener, double /*time_s*/) override {
-    const Vec3& place = listener.position_m;
-    if (begun_ && once_) return sample_;
-    begun_ = true;
-    if (!even_ && is_elsewhere(place)) {
-      for (DynamicSample::Candidate& candidate : candidates_) candidate.weight = 1;
-      weigh(candidates_, place);
-    }
-    sample_.clear();
-    for (const DynamicSample::Choice& chosen : dynamic_.next(candidates_))
-      sample_.push_back(scaled(chosen.candidate, chosen.factor));
-    return sample_;
-  }
-
- private:
-  const bool once_, even_;
-  bool begun_ = false;
-  DynamicSample dynamic_;
-  std::vector<DynamicSample::Candidate> candidates_;
-  std::vector<SampledSource> sample_;
-};
-
-// Section 3.5: the cut alone.
-class OctreeCut final : public Listed {
- public:
-  OctreeCut(const StrategyOptions& options, const RadiationModel& radiation,
-            const SignalWeights& weights, const SourceList& list)
-      : Listed(options, radiation, weights, list), tree_(representatives()) {}
-
-  std::span<const SampledSource> sample(const Listener& listener, double /*time_s*/) override {
-    const Vec3& place = listener.position_m;
-    if (!is_elsewhere(place)) return sample_;
-    sample_.clear();
-    for (const auto& representative : tree_.cut(place, options_.voices, reception()))
-      sample_.push_back(scaled(representative.point, representative.factor));
-    return sample_;
-  }
-
- private:
-  const RepresentativeOctree tree_;
-  std::vector<SampledSource> sample_;
-};
-
-// Section 3.5, at its end: a larger cut gives the candidates, and dynamic sampling (3.4) weights
-// them by what they send towards the listener. Factors are multiplied.
-class OctreeDiffusion final : public Listed {
- public:
-  OctreeDiffusion(const StrategyOptions& options, const RadiationModel& radiation,
-                  const SignalWeights& weights, const SourceList& list)
-      : Listed(options, radiation, weights, list),
-        tree_(representatives()),
-        dynamic_(DynamicSample::Rule::kAdaptive, options.voices, options.tuning) {}
-
-  std::span<const SampledSource> sample(const Listener& listener, double /*time_s*/) override {
-    const Vec3& place = listener.position_m;
-    if (is_elsewhere(place)) {
-      cut_ = tree_.cut(
-          place, options_.voices * static_cast<std::size_t>(options_.tuning.candidates_per_voice),
-          reception());
-      candidates_.clear();
-      for (const auto& [point, factor] : cut_) candidates_.push_back({point, factor});
-      weigh(candidates_, place);
-    }
-    sample_.clear();
-    for (const DynamicSample::Choice& chosen : dynamic_.next(candidates_)) {
-      const auto& [point, factor] = cut_[chosen.candidate];
-      sample_.push_back(scaled(point, factor * chosen.factor));
-    }
-    return sample_;
-  }
-
- private:
-  const RepresentativeOctree tree_;
-  DynamicSample dynamic_;
+  std::optional<RepresentativeOctree> tree_;  // none: the whole list
+  std::optional<DynamicSample> dynamic_;
+  bool stays_ = false;        // the first sample does
+  std::size_t cut_size_ = 0;  // nodes
   std::vector<RepresentativeOctree::Representative> cut_;
-  std::vector<DynamicSample::Candidate> candidates_;
+  std::vector<DynamicSample::Candidate> candidates_;  // those of cut_
+  std::optional<Vec3> place_;                         // of the candidates
+  Reception faced_;                                   // likewise
   std::vector<SampledSource> sample_;
 };
 
@@ -270,17 +211,15 @@ std::unique_ptr<Sampler> make_sampler(const StrategyOptions& options,
                                       MovingSourceList* moving) {
   using Rule = DynamicSample::Rule;
   const std::string& name = options.strategy;
-  const auto from_list = [&](Rule rule) -> std::unique_ptr<Sampler> {
-    return std::make_unique<FromList>(options, radiation, weights, list, rule);
+  const auto of_paper = [&](std::optional<Rule> rule) -> std::unique_ptr<Sampler> {
+    return std::make_unique<PaperSampler>(options, radiation, weights, list, rule);
   };
   if (name == "all") return make_all_sampler(radiation, list, occlusion, moving);
-  if (name == "random" || name == "importance") return from_list(Rule::kOnce);
-  if (name == "full-resampling") return from_list(Rule::kFull);
-  if (name == "stochastic-diffusion") return from_list(Rule::kStochastic);
-  if (name == "adaptive-diffusion") return from_list(Rule::kAdaptive);
-  if (name == "octree") return std::make_unique<OctreeCut>(options, radiation, weights, list);
-  if (name == "octree-diffusion")
-    return std::make_unique<OctreeDiffusion>(options, radiation, weights, list);
+  if (name == "random" || name == "importance") return of_paper(Rule::kOnce);
+  if (name == "full-resampling") return of_paper(Rule::kFull);
+  if (name == "stochastic-diffusion") return of_paper(Rule::kStochastic);
+  if (name == "adaptive-diffusion" || name == "octree-diffusion") return of_paper(Rule::kAdaptive);
+  if (name == "octree") return of_paper(std::nullopt);
   return make_sampler(options, radiation, weights, static_cast<SourcePool&>(list), occlusion);
 }
 
