@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -53,8 +54,10 @@ void FirstReflections::begin(const Vec3& listener_m) {
 
 void FirstReflections::add(std::size_t source, std::uint32_t generation, const Vec3& place_m,
                            float factor, const Bands& band_shares) {
-  const Active& active = active_.emplace_back(
-      Active{static_cast<std::uint32_t>(source), place_m, factor, band_shares});
+  const double r_m = std::max(length(place_m - listener_m_), kNearest_m);
+  const Active& active =
+      active_.emplace_back(Active{static_cast<std::uint32_t>(source), place_m, factor, band_shares,
+                                  static_cast<double>(factor) / (r_m * r_m)});
   auto& state = states_[source];
   if (state == nullptr) state = std::make_unique<State>();
   const bool leaps = !(length(place_m - state->last_m) < kLeap_m);
@@ -77,11 +80,6 @@ double FirstReflections::staleness(const Set& set, const Vec3& place_m) const {
   return parts_moved && keyframe_ >= set.traced_in + kPartsTestedEvery ? 1 + moved : moved;
 }
 
-double FirstReflections::loudness(const Active& active) const {
-  const double r_m = std::max(length(active.place_m - listener_m_), kNearest_m);
-  return static_cast<double>(active.factor) / (r_m * r_m);
-}
-
 // Lists the sets of a source that are missing of so many, and the stalest one that it has.
 void FirstReflections::list_waiting(std::size_t a, std::size_t sets) {
   const Active& active = active_[a];
@@ -89,7 +87,7 @@ void FirstReflections::list_waiting(std::size_t a, std::size_t sets) {
   state.traced = std::min(state.traced, sets);
   const auto list = [&](std::size_t set, double stale) {
     waiting_.push_back({static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(set),
-                        loudness(active) * stale * stale});
+                        active.loudness * stale * stale});
   };
   for (std::size_t s = state.traced; s < sets; ++s) list(s, kMissing);
   std::size_t stalest = 0;
@@ -129,18 +127,19 @@ void FirstReflections::trace() {
 // Gives images to the sources that are the loudest for the listener. The others' mirrors reflect
 // through their traced reflections, so that a crowd has no more images than 64 sources.
 void FirstReflections::choose_images() {
-  loudness_.clear();
-  for (const Active& active : active_)
-    loudness_.push_back((states_[active.source]->has_images ? kHysteresis : 1) * loudness(active));
+  const auto weighted = [this](const Active& active) {
+    return (states_[active.source]->has_images ? kHysteresis : 1) * active.loudness;
+  };
   double least = 0;
   if (active_.size() > kMaxImagedSources) {
-    sorted_loudness_ = loudness_;
-    const auto last = sorted_loudness_.begin() + kMaxImagedSources - 1;
-    std::ranges::nth_element(sorted_loudness_, last, std::greater<>());
+    loudness_.clear();
+    std::ranges::transform(active_, std::back_inserter(loudness_), weighted);
+    const auto last = loudness_.begin() + kMaxImagedSources - 1;
+    std::ranges::nth_element(loudness_, last, std::greater<>());
     least = *last;
   }
-  for (std::size_t a = 0; a < active_.size(); ++a)
-    states_[active_[a].source]->has_images = loudness_[a] >= least;
+  for (const Active& active : active_)
+    states_[active.source]->has_images = weighted(active) >= least;
 }
 
 void FirstReflections::trace(const Active& active, std::size_t s) {

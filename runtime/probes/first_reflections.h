@@ -112,6 +112,7 @@ class FirstReflections {
     Vec3 place_m{};
     float factor = 0;
     Bands band_shares{};
+    double loudness = 0;  // for the listener
   };
   // A set that waits to be traced.
   struct Waiting {
@@ -123,7 +124,6 @@ class FirstReflections {
   void trace(const Active& active, std::size_t set);
   void find_mirrors(State& state, std::size_t set) const;
   void choose_images();
-  double loudness(const Active& active) const;  // for the listener
   double staleness(const Set& set, const Vec3& place_m) const;
   static float power_of_set(const State& state);
 
@@ -134,7 +134,7 @@ class FirstReflections {
   std::vector<std::unique_ptr<State>> states_;  // by source; null: it has not sounded yet
   std::vector<Active> active_;
   std::vector<Waiting> waiting_;
-  std::vector<double> loudness_, sorted_loudness_;  // scratch memory of choose_images()
+  std::vector<double> loudness_;  // scratch memory of choose_images()
   CulledPage reaching_;
   Vec3 listener_m_{};
   std::uint64_t keyframe_ = 0, parts_version_ = 0;

@@ -72,19 +72,6 @@ class OctreePool final : public SourcePool {
   struct Totals {
     std::uint64_t visited = 0, front_nodes = 0, tested = 0, representatives = 0;
   };
-  // Sources of instances where the level has them.
-  class PlacedSources {
-   public:
-    void clear() { count_ = 0; }
-    std::size_t size() const { return count_; }
-    // A positive `key` marks the representative, whose permanent number follows from it. Valid
-    // until the next query.
-    const Source* add(const Source& stored, const Placement& placement, double key);
-
-   private:
-    std::deque<Source> sources_;  // the first count_ are in use
-    std::size_t count_ = 0;
-  };
   // A page whose shortlist is about to be tested.
   struct Pending {
     OctreeTraversal::Node node;
@@ -112,7 +99,7 @@ class OctreePool final : public SourcePool {
                   std::vector<FoundSource>& found);
   void add_distant(const OctreeTraversal::DistantInstance& distant,
                    std::vector<FoundSource>& found);
-  bool has_emitter(const Source& stored, const Placement& placement) const;
+  const Source* place(const Source& stored, const Placement& placement, double key);
   void note_missing(const OctreeTraversal::Node& node, double bound);
 
   void find_pages_ahead(double threshold);
@@ -126,7 +113,9 @@ class OctreePool final : public SourcePool {
   NodeFronts fronts_;
   PageRequests requests_;
   std::vector<Pending> pending_;
-  PlacedSources placed_;  // of the last query
+  // Sources of instances where the level has them; the last query placed the first placed_count_.
+  std::deque<Source> placed_;
+  std::size_t placed_count_ = 0;
   ValidityRegion query_;  // the last one
   double threshold_ = 0;  // of the last query that was completed
   Totals totals_;

@@ -16,7 +16,7 @@ bool OctreePool::find_above(double threshold, std::size_t max_count,
   assert((stage_ == Stage::kBegun || stage_ == Stage::kQueried) && "begin() comes first");
   stage_ = Stage::kQueried;
   query_ = {keyframe().place_m(), 0, threshold, query_.until_s};
-  placed_.clear();
+  placed_count_ = 0;
   pending_.clear();
   requests_.begin_query();
   const bool all =
@@ -41,7 +41,7 @@ bool OctreePool::find_by_traversal(std::size_t max_count, std::vector<FoundSourc
       continue;
     }
     if (node.entry->source_count > 0) visit_page(node, *page, found);
-    if (is_unlimited && placed_.size() >= kMaxPlacedSources) context_.steps_left = 0;
+    if (is_unlimited && placed_count_ >= kMaxPlacedSources) context_.steps_left = 0;
     if (found.size() > max_count || is_exhausted()) return false;
     // The page itself may be far away in memory, and most are leaves.
     if (node.entry->sources_below == node.entry->source_count) continue;
@@ -175,11 +175,8 @@ void OctreePool::add_source(const OctreeTraversal::Node& node, const Source& sto
   const BoostedBound boosted(passed.boost, frame.is_instance ? 0 : context_.bounds.late_boost(),
                              passed.upper_bound);
   if (boosted.upper_bound < threshold) return;
-  const Source* source = &stored;
-  if (frame.is_instance) {
-    if (!has_emitter(stored, frame.placement)) return;
-    source = placed_.add(stored, frame.placement, key);
-  }
+  const Source* const source = frame.is_instance ? place(stored, frame.placement, key) : &stored;
+  if (source == nullptr) return;
   SourcePage::prefetch(stored);  // to be weighed
   spend(WorkBudget::kFound);
   found.push_back({source, node.first + index, passed.signal, node.frame, boosted.boost,
@@ -191,28 +188,23 @@ void OctreePool::add_distant(const OctreeTraversal::DistantInstance& distant,
   ++totals_.representatives;
   const InstanceRepresentative& one = *distant.representative;
   const Placement placement = within(distant.placement, one.placement);
-  if (!has_emitter(one.source, placement)) return;
   const Source* const source =
-      placed_.add(one.source, placement, distant.representative_key / one.placement.power);
+      place(one.source, placement, distant.representative_key / one.placement.power);
+  if (source == nullptr) return;
   spend(WorkBudget::kFound);
   found.push_back({source, distant.first + one.number, distant.signal, kNoFrame, 1, distant.bound});
 }
 
-const Source* OctreePool::PlacedSources::add(const Source& stored, const Placement& placement,
-                                             double key) {
-  if (count_ == sources_.size()) sources_.emplace_back();
-  Source& source = sources_[count_++];
+// Places a source of an instance; null where a forged file names a missing emitter. A positive
+// `key` marks the representative, whose permanent number follows from it.
+const Source* OctreePool::place(const Source& stored, const Placement& placement, double key) {
+  if (std::uint64_t{stored.emitter} + placement.emitters >= context_.radiation.emitter_count())
+    return nullptr;
+  if (placed_count_ == placed_.size()) placed_.emplace_back();
+  Source& source = placed_[placed_count_++];
   source = placement.place(stored);
-  if (key > 0) {
-    const double power = sum_of(stored.power);
-    source.u = static_cast<float>(std::min(1.0, power / key));
-  }
+  if (key > 0) source.u = static_cast<float>(std::min(1.0, sum_of(stored.power) / key));
   return &source;
-}
-
-// A forged file may name an emitter that is missing.
-bool OctreePool::has_emitter(const Source& stored, const Placement& placement) const {
-  return std::uint64_t{stored.emitter} + placement.emitters < context_.radiation.emitter_count();
 }
 
 }  // namespace clamor

@@ -15,7 +15,9 @@
 // Threads: the sampler's alone.   Memory: 84 bytes per source in a list.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <memory_resource>
 #include <span>
 #include <utility>
@@ -31,14 +33,39 @@
 #include "runtime/propagation/signal_weights.h"
 #include "runtime/propagation/source_page.h"
 #include "runtime/query/node_bounds.h"
+#include "runtime/query/query_constants.h"
 #include "runtime/query/shortlist_kernel.h"
 #include "runtime/query/source_pool.h"
-#include "runtime/query/threshold_history.h"
 #include "runtime/query/validity_region.h"
 #include "runtime/query/work_budget.h"
 #include "runtime/realtime/prefetch.h"
 
 namespace clamor {
+
+// The lowest threshold of late. Thresholds rise and fall with syllables: caches that are made at a
+// high one would all be made anew at the next low one. A single fall, as where a door opens, is
+// forgotten after a while.
+class ThresholdHistory {
+ public:
+  void add(double threshold, std::uint32_t keyframe) {
+    lowest_ = 0;
+    share_ = 1;
+    if (!(threshold > 0)) return;
+    if (keyframe % query::kThresholdMemory_keyframes == 0)
+      before_ = std::exchange(current_, threshold);
+    current_ = std::min(current_, threshold);
+    lowest_ = std::min(before_, current_);
+    share_ = std::max(lowest_ / threshold, query::kMinRecentThreshold);
+  }
+  double lowest() const { return lowest_; }
+  // The same as a share of the last threshold, a third at least.
+  double share() const { return share_; }
+
+ private:
+  double lowest_ = 0, share_ = 1;
+  double before_ = std::numeric_limits<double>::infinity();  // of some keyframes
+  double current_ = before_;                                 // of those after them
+};
 
 // A page of sources, and the query that its list is made for, in the space of its tree.
 struct ShortlistPage {
