@@ -120,15 +120,18 @@ float FirstReflectionRows::upper_bound(const Vec3f& listener_m) const {
   return 1.001f * static_cast<float>(kMaxIrradianceRatio) * peak_ / r2_m2;
 }
 
-void FirstReflectionRows::add(const ProbeBounds::MixedBound& of_any, const Vec3& place_m,
-                              float irradiance) {
-  const SourceBound& bound = of_any.bound;
+void FirstReflectionRows::add(const ProbeBounds& bounds, Source reflection, const Vec3& place_m) {
+  const Vec3f position_m(Vec3(reflection.position_m) - place_m);
+  const double irradiance =
+      irradiance_from(Vec3(reflection.position_m) - place_m, Vec3(reflection.normal));
+  reflection.mirror = Vec3f(0);  // the compensation is the highest at grazing incidence
+  const auto at_1m = bounds.radiation().upper_bound(reflection, bounds.weights());
+  const SourceBound bound = source_bound(bounds.radiation(), reflection, at_1m);
   const std::size_t lane = size_++ % kCullBlock;
   if (lane == 0) blocks_.emplace_back();
   Block& block = blocks_.back();
-  const Vec3f position_m(Vec3(bound.position_m) - place_m);
-  block.set(lane, bound, position_m, of_any.mix);
-  block.irradiance[lane] = irradiance;
+  block.set(lane, bound, position_m, at_1m.mix);
+  block.irradiance[lane] = static_cast<float>(irradiance);
   block.side[lane] = dot(Vec3(bound.position_m) - place_m, Vec3(bound.normal)) < 0 ? -1.0f : 1.0f;
   const float peak = bound.diffuse + bound.compensation + bound.lobe;
   const bool is_first = size_ == 1;

@@ -27,8 +27,8 @@ class FirstReflectionRows {
   };
 
   void clear();
-  // `of_any` is the bound of the reflection in any direction of incidence.
-  void add(const ProbeBounds::MixedBound& of_any, const Vec3& place_m, float irradiance);
+  // Adds a reflection of sound that left `place_m`, with its bound for any direction of incidence.
+  void add(const ProbeBounds& bounds, Source reflection, const Vec3& place_m);
 
   std::size_t size() const { return size_; }
   float reach_m() const { return reach_m_; }  // distance of the farthest reflection

@@ -159,8 +159,7 @@ void FirstReflections::trace(const Active& active, std::size_t s) {
   set.listener_m = listener_m_;
   double heard_m = std::numeric_limits<double>::infinity();  // the nearest reflection
   for (const FirstReflection& reflection : set.reflections) {
-    set.rows.add(bounds_.first_reflection(reflection.source), active.place_m,
-                 static_cast<float>(irradiance_of(reflection.source, active.place_m)));
+    set.rows.add(bounds_, reflection.source, active.place_m);
     heard_m = std::min(heard_m, length(Vec3(reflection.source.position_m) - listener_m_));
   }
   set.valid_for_listener_m =

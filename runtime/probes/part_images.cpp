@@ -27,12 +27,13 @@ PartImages::PartImages(const PartScene& scene, std::span<const Emitter> emitters
                        const MovingSourceList* moving)
     : ImagePool(moving), scene_(scene), radiation_(radiation) {
   for (std::size_t e = 0; e < emitters.size(); ++e) {
-    Source& source = emitters_.emplace_back();
-    source.emitter = static_cast<std::uint32_t>(e);
-    set_from_emitter(source, emitters[e]);
+    Original& emitter = emitters_.emplace_back();
+    emitter.source.emitter = static_cast<std::uint32_t>(e);
+    set_from_emitter(emitter.source, emitters[e]);
+    emitter.place_m = Vec3(emitter.source.position_m);
     const RadiationModel::UpperBound bound =
-        radiation.upper_bound(source, weights.max(radiation.signal(source)));
-    emitters_at_1m_.push_back(kSlackOfBound * static_cast<double>(bound.diffuse + bound.lobe));
+        radiation.upper_bound(emitter.source, weights.max(radiation.signal(emitter.source)));
+    emitter.at_1m = kSlackOfBound * static_cast<double>(bound.diffuse + bound.lobe);
   }
 }
 
@@ -93,14 +94,13 @@ void PartImages::list_originals() {
     const double r_m = std::max(length(original.place_m - keyframe().place_m()), 1.0);
     originals_.back().loudness = original.at_1m / (r_m * r_m);
   };
-  for (std::size_t e = 0; e < emitters_.size(); ++e)
-    add({false, static_cast<std::uint32_t>(e), Vec3(emitters_[e].position_m), emitters_at_1m_[e]});
-  for (std::size_t slot = 0; moving_ != nullptr && slot < moving_->slots(); ++slot) {
-    if (!(moving_->reverberation(slot) > 0)) continue;
-    const auto index = static_cast<std::uint32_t>(slot);
-    add({true, index, moving_->place_m(slot),
-         reflected_power(index) * moving_->upper_bound_at_1m(slot)});
-  }
+  for (const Original& emitter : emitters_) add(emitter);
+  for (std::uint32_t slot = 0; moving_ != nullptr && slot < moving_->slots(); ++slot)
+    if (moving_->reverberation(slot) > 0)
+      add({slot,
+           {},
+           moving_->place_m(slot),
+           reflected_power(slot) * moving_->upper_bound_at_1m(slot)});
   if (originals_.size() <= kMaxOriginals) return;
   std::ranges::nth_element(originals_, originals_.begin() + kMaxOriginals, std::greater<>(),
                            &Original::loudness);
@@ -124,16 +124,15 @@ void PartImages::add_image(const Original& original, const Face& face) {
   const double r_m = std::max(straight_m, kEmitterRadius_m);
   const double upper_bound = original.at_1m * static_cast<double>(face.reflected) / (r_m * r_m);
   const std::uint64_t number =
-      original.is_moving ? moving_->number(original.index) : original.index;
+      original.slot ? moving_->number(*original.slot) : original.source.emitter;
   // Far from the numbers of probes' sources.
   const std::uint64_t reflection =
       (std::uint64_t{face.slot} << 8 | face.index) * 0xd6e8feb86659fd93u;
-  Image& image = add(face, voice_number(number, reflection), upper_bound,
-                     original.is_moving ? std::optional(original.index) : std::nullopt);
+  Image& image = add(face, voice_number(number, reflection), upper_bound, original.slot);
   image.radius_m = static_cast<float>(face.radius_m);
   image.part_version = face.version;
-  if (original.is_moving) return;
-  image.source = emitters_[original.index];
+  if (original.slot) return;
+  image.source = original.source;
   image.found.signal = radiation_.signal(image.source);
 }
 

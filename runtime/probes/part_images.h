@@ -16,6 +16,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -43,13 +44,13 @@ class PartImages final : public ImagePool {
   std::uint64_t size() const override { return kMaxImages; }
 
  private:
-  // A source that is heard directly.
+  // A source that is heard directly: an emitter or, with a slot, a moving source.
   struct Original {
-    bool is_moving = false;
-    std::uint32_t index = 0;  // of the emitter, or the slot
-    Vec3 place_m{};           // now
-    double at_1m = 0;         // upper bound of its priority
-    double loudness = 0;      // of that, at the listener
+    std::optional<std::uint32_t> slot;
+    Source source{};      // of an emitter
+    Vec3 place_m{};       // now
+    double at_1m = 0;     // upper bound of its priority
+    double loudness = 0;  // of that, at the listener
   };
   // A face that the listener is before, with its normal towards the listener.
   struct Face : PartShape::Face {
@@ -71,11 +72,10 @@ class PartImages final : public ImagePool {
 
   const PartScene& scene_;
   const RadiationModel& radiation_;
-  std::vector<Source> emitters_;        // of the level
-  std::vector<double> emitters_at_1m_;  // upper bounds of their priorities
-  std::vector<Original> originals_;     // of the keyframe
-  std::vector<Face> faces_;             // likewise
-  std::vector<Face> all_faces_;         // of the parts as they are
+  std::vector<Original> emitters_;   // of the level
+  std::vector<Original> originals_;  // of the keyframe
+  std::vector<Face> faces_;          // likewise
+  std::vector<Face> all_faces_;      // of the parts as they are
   std::uint64_t parts_version_ = 0;
   std::vector<Before> before_;
   double last_s_ = 0;  // of the last keyframe

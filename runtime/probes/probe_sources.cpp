@@ -18,11 +18,6 @@ double irradiance(double cos_at_surface, double distance_m) {
   return std::abs(cos_at_surface) / (r_m * r_m);
 }
 
-double irradiance_from(const Vec3& to_surface_m, const Vec3& normal) {
-  const double r_m = std::max(length(to_surface_m), kLeastDistance_m);
-  return irradiance(dot(to_surface_m, normal) / r_m, r_m);
-}
-
 // Redirects a first reflection of sound from a place `path_m` before it to sound from `arriving`.
 // Returns its power ratio.
 double redirect(Source& source, const Vec3& path_m, const Vec3& arriving, double distance_m) {
@@ -87,8 +82,9 @@ Source first_reflection(const Source& stored, const Vec3& from_m, const MovingRa
   return source;
 }
 
-double irradiance_of(const Source& stored, const Vec3& from_m) {
-  return irradiance_from(Vec3(stored.position_m) - from_m, Vec3(stored.normal));
+double irradiance_from(const Vec3& to_surface_m, const Vec3& normal) {
+  const double r_m = std::max(length(to_surface_m), kLeastDistance_m);
+  return irradiance(dot(to_surface_m, normal) / r_m, r_m);
 }
 
 Material late_reflection_material() { return diffuse_material("late reflections"); }
@@ -116,12 +112,6 @@ std::vector<Source> ProbeBounds::bounding_sources(std::span<const Source> stored
     if (of_zone) source.material = late_material();
   }
   return bounding;
-}
-
-ProbeBounds::MixedBound ProbeBounds::first_reflection(Source reflection) const {
-  reflection.mirror = Vec3f(0);  // the compensation is the highest at grazing incidence
-  const auto at_1m = radiation_.upper_bound(reflection, weights());
-  return {source_bound(radiation_, reflection, at_1m), at_1m.mix};
 }
 
 PageLoader::Fetch probe_page_fetch(const BakeFile& file, const ProbeBounds& bounds) {

@@ -37,9 +37,7 @@
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/first_leg.h"
 #include "formats/bake_file/source.h"
-#include "runtime/propagation/band_mix.h"
 #include "runtime/propagation/radiation_model.h"
-#include "runtime/propagation/source_bound.h"
 #include "runtime/streaming/page_loader.h"
 
 namespace clamor {
@@ -64,8 +62,8 @@ Source early_reflection(const Source& stored, const Vec3& probe_m, const MovingR
 Source first_reflection(const Source& stored, const Vec3& from_m, const MovingRadiator& radiator,
                         double speed_of_sound_mps);
 
-// The irradiance at a first reflection of a source at `from_m`, up to a constant.
-double irradiance_of(const Source& stored, const Vec3& from_m);
+// The irradiance at a surface of a source so far away, up to a constant.
+double irradiance_from(const Vec3& to_surface_m, const Vec3& normal);
 
 // Applies the directivity to a secondary source of a zone, which gets this material: that of
 // late_reflection_material().
@@ -92,13 +90,6 @@ class ProbeBounds {
   // Sources of which the page holds bounds: the stored ones. Those of a zone have the last
   // material.
   std::vector<Source> bounding_sources(std::span<const Source> stored, bool of_zone) const;
-
-  // The bound of a first reflection whatever the direction that its sound comes from.
-  struct MixedBound {
-    SourceBound bound;
-    BandMix mix;
-  };
-  MixedBound first_reflection(Source reflection) const;
 
  private:
   std::vector<Emitter> emitters_;  // one, omnidirectional

@@ -67,8 +67,7 @@ struct TracedPlace {
     radiator.position_m =
         (is_on_surface ? Vec3(stored[0].position_m) : place_m) + within(extent_m, bits);
     for (const Source& one : stored) {
-      rows.add(bounds.first_reflection(one), place_m,
-               static_cast<float>(irradiance_of(one, place_m)));
+      rows.add(bounds, one, place_m);
       const Source moved =
           first_reflection(one, place_m, radiator, bounds.radiation().speed_of_sound_mps());
       priorities.push_back(
