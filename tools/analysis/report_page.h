@@ -5,6 +5,7 @@
 // (tools/report/page/style.css) and one style of charts (chart.h).
 #pragma once
 
+#include <concepts>
 #include <string>
 #include <variant>
 #include <vector>
@@ -16,7 +17,13 @@
 namespace clamor {
 
 struct ReportTable {
-  using Cell = std::variant<std::string, double>;
+  // Words, or a number of whatever type.
+  struct Cell : std::variant<std::string, double> {
+    using Value = std::variant<std::string, double>;
+    using Value::Value;
+    template <std::integral Count>
+    Cell(Count count) : Value(static_cast<double>(count)) {}
+  };
 
   std::string name;                  // in the CSV file name and in JSON
   std::string title;                 // caption above the table

@@ -21,7 +21,7 @@ namespace {
 
 struct Known {
   const char* name;
-  Experiment run;
+  Experiment* run;
 };
 constexpr std::array<Known, 8> kExperiments = {{{"stadium", stadium_experiment},
                                                 {"violin", violin_experiment},
@@ -50,7 +50,7 @@ void add_options(Arguments& parser, ExperimentOptions& options, std::string& lis
   parser.flag("--quick", options.quick, "few sources and few k: a quick test that everything runs");
 }
 
-Result<void> run_and_write(Experiment run, const std::string& name, const std::string& folder,
+Result<void> run_and_write(Experiment* run, const std::string& name, const std::string& folder,
                            const ExperimentOptions& options, std::ostream& notes) {
   InputFiles inputs;
   inputs.add(options.level);
@@ -106,7 +106,7 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   parser.words("experiment", names);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 
-  Experiment run = nullptr;
+  Experiment* run = nullptr;
   for (const Known& known : kExperiments)
     if (known.name == name) run = known.run;
   if (run == nullptr)

@@ -4,7 +4,6 @@
 
 #include "bake/bake.h"
 #include "formats/bake_file/bake_file.h"
-#include "runtime/engine/auralizer_input.h"
 
 namespace clamor {
 
@@ -15,39 +14,32 @@ Result<BakedLevel> BakedLevel::open(const std::string& path) {
   if (!tables.ok()) return tables.error();
   auto mesh = file->read_mesh();
   if (!mesh.ok()) return mesh.error();
-  BakedLevel level;
-  level.settings_ = file->settings();
-  level.level_ = {file->provenance().level,    std::move(*mesh),           file->materials(),
-                  std::move(tables->emitters), std::move(tables->signals), tables->air};
-  return level;
+  return BakedLevel{{file->provenance().level, std::move(*mesh), file->materials(),
+                     std::move(tables->emitters), std::move(tables->signals), tables->air},
+                    file->settings()};
 }
 
 void BakedLevel::set_phong(const Bands& exponents) {
-  for (Material& material : level_.materials) {
+  for (Material& material : level.materials) {
     material.phong = exponents;
     for (std::size_t b = 0; b < kBandCount; ++b)
       material.scattering[b] = exponents[b] == 0 ? 1.0f : 0.0f;
   }
 }
 
-void BakedLevel::set_impulse() {
-  level_.signals = {{"impulse", {1}, false}};
-  for (Emitter& emitter : level_.emitters) emitter.signal = 0;
-}
-
 Result<std::unique_ptr<ExperimentScene>> BakedLevel::rebake(std::uint64_t sources) const {
   BakeOptions options;
-  options.settings = settings_;
+  options.settings = settings;
   options.settings.sources = sources;
   options.settings.photons = 0;
   options.settings.early_order = 0;
-  auto contents = bake(level_, options);
+  auto contents = bake(level, options);
   if (!contents.ok()) return contents.error();
   return std::make_unique<ExperimentScene>(AuralizerInput{std::move(contents->octree.sources),
                                                           std::move(contents->emitters),
-                                                          level_.signals,
+                                                          level.signals,
                                                           std::move(contents->materials),
-                                                          level_.air,
+                                                          level.air,
                                                           {},
                                                           {},
                                                           contents->statistics.decay});

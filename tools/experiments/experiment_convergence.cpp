@@ -44,11 +44,8 @@ Outcome drawn(const ExperimentScene& scene, const std::string& strategy, std::si
     l2[i] = std::sqrt(std::max(0.0, 1 - 2 * product + power));
     relative[i] = std::sqrt(std::max(0.0, 2 - 2 * product / std::sqrt(power)));
   });
-  const auto mean = [&](const std::vector<double>& values) {
-    return std::accumulate(values.begin(), values.end(), 0.0) / seeds;
-  };
   Outcome outcome;
-  outcome.loudness_db = 10 * std::log10(mean(loudness));
+  outcome.loudness_db = 10 * std::log10(mean_of(loudness));
   std::vector<double> off_db;
   double squares = 0;
   for (const double power : loudness) {
@@ -59,8 +56,8 @@ Outcome drawn(const ExperimentScene& scene, const std::string& strategy, std::si
   std::sort(off_db.begin(), off_db.end());
   outcome.deviation_db = std::sqrt(squares / seeds);
   outcome.beyond_95_db = off_db[static_cast<std::size_t>(std::ceil(0.95 * seeds)) - 1];
-  outcome.l2 = mean(l2);
-  outcome.renormalised_l2 = mean(relative);
+  outcome.l2 = mean_of(l2);
+  outcome.renormalised_l2 = mean_of(relative);
   return outcome;
 }
 
@@ -77,22 +74,12 @@ double sample_ms(Sampler& sampler, const Vec3& place) {
   return took_ms[12];
 }
 
-// Rows of one estimator, without the priority strategy.
-ReportTable of_paper(const ReportTable& table, const std::string& estimator) {
-  ReportTable rows = table;
-  std::erase_if(rows.rows, [&](const auto& row) {
-    return std::get<std::string>(row[0]) == "priority" ||
-           std::get<std::string>(row[1]) != estimator;
-  });
-  return rows;
-}
-
 std::string error_in_words(const ReportTable& table) {
-  const ReportTable rows = of_paper(table, "amplitude");
+  const ReportTable rows = rows_with(table, "estimator", "amplitude");
   std::vector<double> exponents;
-  for (const StrategyInfo& info : kStrategies)
+  for (const std::string& name : names_of(rows))
     if (const auto exponent =
-            fitted_exponent(column_of(rows, "k", info.name), column_of(rows, "l2", info.name)))
+            fitted_exponent(column_of(rows, "k", name), column_of(rows, "l2", name)))
       exponents.push_back(*exponent);
   std::string text;
   if (!exponents.empty())
@@ -114,6 +101,32 @@ std::string growth_in_words(const std::vector<Chart::Series>& by_n) {
                      by_n[0].points.back().first / by_n[0].points.front().first, listed(parts));
 }
 
+ReportTable loudness_table(const ExperimentScene& scene, const Vec3& place,
+                           const std::vector<double>& powers, const std::vector<std::size_t>& sizes,
+                           int seeds, std::ostream& err) {
+  ReportTable table{"loudness",
+                    "Every strategy and estimator",
+                    {"strategy", "estimator", "k", "loudness_db", "deviation_db", "within_95_db",
+                     "l2", "renormalised_l2"},
+                    {},
+                    true};
+  for (const StrategyInfo& info : kStrategies) {
+    const std::string name = info.name;
+    if (name == "all") continue;
+    err << "  " << name << std::endl;
+    for (const Estimator estimator : {Estimator::kPower, Estimator::kAmplitude}) {
+      if (name == "priority" && estimator != estimator_of(name)) continue;
+      for (const std::size_t k : sizes) {
+        const Outcome outcome = drawn(scene, name, k, estimator, place, powers, seeds);
+        table.rows.push_back({name, name_of(estimator), k, outcome.loudness_db,
+                              outcome.deviation_db, outcome.beyond_95_db, outcome.l2,
+                              outcome.renormalised_l2});
+      }
+    }
+  }
+  return table;
+}
+
 void loudness_and_error(const ExperimentScene& scene, const Vec3& place, bool quick, int seeds,
                         ReportPage& report, std::ostream& err) {
   const std::vector<double> powers = scene.powers(place);
@@ -124,68 +137,38 @@ void loudness_and_error(const ExperimentScene& scene, const Vec3& place, bool qu
   }
   const double effective = amplitudes * amplitudes / whole;
   const auto sizes = sample_sizes(scene, quick ? 256 : 16384);
-
+  ReportTable table = loudness_table(scene, place, powers, sizes, seeds, err);
+  const std::vector<double> ks(sizes.begin(), sizes.end());
   Chart loudness{.title = "Loudness against k, relative to all sources",
                  .x_label = "k, sources mixed",
                  .y_label = "mean loudness error (dB)",
-                 .log_x = true};
+                 .log_x = true,
+                 .x_ticks = ks};
   Chart spread{.title = "Spread of loudness over seeds, power estimator",
                .x_label = "k, sources mixed",
                .y_label = "standard deviation (dB)",
                .log_x = true,
-               .log_y = true};
+               .log_y = true,
+               .x_ticks = ks};
   Chart error{.title = "Relative L2 error of the waveform, amplitude estimator",
               .x_label = "k, sources mixed",
               .y_label = "|X - f| / |f|",
               .log_x = true,
-              .log_y = true};
-  for (Chart* chart : {&loudness, &spread, &error})
-    for (const std::size_t k : sizes) chart->x_ticks.push_back(static_cast<double>(k));
-
-  ReportTable table{"loudness", "Every strategy and estimator", {}, {}, true};
-  table.columns = {"strategy",     "estimator",    "k",  "loudness_db",
-                   "deviation_db", "within_95_db", "l2", "renormalised_l2"};
-  std::vector<std::string> unscattered;
-  for (const StrategyInfo& info : kStrategies) {
-    if (std::string(info.name) == "all") continue;
-    err << "  " << info.name << std::endl;
-    for (const Estimator estimator : {Estimator::kPower, Estimator::kAmplitude}) {
-      const bool power = estimator == Estimator::kPower;
-      const bool ours = std::string(info.name) == "priority";
-      if (ours && !power) continue;
-      Chart::Series of_loudness{.name = info.name, .colour = colour_of(info.name)};
-      Chart::Series of_spread = of_loudness, of_error = of_loudness;
-      for (const std::size_t k : sizes) {
-        const Outcome outcome = drawn(scene, info.name, k, estimator, place, powers, seeds);
-        const auto x = static_cast<double>(k);
-        table.rows.push_back({info.name, power ? "power" : "amplitude", x, outcome.loudness_db,
-                              outcome.deviation_db, outcome.beyond_95_db, outcome.l2,
-                              outcome.renormalised_l2});
-        of_loudness.points.emplace_back(x, outcome.loudness_db);
-        // Smaller values are rounding errors.
-        if (outcome.deviation_db > 1e-6) of_spread.points.emplace_back(x, outcome.deviation_db);
-        of_error.points.emplace_back(x, outcome.l2);
-      }
-      if (ours || !power) {
-        loudness.series.push_back(of_loudness);
-        error.series.push_back(of_error);
-      }
-      if (power && !of_spread.points.empty()) spread.series.push_back(of_spread);
-      if (power && of_spread.points.empty()) unscattered.emplace_back(info.name);
-    }
-  }
-  Chart::Series law{"1 + N_eff / k", {}, Chart::Series::Look::kDashes, Chart::kGrey};
-  Chart::Series bound{"4.34 / sqrt(k - 1)", {}, Chart::Series::Look::kDashes, Chart::kGrey};
-  Chart::Series slope{"sqrt(N_eff / k)", {}, Chart::Series::Look::kDashes, Chart::kGrey};
-  for (const std::size_t size : sizes) {
-    const auto k = static_cast<double>(size);
-    law.points.emplace_back(k, 10 * std::log10(1 + effective / k));
-    bound.points.emplace_back(k, 4.34 / std::sqrt(k - 1));
-    slope.points.emplace_back(k, std::sqrt(effective / k));
-  }
-  loudness.series.push_back(law);
-  spread.series.push_back(bound);
-  error.series.push_back(slope);
+              .log_y = true,
+              .x_ticks = ks};
+  ReportTable own = table;  // with the estimator of each strategy
+  std::erase_if(own.rows, [](const auto& row) {
+    return row[1] != ReportTable::Cell(name_of(estimator_of(std::get<std::string>(row[0]))));
+  });
+  plot(loudness, own, "k", "loudness_db");
+  plot(error, own, "k", "l2");
+  // Smaller values are rounding errors.
+  const auto unscattered =
+      plot(spread, rows_with(table, "estimator", "power"), "k", "deviation_db", 1e-6);
+  plot_curve(loudness, "1 + N_eff / k", ks,
+             [&](double k) { return 10 * std::log10(1 + effective / k); });
+  plot_curve(spread, "4.34 / sqrt(k - 1)", ks, [](double k) { return 4.34 / std::sqrt(k - 1); });
+  plot_curve(error, "sqrt(N_eff / k)", ks, [&](double k) { return std::sqrt(effective / k); });
 
   report.heading("Loudness against k");
   report.claim(
@@ -202,9 +185,7 @@ void loudness_and_error(const ExperimentScene& scene, const Vec3& place, bool qu
   report.chart(spread,
                "Scatter of single samples with --estimator power. Dashed: the bound for "
                "priority sampling (Duffield, Lund, Thorup 2007)." +
-                   (unscattered.empty() ? std::string()
-                                        : " Left out, because they scatter by less than 1e-6 dB: " +
-                                              listed(unscattered) + "."));
+                   left_out_text(unscattered, "scatter by less than 1e-6 dB"));
   report.heading("Error against k");
   report.claim(
       "The absolute l2-error decreases with O(k^-1/2) for k sample sources, as predicted "
@@ -218,8 +199,30 @@ Result<void> time_per_keyframe(const ExperimentOptions& options, const Vec3& pla
                                ReportPage& report, std::ostream& err) {
   const auto level = BakedLevel::open(options.level);
   if (!level.ok()) return level.error();
-  ReportTable table{"time", "Time to choose the sources of one keyframe, walking", {}, {}};
-  table.columns = {"strategy", "n", "k", "phong_exponent", "ms"};
+  ReportTable table{"time",
+                    "Time to choose the sources of one keyframe, walking",
+                    {"strategy", "n", "k", "phong_exponent", "ms"},
+                    {}};
+  const auto time = [&](const ExperimentScene& scene, const std::string& name, std::size_t k,
+                        const std::string& exponent) {
+    const auto sampler = scene.sampler(name, k);
+    table.rows.push_back({name, scene.size(), k, exponent, sample_ms(*sampler.sampler, place)});
+  };
+  using Sizes = std::vector<std::size_t>;
+  const Sizes counts = options.quick ? Sizes{1000} : Sizes{5000, 20000, 80000, 320000};
+  const Sizes sizes = options.quick ? Sizes{150} : Sizes{150, 500, 2000, 8000};
+  const std::size_t usual = options.quick ? 150 : 500, middle = counts[counts.size() / 2];
+  std::size_t middle_size = 0;
+  for (const std::size_t count : counts) {
+    err << fmt::format("  {} sources", count) << std::endl;
+    const auto scene = level->rebake(count);
+    if (!scene.ok()) return scene.error();
+    if (count == middle) middle_size = (*scene)->size();
+    for (const char* const name :
+         {"priority", "stochastic-diffusion", "adaptive-diffusion", "octree", "octree-diffusion"})
+      for (const std::size_t k : sizes)
+        if (k == usual || count == middle) time(**scene, name, k, "as baked");
+  }
   Chart over_n{.title = "Time to choose k = 500 of n, walking",
                .x_label = "n, sources in the level",
                .y_label = "ms per keyframe, one core",
@@ -230,55 +233,23 @@ Result<void> time_per_keyframe(const ExperimentOptions& options, const Vec3& pla
                .y_label = "ms per keyframe, one core",
                .log_x = true,
                .log_y = true};
-  const std::vector<std::uint64_t> counts =
-      options.quick ? std::vector<std::uint64_t>{1000}
-                    : std::vector<std::uint64_t>{5000, 20000, 80000, 320000};
-  const std::vector<std::size_t> sizes = options.quick
-                                             ? std::vector<std::size_t>{150}
-                                             : std::vector<std::size_t>{150, 500, 2000, 8000};
-  const std::vector<std::string> names = {"priority", "stochastic-diffusion", "adaptive-diffusion",
-                                          "octree", "octree-diffusion"};
-  const std::size_t usual = options.quick ? 150 : 500;
-  std::vector<Chart::Series> by_n, by_k;
-  for (const std::string& name : names) {
-    by_n.push_back({.name = name, .colour = colour_of(name)});
-    by_k.push_back(by_n.back());
-  }
-  for (const std::uint64_t count : counts) {
-    err << fmt::format("  {} sources", count) << std::endl;
-    auto scene = level->rebake(count);
-    if (!scene.ok()) return scene.error();
-    for (std::size_t s = 0; s < names.size(); ++s)
-      for (const std::size_t k : sizes) {
-        if (k != usual && count != counts[counts.size() / 2]) continue;
-        auto sampler = (*scene)->sampler(names[s], k, Estimator::kPower, 1);
-        const double ms = sample_ms(*sampler.sampler, place);
-        const auto n = static_cast<double>((*scene)->size());
-        table.rows.push_back({names[s], n, static_cast<double>(k), "as baked", ms});
-        if (k == usual) by_n[s].points.emplace_back(n, ms);
-        if (count == counts[counts.size() / 2]) by_k[s].points.emplace_back(k, ms);
-      }
-  }
-  over_n.series = by_n;
-  over_k.series = by_k;
+  plot(over_n, rows_with(table, "k", usual), "n", "ms");
+  plot(over_k, rows_with(table, "n", middle_size), "k", "ms");
   for (const float exponent :
        options.quick ? std::vector<float>{20} : std::vector<float>{0, 20, 100}) {
     BakedLevel changed = *level;
     changed.set_phong(same_in_all_bands(exponent));
-    auto scene = changed.rebake(counts.back());
+    const auto scene = changed.rebake(counts.back());
     if (!scene.ok()) return scene.error();
-    for (const std::string name : {"priority", "octree", "octree-diffusion"}) {
-      auto sampler = (*scene)->sampler(name, usual, Estimator::kPower, 1);
-      table.rows.push_back({name, static_cast<double>((*scene)->size()), static_cast<double>(usual),
-                            fmt::format("{}", exponent), sample_ms(*sampler.sampler, place)});
-    }
+    for (const char* const name : {"priority", "octree", "octree-diffusion"})
+      time(**scene, name, usual, fmt::format("{}", exponent));
   }
   report.heading("Time per keyframe");
   report.claim(
       "The running time does not depend on the number of sound sources but only on the ratio of "
       "visible and invisible sources and on the directionality of the sound emission (6). Dynamic "
       "sampling alone takes time in proportion to n at every keyframe (3.5).",
-      growth_in_words(by_n) +
+      growth_in_words(over_n.series) +
           "Priority is timed here on a list in memory; what plays walks the octree of the file, "
           "whose times are in tests/benchmarks/query_benchmark.cpp. Occlusion is off here.");
   report.charts({over_n, over_k}, 1, "Median of 24 keyframes, 1.6 m/s. Times are this machine's.");
@@ -289,17 +260,13 @@ Result<void> time_per_keyframe(const ExperimentOptions& options, const Vec3& pla
 }  // namespace
 
 std::string convergence_text(const ReportTable& table) {
-  const ReportTable rows = of_paper(table, "amplitude");
+  const ReportTable rows = rows_with(table, "estimator", "amplitude");
   const auto sizes = column_of(rows, "k");
-  const auto errors_db = column_of(rows, "loudness_db");
   std::string text;
   if (!sizes.empty()) {
     const auto [low, high] = std::minmax_element(sizes.begin(), sizes.end());
     const auto at = [&](double k) {
-      std::vector<double> values;
-      for (std::size_t i = 0; i < sizes.size(); ++i)
-        if (sizes[i] == k) values.push_back(errors_db[i]);
-      return range_text(values, 2);
+      return range_text(column_of(rows_with(rows, "k", k), "loudness_db"), 2);
     };
     text = fmt::format(
         "Scaled on amplitudes, the paper's strategies are {} dB louder than all sources at k = {} "
@@ -316,9 +283,9 @@ std::string convergence_text(const ReportTable& table) {
 }
 
 Result<ReportPage> convergence_experiment(const ExperimentOptions& options, std::ostream& err) {
-  const auto scene = ExperimentScene::open(options.level, options.quick ? kQuickSources : 0);
+  const auto scene = options.open_scene();
   if (!scene.ok()) return scene.error();
-  const Vec3 place = options.listener_m.value_or((*scene)->default_listener_m());
+  const Vec3 place = options.place_in(**scene);
   const int seeds = options.quick ? 10 : options.seeds;
   ReportPage report(
       "convergence", "Convergence: error of k of n sources",

@@ -41,14 +41,20 @@ namespace {
 constexpr double kLateKeyframe_ms = 100, kLoudnessGoal_lu = 0.5;
 constexpr std::size_t kChunk_frames = 10 * kSampleRate_hz;
 constexpr std::size_t kReadingKeyframes = 20;  // 400 ms
-constexpr double kAudibleFromPeak =
-    1e-4;  // smallest audible residual of a click, relative to the peak
 constexpr std::uint64_t kRoll = 7;
 
 struct FoundClick {
   std::size_t ear = 0;
   double time_s = 0;
 };
+
+// The clicks that are not too faint to be heard.
+std::vector<Click> audible_clicks(const std::vector<float>& ear) {
+  constexpr double kAudibleFromPeak = 1e-4;
+  double peak = 0;
+  for (const float sample : ear) peak = std::max(peak, static_cast<double>(std::abs(sample)));
+  return find_clicks(ear, kAudibleFromPeak * peak);
+}
 
 struct Playback {
   std::vector<FoundClick> clicks;
@@ -57,28 +63,9 @@ struct Playback {
   std::uint64_t late_sources = 0;
 };
 
-// Tells when each keyframe would be ready on a core of its own: keyframes are made as soon as the
-// queue has room, a few ahead of the one that is needed at the beginning of its segment.
-class Punctuality {
- public:
-  void made(std::size_t keyframe, double took_ms) {
-    constexpr double kPeriod_ms = 1e3 * kKeyframe_s;
-    const double number = static_cast<double>(keyframe);
-    const double ahead = static_cast<double>(keyframes_ahead(kKeyframeFrames));
-    done_ms_ = std::max(done_ms_, (number - 1 - ahead) * kPeriod_ms) + took_ms;
-    late_ms_ = done_ms_ - (number - 1) * kPeriod_ms;
-  }
-  double late_ms() const { return late_ms_; }
-
- private:
-  double done_ms_ = 0, late_ms_ = 0;
-};
-
 void find_clicks_in(std::array<std::vector<float>, kEars>& ears, double end_s, Playback& playback) {
   for (std::size_t e = 0; e < kEars; ++e) {
-    double peak = 0;
-    for (const float sample : ears[e]) peak = std::max(peak, static_cast<double>(std::abs(sample)));
-    for (const Click& click : find_clicks(ears[e], kAudibleFromPeak * peak))
+    for (const Click& click : audible_clicks(ears[e]))
       playback.clicks.push_back(
           {e, end_s - static_cast<double>(ears[e].size() - click.frame) / kSampleRate_hz});
     ears[e].clear();
@@ -87,7 +74,11 @@ void find_clicks_in(std::array<std::vector<float>, kEars>& ears, double end_s, P
 
 Playback play(Auralizer& auralizer, const ListenerPath& path, double speed_mps, double seconds) {
   Playback playback;
-  Punctuality punctuality;
+  // When each keyframe would be ready on a core of its own: keyframes are made as soon as the queue
+  // has room, a few ahead of the one that is needed at the beginning of its segment.
+  constexpr double kPeriod_ms = 1e3 * kKeyframe_s;
+  const auto ahead = static_cast<double>(keyframes_ahead(kKeyframeFrames));
+  double done_ms = 0;
   std::array<std::vector<float>, kEars> ears;
   std::vector<float> block(kEars * kKeyframeFrames);
   const auto blocks = static_cast<std::size_t>(std::llround(seconds / kKeyframe_s));
@@ -97,9 +88,11 @@ Playback play(Auralizer& auralizer, const ListenerPath& path, double speed_mps, 
       auralizer.make_keyframe(path.at(speed_mps * auralizer.next_keyframe_time_s()));
       if (made++ == 0) continue;  // made before playback starts
       playback.times_ms.push_back(auralizer.statistics().sampler_ms);
-      punctuality.made(made - 1, playback.times_ms.back());
-      playback.held += punctuality.late_ms() > 0;
-      playback.late += punctuality.late_ms() > kLateKeyframe_ms;
+      const auto number = static_cast<double>(made - 1);
+      done_ms = std::max(done_ms, (number - 1 - ahead) * kPeriod_ms) + playback.times_ms.back();
+      const double late_ms = done_ms - (number - 1) * kPeriod_ms;
+      playback.held += late_ms > 0;
+      playback.late += late_ms > kLateKeyframe_ms;
     }
     auralizer.mix(block);
     for (std::size_t f = 0; f < block.size(); f += kEars)
@@ -124,18 +117,21 @@ std::size_t clicks_beyond_all(const Playback& playback, const MotionScene& scene
     const double from_s = chunk_s + kGrid_s * std::max(0.0, before);
     const auto first = static_cast<std::uint64_t>(std::llround(from_s / kKeyframe_s));
     const RenderedSegment whole = render_segment(scene, path, speed_mps, "all", 1, first, 32);
-    const std::vector<float>& ear = whole.sound.channels[click.ear];
-    double peak = 0;
-    for (const float sample : ear) peak = std::max(peak, static_cast<double>(std::abs(sample)));
     const Click here{static_cast<std::size_t>((click.time_s - from_s) * kSampleRate_hz), 0};
-    beyond += new_clicks(std::span(&here, 1), find_clicks(ear, kAudibleFromPeak * peak)).size();
+    const auto known = audible_clicks(whole.sound.channels[click.ear]);
+    beyond += new_clicks(std::span(&here, 1), known).size();
   }
   return beyond;
 }
 
+// Absolute differences from all sources, of each reading.
 struct Differences {
   std::vector<double> heard_lu, chance_lu, power_lu;
   std::vector<double> few_lu, many_lu;  // heard, with a quarter and with four times the voices
+
+  std::array<std::vector<double>*, 5> all() {
+    return {&heard_lu, &chance_lu, &power_lu, &few_lu, &many_lu};
+  }
 };
 
 double power_lu(const RenderedSegment& a, const RenderedSegment& b) {
@@ -197,51 +193,50 @@ std::string said_of(const Differences& all) {
              quantile(all.few_lu, 0.95), quantile(all.many_lu, 0.95));
 }
 
-// Tables and charts of all speeds.
+Chart loudness_chart(const Differences& all) {
+  Chart chart{.title = "Difference of momentary loudness from all sources",
+              .x_label = "share of the readings (%)",
+              .y_label = "at most (LU)"};
+  int colour = 0;
+  for (const auto& [name, values] : {std::pair("heard", &all.heard_lu),
+                                     std::pair("chance: all, other polarities", &all.chance_lu),
+                                     std::pair("power", &all.power_lu)}) {
+    Chart::Series& series = chart.series.emplace_back();
+    series = {.name = name, .colour = colour++};
+    for (int percent = 0; percent <= 100; percent += 2)
+      series.points.emplace_back(percent, quantile(*values, percent / 100.0));
+  }
+  return chart;
+}
+
+// Tables of all speeds.
 class MotionFigures {
  public:
-  MotionFigures() {
-    clicks_.columns = {"speed_mps", "seconds", "clicks", "clicks_beyond_all"};
-    loudness_.columns = {"speed_mps",       "readings",        "heard_95_lu", "heard_worst_lu",
-                         "chance_95_lu",    "chance_worst_lu", "power_95_lu", "power_worst_lu",
-                         "quarter_k_95_lu", "four_k_95_lu"};
-    times_.columns = {
-        "speed_mps", "keyframes", "median_ms",         "p99_ms",
-        "worst_ms",  "held",      "later_than_100_ms", "sources_late_for_want_of_rays"};
-  }
-
-  void add_playback(double speed_mps, double seconds, const Playback& playback,
-                    std::size_t beyond) {
-    clicks_.rows.push_back({speed_mps, seconds, static_cast<double>(playback.clicks.size()),
-                            static_cast<double>(beyond)});
-    times_.rows.push_back({speed_mps, static_cast<double>(playback.times_ms.size()),
-                           quantile(playback.times_ms, 0.5), quantile(playback.times_ms, 0.99),
-                           worst(playback.times_ms), static_cast<double>(playback.held),
-                           static_cast<double>(playback.late),
-                           static_cast<double>(playback.late_sources)});
+  void add(double speed_mps, double seconds, const Playback& playback, std::size_t beyond,
+           Differences now) {
     beyond_ += beyond;
     late_ += playback.late;
+    clicks_.rows.push_back({speed_mps, seconds, playback.clicks.size(), beyond});
+    const std::vector<double>& took_ms = playback.times_ms;
+    times_.rows.push_back({speed_mps, took_ms.size(), quantile(took_ms, 0.5),
+                           quantile(took_ms, 0.99), worst(took_ms), playback.held, playback.late,
+                           playback.late_sources});
+    loudness_.rows.push_back(
+        {speed_mps, now.heard_lu.size(), quantile(now.heard_lu, 0.95), worst(now.heard_lu),
+         quantile(now.chance_lu, 0.95), worst(now.chance_lu), quantile(now.power_lu, 0.95),
+         worst(now.power_lu), quantile(now.few_lu, 0.95), quantile(now.many_lu, 0.95)});
+    for (std::size_t i = 0; i < all_.all().size(); ++i)
+      all_.all()[i]->insert(all_.all()[i]->end(), now.all()[i]->begin(), now.all()[i]->end());
   }
 
-  void add_differences(double speed_mps, const Differences& now) {
-    loudness_.rows.push_back({speed_mps, static_cast<double>(now.heard_lu.size()),
-                              quantile(now.heard_lu, 0.95), worst(now.heard_lu),
-                              quantile(now.chance_lu, 0.95), worst(now.chance_lu),
-                              quantile(now.power_lu, 0.95), worst(now.power_lu),
-                              quantile(now.few_lu, 0.95), quantile(now.many_lu, 0.95)});
-    for (const auto part : {&Differences::heard_lu, &Differences::chance_lu, &Differences::power_lu,
-                            &Differences::few_lu, &Differences::many_lu})
-      (all_.*part).insert((all_.*part).end(), (now.*part).begin(), (now.*part).end());
-  }
-
-  void write_to(ReportPage& report) && {
+  void write_to(ReportPage& report, ReportTable against) && {
     report.claim(
         "Sampling all anew leads to \"rather strong noise artefacts\"; dynamic sampling lets "
         "sources fade in and out one by one (3.4).",
         fmt::format("{} clicks that all sources do not have; {} keyframes later than {:.0f} ms. {}",
                     beyond_, late_, kLateKeyframe_ms, said_of(all_)));
     report.chart(
-        loudness_chart(),
+        loudness_chart(all_),
         "Readings of 400 ms spread over the path, BS.1770, in a free field, at all speeds; "
         "chance is the difference of all sources with other random polarities.");
     report.table(std::move(clicks_));
@@ -251,28 +246,25 @@ class MotionFigures {
         "held "
         "when its keyframe is not ready in time, including the delay of those before it.");
     report.table(std::move(times_));
+    report.table(std::move(against));
   }
 
  private:
-  Chart loudness_chart() const {
-    Chart chart{.title = "Difference of momentary loudness from all sources",
-                .x_label = "share of the readings (%)",
-                .y_label = "at most (LU)"};
-    int colour = 0;
-    for (const auto& [name, values] : {std::pair("heard", &all_.heard_lu),
-                                       std::pair("chance: all, other polarities", &all_.chance_lu),
-                                       std::pair("power", &all_.power_lu)}) {
-      Chart::Series& series =
-          chart.series.emplace_back(Chart::Series{.name = name, .colour = colour++});
-      for (int percent = 0; percent <= 100; percent += 2)
-        series.points.emplace_back(percent, quantile(*values, percent / 100.0));
-    }
-    return chart;
-  }
-
-  ReportTable clicks_{"clicks", "Clicks over the whole time", {}, {}};
-  ReportTable loudness_{"loudness", "Momentary loudness against all sources", {}, {}};
-  ReportTable times_{"keyframes", "Keyframes, with occlusion", {}, {}};
+  ReportTable clicks_{"clicks",
+                      "Clicks over the whole time",
+                      {"speed_mps", "seconds", "clicks", "clicks_beyond_all"},
+                      {}};
+  ReportTable loudness_{
+      "loudness",
+      "Momentary loudness against all sources",
+      {"speed_mps", "readings", "heard_95_lu", "heard_worst_lu", "chance_95_lu", "chance_worst_lu",
+       "power_95_lu", "power_worst_lu", "quarter_k_95_lu", "four_k_95_lu"},
+      {}};
+  ReportTable times_{"keyframes",
+                     "Keyframes, with occlusion",
+                     {"speed_mps", "keyframes", "median_ms", "p99_ms", "worst_ms", "held",
+                      "later_than_100_ms", "sources_late_for_want_of_rays"},
+                     {}};
   Differences all_;
   std::size_t beyond_ = 0, late_ = 0;
 };
@@ -280,13 +272,13 @@ class MotionFigures {
 }  // namespace
 
 Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostream& err) {
-  const auto opened = ExperimentScene::open(options.level, options.quick ? kQuickSources : 0);
+  const auto opened = options.open_scene();
   if (!opened.ok()) return opened.error();
   auto file = BakeFile::open(options.level, FileAccess::kMap);
   if (!file.ok()) return file.error();
   const auto baked = std::make_shared<const BakeFile>(std::move(*file));
   const AuralizerInput& input = (*opened)->input();
-  const Vec3 start = options.listener_m.value_or((*opened)->default_listener_m());
+  const Vec3 start = options.place_in(**opened);
   const ListenerPath path(input.sources, start);
   const MotionScene scene(input), rolled(input, kRoll);
   const double seconds = options.quick ? 2 : 60 * options.minutes;
@@ -310,15 +302,12 @@ Result<ReportPage> motion_experiment(const ExperimentOptions& options, std::ostr
     const auto auralizer = Auralizer::create(baked, player);
     if (!auralizer.ok()) return auralizer.error();
     const Playback playback = play(**auralizer, path, speed_mps, seconds);
-    figures.add_playback(speed_mps, seconds, playback,
-                         clicks_beyond_all(playback, scene, path, speed_mps));
-    figures.add_differences(speed_mps,
-                            differences(scene, rolled, path, speed_mps, seconds, readings, k));
+    figures.add(speed_mps, seconds, playback, clicks_beyond_all(playback, scene, path, speed_mps),
+                differences(scene, rolled, path, speed_mps, seconds, readings, k));
   }
   auto against = keyframe_times(options, err);
   if (!against.ok()) return against.error();
-  std::move(figures).write_to(report);
-  report.table(std::move(*against));
+  std::move(figures).write_to(report, std::move(*against));
   return report;
 }
 

@@ -46,7 +46,7 @@ std::vector<double> times_ms(Auralizer& auralizer, const ListenerPath& path, dou
 // Occluded share of the sources that would be chosen in a free field.
 double occluded_share(const ExperimentScene& scene, const OcclusionGeometry& surfaces,
                       std::size_t k, const Vec3& place) {
-  SeededSampler sampler = scene.sampler("priority", k, Estimator::kPower, 1);
+  SeededSampler sampler = scene.sampler("priority", k);
   std::size_t hidden = 0, all = 0;
   for (const SampledSource& chosen : sampler.sample(place)) {
     if (all++ % 8 != 0) continue;  // a sample is enough
@@ -59,15 +59,17 @@ double occluded_share(const ExperimentScene& scene, const OcclusionGeometry& sur
 }  // namespace
 
 Result<ReportTable> keyframe_times(const ExperimentOptions& options, std::ostream& err) {
-  ReportTable table{"time", "Time per keyframe, walking, one core", {}, {}};
-  table.columns = {"sources",          "k", "place", "occluded_percent", "median_ms", "p99_ms",
-                   "no_rays_median_ms"};
+  ReportTable table{
+      "time",
+      "Time per keyframe, walking, one core",
+      {"sources", "k", "place", "occluded_percent", "median_ms", "p99_ms", "no_rays_median_ms"},
+      {}};
   std::vector<std::size_t> max_sources = options.quick ? std::vector<std::size_t>{kQuickSources}
                                                        : std::vector<std::size_t>{2000, 10'000, 0};
   for (const std::size_t n : max_sources) {
     const auto scene = ExperimentScene::open(options.level, n);
     if (!scene.ok()) return scene.error();
-    const Vec3 usual = options.listener_m.value_or((*scene)->default_listener_m());
+    const Vec3 usual = options.place_in(**scene);
     const OcclusionGeometry surfaces((*scene)->input().mesh, (*scene)->input().materials);
     err << fmt::format("  {} sources", (*scene)->size()) << std::endl;
     for (const int k : {150, 2000, 20'000}) {
@@ -84,8 +86,7 @@ Result<ReportTable> keyframe_times(const ExperimentOptions& options, std::ostrea
         const auto free_ms = times_ms(*without_occlusion, path, seconds);
         const double hidden =
             occluded_share(**scene, surfaces, static_cast<std::size_t>(k), path.at(0).position_m);
-        table.rows.push_back({static_cast<double>((*scene)->size()), static_cast<double>(k),
-                              static_cast<double>(place), 100 * hidden, quantile(occluded_ms, 0.5),
+        table.rows.push_back({(*scene)->size(), k, place, 100 * hidden, quantile(occluded_ms, 0.5),
                               quantile(occluded_ms, 0.99), quantile(free_ms, 0.5)});
       }
     }

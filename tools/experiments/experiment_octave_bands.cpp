@@ -4,10 +4,8 @@
 // The paper splits the violin into eight octave bands and treats each "as different input sound
 // sources": k samples are k pairs of a source and a band. Clamor chooses a source once for all its
 // bands. Only powers are computed; each sample gives eight band levels.
-#include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <ostream>
 
 #include <fmt/format.h>
@@ -15,29 +13,13 @@
 #include "runtime/propagation/loudness.h"
 #include "tools/experiments/baked_level.h"
 #include "tools/experiments/experiments.h"
+#include "tools/strategies/importance_sampling.h"
 
 namespace clamor {
 
 namespace {
 
 using BandLevels = std::array<double, kBandCount>;
-
-struct Spread {
-  BandLevels rms_db{};
-};
-
-Spread spread_of(const std::vector<BandLevels>& drawings, const BandLevels& whole) {
-  Spread spread;
-  for (std::size_t b = 0; b < kBandCount; ++b) {
-    double squares = 0;
-    for (const BandLevels& levels : drawings) {
-      const double db = levels[b] > 0 ? 10 * std::log10(levels[b] / whole[b]) : -20;
-      squares += db * db;
-    }
-    spread.rms_db[b] = std::sqrt(squares / static_cast<double>(drawings.size()));
-  }
-  return spread;
-}
 
 // Power and weight of each band of each source at a place.
 struct BandPowers {
@@ -49,12 +31,10 @@ struct BandPowers {
 BandPowers band_powers(const ExperimentScene& scene, const Vec3& place) {
   BandPowers result;
   const Bands loudness = loudness_weights();
-  const auto prepared = prepare_signals(scene.input().signals);
   for (const Source& source : scene.input().sources) {
-    Bands power = scene.radiation().intensity(source, place);
-    const Bands& signal = prepared[scene.radiation().signal(source)].mean_square();
+    const Bands power =
+        weighted(scene.mean_square(source), scene.radiation().intensity(source, place));
     for (std::size_t b = 0; b < kBandCount; ++b) {
-      power[b] *= signal[b];
       result.whole[b] += power[b];
       result.weights.push_back(static_cast<double>(loudness[b]) * power[b]);
     }
@@ -85,20 +65,23 @@ DrawnLevels draw_levels(const ExperimentScene& scene, const Vec3& place, const B
   return drawn;
 }
 
-void add_spread(const Spread& spread, bool together, std::size_t k, int colour, ReportTable& table,
-                Chart& chart) {
-  std::vector<ReportTable::Cell> row = {together ? "in one source (priority)" : "apart (paper)",
-                                        static_cast<double>(k)};
-  Chart::Series series{fmt::format("{}, k = {}", together ? "in one" : "apart", k),
-                       {},
-                       together ? Chart::Series::Look::kLineAndDots : Chart::Series::Look::kDashes,
-                       colour};
+// Adds a row and a line: the root mean square error of each band over the drawings.
+void add_spread(const std::vector<BandLevels>& drawings, const BandLevels& whole, bool together,
+                std::size_t k, int colour, ReportTable& table, Chart& chart) {
+  using Look = Chart::Series::Look;
+  auto& row = table.rows.emplace_back();
+  row = {together ? "in one source (priority)" : "apart (paper)", k};
+  auto& series = chart.series.emplace_back();
+  series = {fmt::format("{}, k = {}", together ? "in one" : "apart", k),
+            {},
+            together ? Look::kLineAndDots : Look::kDashes,
+            colour};
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    row.emplace_back(spread.rms_db[b]);
-    series.points.emplace_back(kBandCentres_hz[b], spread.rms_db[b]);
+    double squares = 0;
+    for (const BandLevels& levels : drawings) squares += std::pow(level_db(levels[b], whole[b]), 2);
+    row.emplace_back(std::sqrt(squares / static_cast<double>(drawings.size())));
+    series.points.emplace_back(kBandCentres_hz[b], std::get<double>(row.back()));
   }
-  table.rows.push_back(std::move(row));
-  chart.series.push_back(series);
 }
 
 }  // namespace
@@ -123,7 +106,7 @@ Result<ReportPage> octave_bands_experiment(const ExperimentOptions& options, std
   level->set_phong({0, 2, 5, 10, 20, 40, 70, 100});
   const auto scene = level->rebake(options.quick ? kQuickSources : 50000);
   if (!scene.ok()) return scene.error();
-  const Vec3 place = options.listener_m.value_or((*scene)->default_listener_m());
+  const Vec3 place = options.place_in(**scene);
   const auto seeds = static_cast<std::size_t>(options.quick ? 10 : options.seeds);
   const BandPowers all = band_powers(**scene, place);
   ReportPage report(
@@ -131,8 +114,7 @@ Result<ReportPage> octave_bands_experiment(const ExperimentOptions& options, std
       fmt::format("The level of {} with Phong exponents from diffuse at 63 Hz to 100 at 8 kHz; {} "
                   "sources; {} drawings each",
                   options.level, all.powers.size(), seeds));
-  ReportTable table{"bands", "Spread of band levels over drawings (dB, RMS)", {}, {}};
-  table.columns = {"bands", "k"};
+  ReportTable table{"bands", "Spread of band levels over drawings (dB, RMS)", {"bands", "k"}, {}};
   for (const double hz : kBandCentres_hz) table.columns.push_back(fmt::format("{:g}_hz", hz));
   Chart chart{.title = "Error of the band levels",
               .x_label = "octave band (Hz)",
@@ -140,22 +122,18 @@ Result<ReportPage> octave_bands_experiment(const ExperimentOptions& options, std
               .log_x = true,
               .log_y = true,
               .x_ticks = {kBandCentres_hz.begin(), kBandCentres_hz.end()}};
-  const std::vector<std::size_t> sizes =
-      options.quick ? std::vector<std::size_t>{150} : std::vector<std::size_t>{150, 2000, 20000};
   int colour = 0;
-  for (const std::size_t k : sizes) {
+  for (const std::size_t k : {150, 2000, 20000}) {
+    if (options.quick && colour > 0) break;
     err << "  k = " << k << std::endl;
     const DrawnLevels drawn = draw_levels(**scene, place, all, k, seeds);
-    add_spread(spread_of(drawn.apart, all.whole), false, k, colour, table, chart);
-    add_spread(spread_of(drawn.together, all.whole), true, k, colour, table, chart);
-    ++colour;
+    add_spread(drawn.apart, all.whole, false, k, colour, table, chart);
+    add_spread(drawn.together, all.whole, true, k, colour++, table, chart);
   }
   report.claim(
       "\"A large sample size is especially required for the last case of sampling multiple "
-      "frequency "
-      "bands. The random selection of frequency bands leads to a larger deviation. Further "
-      "experiments "
-      "are necessary to quantify this effect.\" (5.2)",
+      "frequency bands. The random selection of frequency bands leads to a larger deviation. "
+      "Further experiments are necessary to quantify this effect.\" (5.2)",
       "Dashed, k pairs of a source and a band are drawn by importance, as the paper does; solid, k "
       "sources by priority, each with all of its bands. " +
           bands_text(table));

@@ -49,14 +49,28 @@ struct Place {
 struct PlaceResponse {
   std::array<std::vector<EnergyStep>, kBandCount> steps;  // from the direct sound on
   RoomParameters parameters;
-  Bands direct{}, reflected{}, early{};  // early: of the reflected, the first 80 ms
+  Bands reflected{}, early{};  // early: of the reflected, the first 80 ms
 };
 
-// The differences of one response to another, per band; missing where the other has no such value.
-struct PlaceDifference {
-  std::array<std::optional<double>, kBandCount> curve_db, t30, edt, c80_db, drr_db, early_db,
-      late_db;
+using Values = std::array<std::optional<double>, kBandCount>;
+
+// How a parameter of two responses differs, and by how much it may.
+struct DifferenceKind {
+  const char* name;  // in the table of all places; none if it is not judged
+  double bar;
+  const char* column;  // in the table of each place; none if it is not there
 };
+constexpr std::array<DifferenceKind, 7> kKinds = {{{"decay curve, first 40 dB, dB", 1, nullptr},
+                                                   {"T30, %", 5, "t30_percent"},
+                                                   {"EDT, %", 5, "edt_percent"},
+                                                   {"C80, dB", 1, "c80_db"},
+                                                   {"direct to reverberant, dB", 1, "drr_db"},
+                                                   {nullptr, 0, "early_db"},
+                                                   {nullptr, 0, "late_db"}}};
+
+// The differences of one response to another, of each kind and per band; missing where the other
+// has no such value.
+using PlaceDifference = std::array<Values, kKinds.size()>;
 
 std::vector<Material> with_late_reflections(std::vector<Material> materials) {
   materials.push_back(late_reflection_material());
@@ -167,42 +181,29 @@ class ProbeTruth {
     return sources;
   }
 
-  // Arrivals from the sources that the listener sees. Diffraction, which costs a hundred times as
-  // much, is the same for all responses that are compared.
-  std::vector<Arrival> received(const std::vector<Source>& sources, const Vec3& listener_m) const {
+  // From the sources that the listener sees. Diffraction, which costs a hundred times as much, is
+  // the same for all responses that are compared.
+  PlaceResponse response(std::span<const Source> sources, const Place& place) const {
+    PlaceResponse result;
     std::vector<Arrival> arrivals;
+    const Vec3& listener_m = place.listener_m;
+    const double speed_mps = speed_of_sound_mps(level_.air);
+    // All responses of a place count from the time that direct sound takes.
+    const double start_s = length(listener_m - place.source_m) / speed_mps;
     for (const Source& source : sources) {
       const Bands energy = received_intensity(source, emitters_, laws_, loss_per_m_, listener_m);
       if (energy == Bands{}) continue;
       const auto origin_m = surfaces_.ray_origin(source);
       if (!origin_m || !surfaces_.is_free(*origin_m, Vec3f(listener_m))) continue;
       const double r_m = length(listener_m - Vec3(source.position_m));
-      arrivals.push_back(
-          {static_cast<double>(source.delay_s) + r_m / speed_of_sound_mps(level_.air), energy, 1});
-    }
-    return arrivals;
-  }
-
-  PlaceResponse response(std::span<const Source> sources, const Place& place) const {
-    std::vector<Source> reflections, directs;
-    for (const Source& source : sources)
-      (source.is_emitter ? directs : reflections).push_back(source);
-    auto arrivals = received(reflections, place.listener_m);
-    const auto direct = received(directs, place.listener_m);
-    PlaceResponse result;
-    // All responses of a place count from the time that direct sound takes.
-    const double start_s =
-        length(place.listener_m - place.source_m) / speed_of_sound_mps(level_.air);
-    for (const Arrival& arrival : arrivals)
-      for (std::size_t b = 0; b < kBandCount; ++b) {
-        result.reflected[b] += arrival.energy[b];
-        if (arrival.time_s - start_s < kEarly_s) result.early[b] += arrival.energy[b];
+      const double time_s = static_cast<double>(source.delay_s) + r_m / speed_mps;
+      arrivals.push_back({time_s, energy, 1});
+      for (std::size_t b = 0; b < kBandCount && !source.is_emitter; ++b) {
+        result.reflected[b] += energy[b];
+        if (time_s - start_s < kEarly_s) result.early[b] += energy[b];
       }
-    for (const Arrival& arrival : direct)
-      for (std::size_t b = 0; b < kBandCount; ++b) result.direct[b] += arrival.energy[b];
-    arrivals.insert(arrivals.end(), direct.begin(), direct.end());
-    std::stable_sort(arrivals.begin(), arrivals.end(),
-                     [](const Arrival& a, const Arrival& b) { return a.time_s < b.time_s; });
+    }
+    std::ranges::stable_sort(arrivals, {}, &Arrival::time_s);
     result.parameters = room_parameters(arrivals, free_field_energy_at_10m(emitters_[0]));
     for (const Arrival& arrival : arrivals)
       for (std::size_t b = 0; b < kBandCount; ++b)
@@ -223,54 +224,49 @@ class ProbeTruth {
   std::map<std::uint64_t, std::vector<Source>> stored_;  // by the offset of a tree's top
 };
 
-// Energy that arrives after each of the times, which ascend.
-std::vector<double> energy_after(std::span<const EnergyStep> steps,
-                                 std::span<const double> times_s) {
-  std::vector<double> after(times_s.size());
-  double sum = 0;
-  std::size_t s = steps.size();
-  for (std::size_t t = times_s.size(); t-- > 0;) {
-    while (s > 0 && steps[s - 1].time_s >= times_s[t]) sum += steps[--s].energy;
-    after[t] = sum;
-  }
-  return after;
-}
-
 // Greatest difference of the decay curves while the first falls by 40 dB, in dB.
 std::optional<double> curve_difference(std::span<const EnergyStep> truth,
                                        std::span<const EnergyStep> other) {
   if (truth.empty() || other.empty()) return std::nullopt;
-  std::vector<double> times_s;
-  for (double t = 0; t < 20; t += 0.005) times_s.push_back(t);
-  const auto a = energy_after(truth, times_s), b = energy_after(other, times_s);
+  constexpr std::size_t kTimes = 4000;  // 5 ms apart
+  // Energy that arrives after each of the times.
+  const auto energy_after = [](std::span<const EnergyStep> steps) {
+    std::vector<double> after(kTimes);
+    double sum = 0;
+    std::size_t s = steps.size();
+    for (std::size_t t = kTimes; t-- > 0; after[t] = sum)
+      while (s > 0 && steps[s - 1].time_s >= 0.005 * static_cast<double>(t))
+        sum += steps[--s].energy;
+    return after;
+  };
+  const auto a = energy_after(truth), b = energy_after(other);
   double worst = 0;
-  for (std::size_t t = 0; t < times_s.size(); ++t) {
-    if (a[t] < a[0] * std::pow(10, -kCurveEnd_db / 10)) break;
+  for (std::size_t t = 0; t < kTimes && a[t] >= a[0] * std::pow(10, -kCurveEnd_db / 10); ++t) {
     const double difference = 10 * std::log10(std::max(b[t], 1e-30) / a[t]);
     if (std::abs(difference) > std::abs(worst)) worst = difference;
   }
   return worst;
 }
 
-std::optional<double> level_difference_db(double truth, double other) {
-  return truth > 0 && other > 0 ? std::optional(10 * std::log10(other / truth)) : std::nullopt;
-}
-
 PlaceDifference difference(const PlaceResponse& truth, const PlaceResponse& other) {
   PlaceDifference result;
-  const auto relative = [](const std::optional<double>& a, const std::optional<double>& b) {
-    return a && b ? std::optional(*b / *a - 1) : std::nullopt;
+  const auto percent = [](const std::optional<double>& a, const std::optional<double>& b) {
+    return a && b ? std::optional(100 * (*b / *a - 1)) : std::nullopt;
   };
+  const auto decibels = [](double a, double b) {
+    return a > 0 && b > 0 ? std::optional(10 * std::log10(b / a)) : std::nullopt;
+  };
+  const RoomParameters &a = truth.parameters, &o = other.parameters;
   for (std::size_t b = kFirstBand; b <= kLastBand; ++b) {
-    result.curve_db[b] = curve_difference(truth.steps[b], other.steps[b]);
-    result.t30[b] = relative(truth.parameters.t30_s[b], other.parameters.t30_s[b]);
-    result.edt[b] = relative(truth.parameters.edt_s[b], other.parameters.edt_s[b]);
-    if (truth.parameters.c80_db[b] && other.parameters.c80_db[b])
-      result.c80_db[b] = *other.parameters.c80_db[b] - *truth.parameters.c80_db[b];
-    result.drr_db[b] = level_difference_db(other.reflected[b], truth.reflected[b]);
-    result.early_db[b] = level_difference_db(truth.early[b], other.early[b]);
-    result.late_db[b] = level_difference_db(truth.reflected[b] - truth.early[b],
-                                            other.reflected[b] - other.early[b]);
+    const std::array<std::optional<double>, kKinds.size()> values = {
+        curve_difference(truth.steps[b], other.steps[b]),
+        percent(a.t30_s[b], o.t30_s[b]),
+        percent(a.edt_s[b], o.edt_s[b]),
+        a.c80_db[b] && o.c80_db[b] ? std::optional(*o.c80_db[b] - *a.c80_db[b]) : std::nullopt,
+        decibels(other.reflected[b], truth.reflected[b]),
+        decibels(truth.early[b], other.early[b]),
+        decibels(truth.reflected[b] - truth.early[b], other.reflected[b] - other.early[b])};
+    for (std::size_t kind = 0; kind < kKinds.size(); ++kind) result[kind][b] = values[kind];
   }
   return result;
 }
@@ -309,33 +305,31 @@ std::vector<Place> draw_places(const ProbeTruth& truth, std::size_t count) {
   return places;
 }
 
-using Values = std::array<std::optional<double>, kBandCount>;
-
-// The mean, the spread, and the greatest of a kind of difference, and the share within its bar.
-void add_row(ReportTable& table, const std::string& what, const std::string& of,
-             std::span<const PlaceDifference> differences, Values PlaceDifference::*kind,
-             double scale, double bar) {
-  std::vector<double> values;
-  for (const PlaceDifference& one : differences)
-    for (const auto& value : one.*kind)
-      if (value) values.push_back(scale * *value);
-  if (values.empty()) return;
-  const auto n = static_cast<double>(values.size());
-  double sum = 0, squares = 0, most = 0, within = 0;
-  for (const double value : values) {
-    sum += value, squares += value * value;
-    most = std::max(most, std::abs(value));
-    within += std::abs(value) <= bar ? 1 : 0;
+// The mean, the spread, and the greatest of each kind of difference, and the share within its bar.
+void add_rows(ReportTable& table, const std::string& of,
+              std::span<const PlaceDifference> differences) {
+  for (std::size_t kind = 0; kind < kKinds.size(); ++kind) {
+    const auto& [name, bar, column] = kKinds[kind];
+    double n = 0, sum = 0, squares = 0, most = 0, within = 0;
+    for (const PlaceDifference& one : differences)
+      for (const auto& value : one[kind]) {
+        if (!value) continue;
+        ++n, sum += *value, squares += *value * *value;
+        most = std::max(most, std::abs(*value));
+        within += std::abs(*value) <= bar ? 1 : 0;
+      }
+    if (name != nullptr && n > 0)
+      table.rows.push_back(
+          {name, of, sum / n, std::sqrt(squares / n), most, bar, 100 * within / n});
   }
-  table.rows.push_back({what, of, sum / n, std::sqrt(squares / n), most, bar, 100 * within / n});
 }
 
 // The mean over the bands that have a value; an empty cell if none has.
-ReportTable::Cell mean(const Values& values, double scale = 1) {
+ReportTable::Cell mean(const Values& values) {
   double sum = 0;
   int count = 0;
   for (const auto& value : values)
-    if (value) sum += scale * *value, ++count;
+    if (value) sum += *value, ++count;
   if (count == 0) return std::string();
   return sum / count;
 }
@@ -346,15 +340,16 @@ ReportTable table_of_places(std::span<const Place> places,
       "places",
       "The differences at each place, mean of 125 Hz to 4 kHz; early and late "
       "reflections are those before and after 80 ms",
-      {"source_x_m", "source_y_m", "source_z_m", "listener_x_m", "listener_y_m", "listener_z_m",
-       "t30_percent", "edt_percent", "c80_db", "drr_db", "early_db", "late_db"},
+      {"source_x_m", "source_y_m", "source_z_m", "listener_x_m", "listener_y_m", "listener_z_m"},
       {}};
+  for (const DifferenceKind& kind : kKinds)
+    if (kind.column != nullptr) table.columns.emplace_back(kind.column);
   for (std::size_t p = 0; p < places.size(); ++p) {
-    const auto& [source_m, listener_m] = places[p];
-    const PlaceDifference& one = differences[p];
-    table.rows.push_back({source_m.x, source_m.y, source_m.z, listener_m.x, listener_m.y,
-                          listener_m.z, mean(one.t30, 100), mean(one.edt, 100), mean(one.c80_db),
-                          mean(one.drr_db), mean(one.early_db), mean(one.late_db)});
+    auto& row = table.rows.emplace_back();
+    for (const Vec3& at_m : {places[p].source_m, places[p].listener_m})
+      for (const double coordinate_m : {at_m.x, at_m.y, at_m.z}) row.emplace_back(coordinate_m);
+    for (std::size_t kind = 0; kind < kKinds.size(); ++kind)
+      if (kKinds[kind].column != nullptr) row.push_back(mean(differences[p][kind]));
   }
   return table;
 }
@@ -393,15 +388,8 @@ Result<ReportPage> probes_experiment(const ExperimentOptions& options, std::ostr
                     "Differences from a bake with an emitter at the place, 125 Hz to 4 kHz",
                     {"parameter", "of", "mean", "rms", "greatest", "bar", "within_bar_percent"},
                     {}};
-  for (const auto& [of, differences] :
-       {std::pair("probes", &by_probes), std::pair("another seed", &by_seed)}) {
-    add_row(table, "decay curve, first 40 dB, dB", of, *differences, &PlaceDifference::curve_db, 1,
-            1);
-    add_row(table, "T30, %", of, *differences, &PlaceDifference::t30, 100, 5);
-    add_row(table, "EDT, %", of, *differences, &PlaceDifference::edt, 100, 5);
-    add_row(table, "C80, dB", of, *differences, &PlaceDifference::c80_db, 1, 1);
-    add_row(table, "direct to reverberant, dB", of, *differences, &PlaceDifference::drr_db, 1, 1);
-  }
+  add_rows(table, "probes", by_probes);
+  add_rows(table, "another seed", by_seed);
   ReportPage page("probes", "Reflections through probes",
                   fmt::format("{}: {} probes, {} places", options.level,
                               file->probes().places.size(), places.size()));

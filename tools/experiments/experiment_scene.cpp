@@ -1,25 +1,24 @@
 #include "tools/experiments/experiment_scene.h"
 
 #include <algorithm>
-#include <array>
-#include <atomic>
 #include <cmath>
-#include <thread>
+#include <utility>
 
+#include "common/parallel_for.h"
 #include "common/random.h"
-#include "runtime/engine/auralizer_input.h"
+#include "formats/bake_file/bake_file.h"
 #include "runtime/engine/sampling_pipeline.h"
-#include "runtime/mixing/keyframe_maker.h"
-#include "runtime/mixing/mixer.h"
+#include "tools/experiments/track.h"
 
 namespace clamor {
 
-ExperimentScene::ExperimentScene(AuralizerInput input)
+ExperimentScene::ExperimentScene(AuralizerInput input,
+                                 const std::optional<EnvelopeSmoothing>& smoothing)
     : input_(std::move(input)),
       signals_(prepare_signals(input_.signals)),
       radiation_(input_.emitters, input_.materials, input_.air,
                  LateBoost(input_.decay, input_.sources.size())),
-      weights_(mean_weights(signals_)),
+      weights_(smoothing ? signal_weights_of(input_, *smoothing) : mean_weights(signals_)),
       list_(std::make_shared<SourceList>(radiation_, weights_, input_.sources)) {}
 
 Result<std::unique_ptr<ExperimentScene>> ExperimentScene::open(const std::string& path,
@@ -60,55 +59,22 @@ SeededSampler ExperimentScene::sampler(const std::string& strategy, std::size_t 
 std::vector<double> ExperimentScene::powers(const Vec3& place) const {
   std::vector<double> powers;
   powers.reserve(size());
-  for (const Source& source : input_.sources) powers.push_back(power(source, place));
+  for (const Source& source : input_.sources)
+    powers.push_back(
+        weight(radiation_, weights_.by_signal[radiation_.signal(source)], source, place));
   return powers;
 }
 
-Sound ExperimentScene::render(Sampler& sampler, const Walk& walk, double seconds,
+Sound ExperimentScene::render(Sampler& sampler, const Vec3& place, double seconds,
                               std::uint64_t phases) const {
-  std::vector<Emitter> emitters = input_.emitters;
-  if (phases != 0) {
-    double longest_s = 0;
-    for (const Emitter& emitter : emitters) longest_s = std::max(longest_s, emitter.delay_s);
-    for (std::size_t e = 0; e < emitters.size(); ++e) {
-      const auto use = static_cast<std::uint32_t>(Use::kPhase);
-      const RandomBits bits = philox(phases, {static_cast<std::uint32_t>(e), 0, 0, use});
-      emitters[e].delay_s = longest_s * unit(bits[0]);
-    }
-  }
-  const RadiationModel radiation(emitters, input_.materials, input_.air,
-                                 LateBoost(input_.decay, input_.sources.size()));
-  const std::size_t slots = 3 * sampler.capacity();
-  KeyframeMaker maker(radiation, slots);
-  Keyframe keyframe;
-  keyframe.voices.reserve(slots);
-  ListenerMotion motion(kKeyframe_s);
-  const auto make = [&] {
-    const double time_s = static_cast<double>(keyframe.number) * kKeyframeFrames / kSampleRate_hz;
-    const Listener listener = motion.next(walk.at(time_s));
-    maker.make(sampler.sample(listener), listener, keyframe);
-  };
-
+  const RadiationModel radiation(
+      phases == 0 ? input_.emitters : with_other_phases(input_.emitters, phases), input_.materials,
+      input_.air, LateBoost(input_.decay, input_.sources.size()));
+  Track track(radiation, signals_, sampler, [&](double) { return Listener{place, 0, 0}; });
+  Sound sound{{{}, {}}, kSampleRate_hz, {}};
   const auto frames = static_cast<std::size_t>(std::llround(seconds * kSampleRate_hz));
-  Sound sound{{std::vector<float>(frames), std::vector<float>(frames)}, kSampleRate_hz, {}};
-  Mixer mixer(signals_, slots);
-  make();
-  mixer.begin(keyframe, 0);
-  std::array<float, kEars * kMaxFrames> mixed;
-  for (std::size_t done = 0; done < frames;) {
-    if (mixer.wants_keyframe()) {
-      ++keyframe.number;
-      make();
-      mixer.load(keyframe);
-    }
-    const int steps = mixer.steps_left();
-    mixer.mix(mixed.data(), steps);
-    const auto count = std::min(frames - done, static_cast<std::size_t>(steps) * kStepFrames);
-    for (std::size_t f = 0; f < count; ++f)
-      for (std::size_t ear = 0; ear < kEars; ++ear)
-        sound.channels[ear][done + f] = mixed[f * kEars + ear];
-    done += count;
-  }
+  while (sound.frames() < frames) track.next(sound);
+  for (auto& channel : sound.channels) channel.resize(frames);
   return sound;
 }
 
@@ -125,15 +91,26 @@ Vec3 ExperimentScene::default_listener_m() const {
   return {sum.x, lowest_m, sum.z};
 }
 
+std::vector<Emitter> with_other_phases(std::vector<Emitter> emitters, std::uint64_t seed) {
+  double longest_s = 0;
+  for (const Emitter& emitter : emitters) longest_s = std::max(longest_s, emitter.delay_s);
+  for (std::size_t e = 0; e < emitters.size(); ++e) {
+    const auto use = static_cast<std::uint32_t>(Use::kPhase);
+    const RandomBits bits = philox(seed, {static_cast<std::uint32_t>(e), 0, 0, use});
+    emitters[e].delay_s = longest_s * unit(bits[0]);
+  }
+  return emitters;
+}
+
+SignalWeights signal_weights_of(const AuralizerInput& input, const EnvelopeSmoothing& smoothing) {
+  std::vector<TimedEnvelope> envelopes;
+  for (const Signal& signal : input.signals)
+    envelopes.push_back({SignalEnvelope(signal), signal.samples.size(), signal.loop});
+  return make_signal_weights(envelopes, smoothing);
+}
+
 void for_each_index(std::size_t count, const std::function<void(std::size_t)>& work) {
-  std::atomic<std::size_t> next = 0;
-  const auto take = [&] {
-    for (std::size_t i; (i = next.fetch_add(1)) < count;) work(i);
-  };
-  std::vector<std::jthread> others;
-  for (unsigned core = 1; core < std::thread::hardware_concurrency(); ++core)
-    others.emplace_back(take);
-  take();
+  parallel_for(count, 1, 0, [&](std::size_t i, std::size_t) { work(i); });
 }
 
 double inner_product(const Sound& a, const Sound& b) {
@@ -143,7 +120,5 @@ double inner_product(const Sound& a, const Sound& b) {
       sum += static_cast<double>(a.channels[c][i]) * b.channels[c][i];
   return sum;
 }
-
-double energy(const Sound& sound) { return inner_product(sound, sound); }
 
 }  // namespace clamor

@@ -132,46 +132,50 @@ std::optional<OverSeeds> over_seeds(const SeedResults& results, std::size_t plac
   return over;
 }
 
-// Deviation over the seeds in just-noticeable differences, root mean square over the places, in
-// each octave.
-std::vector<ReportTable::Cell> deviations(const SeedResults& results,
-                                          RoomParameters SeedResult::*kind,
-                                          const ParameterKind& judged) {
-  std::vector<ReportTable::Cell> cells;
+using Row = std::vector<ReportTable::Cell>;
+
+// Adds the means of a number over the places to a row, octave by octave: empty cells where no place
+// has one.
+template <class Function>
+Row with_octaves(Row row, std::size_t places, bool of_squares, const Function& number) {
   for (std::size_t b = kLowestJudged; b <= kHighestJudged; ++b) {
-    double squares = 0;
+    double sum = 0;
     int count = 0;
-    for (std::size_t p = 0; p < results[0].size(); ++p)
-      if (const auto over = over_seeds(results, p, kind, judged, b)) {
-        const double unit = judged.noticeable_at(over->mean);
-        squares += over->deviation / unit * over->deviation / unit;
+    for (std::size_t p = 0; p < places; ++p)
+      if (const std::optional<double> one = number(p, b)) {
+        sum += of_squares ? *one * *one : *one;
         ++count;
       }
-    cells.emplace_back(count > 0 ? ReportTable::Cell(std::sqrt(squares / count))
-                                 : ReportTable::Cell(std::string()));
+    if (count == 0)
+      row.emplace_back(std::string());
+    else
+      row.emplace_back(of_squares ? std::sqrt(sum / count) : sum / count);
   }
-  return cells;
+  return row;
+}
+
+// Deviation over the seeds in just-noticeable differences, root mean square over the places.
+Row with_deviations(Row row, const SeedResults& results, RoomParameters SeedResult::*kind,
+                    const ParameterKind& judged) {
+  return with_octaves(std::move(row), results[0].size(), true,
+                      [&](std::size_t p, std::size_t b) -> std::optional<double> {
+                        const auto over = over_seeds(results, p, kind, judged, b);
+                        if (!over) return std::nullopt;
+                        return over->deviation / judged.noticeable_at(over->mean);
+                      });
 }
 
 // Difference that more photons make to the mean over seeds and places, in just-noticeable
 // differences.
-std::vector<ReportTable::Cell> shifts(const SeedResults& from, const SeedResults& to,
-                                      RoomParameters SeedResult::*kind,
-                                      const ParameterKind& judged) {
-  std::vector<ReportTable::Cell> cells;
-  for (std::size_t b = kLowestJudged; b <= kHighestJudged; ++b) {
-    double sum = 0;
-    int count = 0;
-    for (std::size_t p = 0; p < from[0].size(); ++p) {
-      const auto a = over_seeds(from, p, kind, judged, b), c = over_seeds(to, p, kind, judged, b);
-      if (!a || !c) continue;
-      sum += (c->mean - a->mean) / judged.noticeable_at(a->mean);
-      ++count;
-    }
-    cells.emplace_back(count > 0 ? ReportTable::Cell(sum / count)
-                                 : ReportTable::Cell(std::string()));
-  }
-  return cells;
+Row with_shifts(Row row, const SeedResults& from, const SeedResults& to,
+                RoomParameters SeedResult::*kind, const ParameterKind& judged) {
+  return with_octaves(std::move(row), from[0].size(), false,
+                      [&](std::size_t p, std::size_t b) -> std::optional<double> {
+                        const auto a = over_seeds(from, p, kind, judged, b),
+                                   c = over_seeds(to, p, kind, judged, b);
+                        if (!a || !c) return std::nullopt;
+                        return (c->mean - a->mean) / judged.noticeable_at(a->mean);
+                      });
 }
 
 std::vector<std::string> octave_columns(std::vector<std::string> first) {
@@ -180,18 +184,12 @@ std::vector<std::string> octave_columns(std::vector<std::string> first) {
   return first;
 }
 
-void add_octaves(ReportTable& table, std::vector<ReportTable::Cell> first,
-                 const std::vector<ReportTable::Cell>& rest) {
-  first.insert(first.end(), rest.begin(), rest.end());
-  table.rows.push_back(std::move(first));
-}
-
 }  // namespace
 
 Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostream& err) {
   auto read = BakedLevel::open(options.level);
   if (!read.ok()) return read.error();
-  const Level& level = read->level();
+  const Level& level = read->level;
   if (level.emitters.empty()) return Error(options.level + ": it has no emitters");
   const OcclusionGeometry surfaces(level.mesh, level.materials);
   const std::vector<Vec3> places_m =
@@ -203,7 +201,7 @@ Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostre
                  ": no place at the height of ears is a metre from all surfaces and sees the "
                  "first emitter; name one with --listener");
   const int bakes = options.quick ? 2 : options.bakes;
-  BakeSettings settings = read->settings();
+  BakeSettings settings = read->settings;
   if (options.quick) settings.photons = 1000, settings.sources = kQuickSources;
   const std::array<std::uint64_t, 2> photons = {settings.photons, kManyTimes * settings.photons};
   std::array<SeedResults, 2> by_photons;
@@ -231,14 +229,15 @@ Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostre
     for (const ParameterKind& judged : kParameterKinds) {
       if (judged.key == std::string("t20_s")) continue;  // T30 tells the same
       for (std::size_t n = 0; n < photons.size(); ++n)
-        add_octaves(spread, {judged.name, of, static_cast<double>(photons[n])},
-                    deviations(by_photons[n], kind, judged));
-      add_octaves(shift, {judged.name, of}, shifts(by_photons[0], by_photons[1], kind, judged));
+        spread.rows.push_back(
+            with_deviations({judged.name, of, photons[n]}, by_photons[n], kind, judged));
+      shift.rows.push_back(
+          with_shifts({judged.name, of}, by_photons[0], by_photons[1], kind, judged));
     }
   for (const ParameterKind& judged : kParameterKinds)
     if (judged.key == std::string("t30_s") || judged.key == std::string("edt_s"))
-      add_octaves(spread, {judged.name, "decaying noise", static_cast<double>(photons[0])},
-                  deviations(by_photons[0], &SeedResult::of_noise, judged));
+      spread.rows.push_back(with_deviations({judged.name, "decaying noise", photons[0]},
+                                            by_photons[0], &SeedResult::of_noise, judged));
   ReportPage page("seeds", "Room parameters of one bake",
                   fmt::format("{}: {} seeds, {} places", options.level, bakes, places_m.size()));
   page.table(spread);

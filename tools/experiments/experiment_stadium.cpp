@@ -7,43 +7,53 @@
 
 #include <fmt/format.h>
 
-#include "tools/analysis/null_distribution.h"
-#include "tools/analysis/sound_comparison.h"
 #include "tools/experiments/experiments.h"
-#include "tools/experiments/stadium_perception.h"
 
 namespace clamor {
 
 namespace {
 
-struct RenderOutcome {
-  double loudness_db = 0, l2 = 0, renormalised_l2 = 0;
-};
-
-// More seeds for small k, whose results scatter more and cost less.
-std::size_t drawings(std::size_t k) { return std::clamp<std::size_t>(1024 / k, 1, 4); }
-
-RenderOutcome rendered(const ExperimentScene& scene, const Walk& here, double seconds,
-                       const SamplingChoice& choice, const Sound& all) {
-  RenderOutcome outcome;
+// Mean errors of renderings with several seeds. More seeds for small k, whose results scatter more
+// and cost less.
+std::vector<ReportTable::Cell> rendered(const ExperimentScene& scene, const Vec3& place,
+                                        double seconds, const std::string& strategy, std::size_t k,
+                                        const Sound& all) {
   const double whole = energy(all);
-  const std::size_t count = drawings(choice.k);
+  const std::size_t count = std::clamp<std::size_t>(1024 / k, 1, 4);
+  const auto share = 1.0 / static_cast<double>(count);
+  double loudness_db = 0, l2 = 0, renormalised_l2 = 0;
   for (std::size_t seed = 1; seed <= count; ++seed) {
-    SeededSampler sampler = scene.sampler(choice.strategy, choice.k, choice.estimator, seed);
-    const Sound sound = scene.render(*sampler.sampler, here, seconds);
+    const SeededSampler sampler = scene.sampler(strategy, k, estimator_of(strategy), seed);
+    const Sound sound = scene.render(*sampler.sampler, place, seconds);
     const double power = energy(sound) / whole, product = inner_product(sound, all) / whole;
-    const auto share = 1.0 / static_cast<double>(count);
-    outcome.loudness_db += share * 10 * std::log10(power);
-    outcome.l2 += share * std::sqrt(std::max(0.0, 1 - 2 * product + power));
-    outcome.renormalised_l2 += share * std::sqrt(std::max(0.0, 2 - 2 * product / std::sqrt(power)));
+    loudness_db += share * 10 * std::log10(power);
+    l2 += share * std::sqrt(std::max(0.0, 1 - 2 * product + power));
+    renormalised_l2 += share * std::sqrt(std::max(0.0, 2 - 2 * product / std::sqrt(power)));
   }
-  return outcome;
+  return {strategy, name_of(estimator_of(strategy)), k, loudness_db, l2, renormalised_l2};
 }
 
-void report_waveform_error(const std::vector<SamplingChoice>& choices,
-                           const std::vector<RenderOutcome>& outcomes, double seconds,
-                           const std::vector<std::size_t>& sizes, ReportPage& report) {
-  std::vector<double> ticks(sizes.begin(), sizes.end());
+// Figure 4.
+void waveform_error(const ExperimentScene& scene, const Vec3& place, double seconds,
+                    const Sound& all, const std::vector<std::size_t>& sizes, ReportPage& report,
+                    std::ostream& err) {
+  ReportTable table{"figure_4",
+                    "Waveform error and level, rendered",
+                    {"strategy", "estimator", "k", "loudness_db", "l2", "renormalised_l2"},
+                    {}};
+  std::vector<std::string> names;
+  for (const StrategyInfo& info : kStrategies)
+    if (info.name != std::string("all")) names.emplace_back(info.name);
+  table.rows.resize(names.size() * sizes.size());
+  for_each_index(table.rows.size(), [&](std::size_t i) {
+    // The longest first.
+    const std::size_t name = i % names.size(), size = sizes.size() - 1 - i / names.size();
+    table.rows[name * sizes.size() + size] =
+        rendered(scene, place, seconds, names[name], sizes[size], all);
+  });
+  err << "  figure 4 is done" << std::endl;
+
+  const std::vector<double> ticks(sizes.begin(), sizes.end());
   Chart absolute{.title = "Figure 4: absolute L2 error",
                  .x_label = "k, sources mixed",
                  .y_label = "|X - f| / |f|",
@@ -60,37 +70,13 @@ void report_waveform_error(const std::vector<SamplingChoice>& choices,
                  .y_label = "RMS level re all sources (dB)",
                  .log_x = true,
                  .x_ticks = ticks};
-  ReportTable table{"figure_4", "Waveform error and level, rendered", {}, {}, false};
-  table.columns = {"strategy", "estimator", "k", "loudness_db", "l2", "renormalised_l2"};
-  for (const StrategyInfo& info : kStrategies) {
-    Chart::Series of_absolute{.name = info.name, .colour = colour_of(info.name)};
-    Chart::Series of_relative = of_absolute, of_loudness = of_absolute;
-    for (std::size_t w = choices.size(); w-- > 0;) {  // in order of ascending k
-      if (choices[w].strategy != info.name) continue;
-      const auto k = static_cast<double>(choices[w].k);
-      const RenderOutcome& outcome = outcomes[w];
-      const bool power = choices[w].estimator == Estimator::kPower;
-      table.rows.push_back({choices[w].strategy, power ? "power" : "amplitude", k,
-                            outcome.loudness_db, outcome.l2, outcome.renormalised_l2});
-      of_absolute.points.emplace_back(k, outcome.l2);
-      of_relative.points.emplace_back(k, outcome.renormalised_l2);
-      of_loudness.points.emplace_back(k, outcome.loudness_db);
-    }
-    if (of_absolute.points.empty()) continue;
-    absolute.series.push_back(of_absolute);
-    relative.series.push_back(of_relative);
-    loudness.series.push_back(of_loudness);
-  }
-  // k^-1/2 through the first point of the octree, the paper's own strategy.
-  Chart::Series slope{"k^-1/2", {}, Chart::Series::Look::kDashes, Chart::kGrey};
-  for (const SamplingChoice& choice : choices)
-    if (choice.strategy == "octree" && choice.k == sizes.front())
-      for (const std::size_t k : sizes)
-        slope.points.emplace_back(
-            static_cast<double>(k),
-            outcomes[static_cast<std::size_t>(&choice - choices.data())].l2 *
-                std::sqrt(static_cast<double>(sizes.front()) / static_cast<double>(k)));
-  absolute.series.push_back(slope);
+  plot(absolute, table, "k", "l2");
+  plot(relative, table, "k", "renormalised_l2");
+  plot(loudness, table, "k", "loudness_db");
+  // Through the first point of the octree, the paper's own strategy.
+  const double first = column_of(table, "l2", "octree").front();
+  plot_curve(absolute, "k^-1/2", ticks,
+             [&](double k) { return first * std::sqrt(ticks.front() / k); });
 
   report.heading("Figure 4: the waveform's error");
   report.claim(
@@ -108,24 +94,6 @@ void report_waveform_error(const std::vector<SamplingChoice>& choices,
   report.table(std::move(table));
 }
 
-// Figure 4.
-void waveform_error(const ExperimentScene& scene, const Walk& here, double seconds,
-                    const Sound& all, const std::vector<std::size_t>& sizes, ReportPage& report,
-                    std::ostream& err) {
-  std::vector<SamplingChoice> choices;
-  for (auto k = sizes.rbegin(); k != sizes.rend(); ++k)  // the longest jobs first
-    for (const StrategyInfo& info : kStrategies)
-      if (const std::string name = info.name; name != "all")
-        choices.push_back(
-            {name, name == "priority" ? Estimator::kPower : Estimator::kAmplitude, *k});
-  std::vector<RenderOutcome> outcomes(choices.size());
-  for_each_index(choices.size(), [&](std::size_t w) {
-    outcomes[w] = rendered(scene, here, seconds, choices[w], all);
-  });
-  report_waveform_error(choices, outcomes, seconds, sizes, report);
-  err << "  figure 4 is done" << std::endl;
-}
-
 }  // namespace
 
 std::string figure_4_text(const ReportTable& table) {
@@ -135,17 +103,17 @@ std::string figure_4_text(const ReportTable& table) {
   };
   LevelError ours, theirs;  // the largest ones
   std::map<std::size_t, double> our_error, best_of_paper;
-  const auto k_of = column_of(table, "k"), level_db = column_of(table, "loudness_db"),
-             error = column_of(table, "renormalised_l2");
-  for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const std::string& strategy = std::get<std::string>(table.rows[i][0]);
+  for (const std::string& strategy : names_of(table)) {
+    const auto k_of = column_of(table, "k", strategy),
+               level_db = column_of(table, "loudness_db", strategy),
+               error = column_of(table, "renormalised_l2", strategy);
     LevelError& largest = strategy == "priority" ? ours : theirs;
-    if (std::abs(level_db[i]) >= std::abs(largest.db)) largest = {level_db[i], k_of[i], strategy};
-    const auto k = static_cast<std::size_t>(k_of[i]);
-    if (strategy == "priority")
-      our_error[k] = error[i];
-    else if (!best_of_paper.contains(k) || best_of_paper[k] > error[i])
-      best_of_paper[k] = error[i];
+    for (std::size_t i = 0; i < k_of.size(); ++i) {
+      if (std::abs(level_db[i]) >= std::abs(largest.db)) largest = {level_db[i], k_of[i], strategy};
+      const auto k = static_cast<std::size_t>(k_of[i]);
+      auto& errors = strategy == "priority" ? our_error : best_of_paper;
+      errors[k] = std::min(errors.try_emplace(k, error[i]).first->second, error[i]);
+    }
   }
 
   std::string text;
@@ -177,11 +145,10 @@ std::string figure_4_text(const ReportTable& table) {
 }
 
 Result<ReportPage> stadium_experiment(const ExperimentOptions& options, std::ostream& err) {
-  const auto opened = ExperimentScene::open(options.level, options.quick ? kQuickSources : 0);
+  const auto opened = options.open_scene();
   if (!opened.ok()) return opened.error();
   const ExperimentScene& scene = **opened;
-  const Vec3 place = options.listener_m.value_or(scene.default_listener_m());
-  const Walk here = Walk::standing({place, 0, 0});
+  const Vec3 place = options.place_in(scene);
   ReportPage report(
       "stadium", "k of n sources, heard against all of them",
       fmt::format("The bake {}: {} sources ({} emitters), {} signals; listener at {:.1f}, {:.1f}, "
@@ -195,16 +162,16 @@ Result<ReportPage> stadium_experiment(const ExperimentOptions& options, std::ost
         .in(options.level);
   // Texture statistics need at least 1.5 s.
   const double heard_s = std::max(options.seconds, 1.6);
-  SeededSampler everything = scene.sampler("all", 1, Estimator::kPower, 1);
-  const Sound all = scene.render(*everything.sampler, here, heard_s);
+  const SeededSampler everything = scene.sampler("all", 1);
+  const Sound all = scene.render(*everything.sampler, place, heard_s);
   if (energy(all) == 0)
     return Error("nothing is heard at the listener's place; name another with --listener.")
         .in(options.level);
   Sound begin = all;
   for (auto& channel : begin.channels)
     channel.resize(static_cast<std::size_t>(options.seconds * kSampleRate_hz));
-  waveform_error(scene, here, options.seconds, begin, sizes, report, err);
-  perception(scene, here, heard_s, all, sizes, options.rolls, report, err);
+  waveform_error(scene, place, options.seconds, begin, sizes, report, err);
+  perception(scene, options, heard_s, all, sizes, report, err);
   return report;
 }
 

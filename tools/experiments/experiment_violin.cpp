@@ -19,49 +19,17 @@ namespace {
 constexpr double kShown_s = 0.4;  // the paper's time axis
 constexpr double kJudged_s = 0.3, kStep_s = 0.005;
 
-// Stretches time, as a slower speed of sound does.
-std::vector<Arrival> slowed(std::vector<Arrival> arrivals, double factor) {
-  for (Arrival& arrival : arrivals) arrival.time_s *= factor;
-  return arrivals;
-}
-
-// Energy in steps of 5 ms from the direct sound on, for an impulse: each band counts by its width.
-std::vector<double> steps_of(const std::vector<Arrival>& arrivals, double first_s,
-                             const Bands& mean_square) {
-  std::vector<double> steps(static_cast<std::size_t>(std::lround(kJudged_s / kStep_s)));
-  for (const Arrival& arrival : arrivals) {
-    const double at = (arrival.time_s - first_s) / kStep_s;
-    if (at < 0 || at >= static_cast<double>(steps.size())) continue;
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      steps[static_cast<std::size_t>(at)] +=
-          static_cast<double>(mean_square[b]) * arrival.energy[b];
-  }
-  return steps;
-}
-
-// The error weighted by the energy of each step.
-double weighted_rms_db(const std::vector<double>& steps, const std::vector<double>& all) {
+// Root mean square error of the steps in dB, which count alike or by their energy. An empty step
+// counts as 20 dB.
+double rms_db(const std::vector<double>& steps, const std::vector<double>& all, bool by_energy) {
   double squares = 0, whole = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (all[i] == 0) continue;
-    const double db = steps[i] > 0 ? 10 * std::log10(steps[i] / all[i]) : -20;
-    squares += all[i] * db * db;
-    whole += all[i];
+    const double weight = by_energy ? all[i] : 1, db = level_db(steps[i], all[i]);
+    squares += weight * db * db;
+    whole += weight;
   }
   return std::sqrt(squares / whole);
-}
-
-// Root mean square error in dB. An empty step counts as 20 dB.
-double rms_db(const std::vector<double>& steps, const std::vector<double>& all) {
-  double squares = 0;
-  int counted = 0;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (all[i] == 0) continue;
-    const double db = steps[i] > 0 ? 10 * std::log10(steps[i] / all[i]) : -20;
-    squares += db * db;
-    ++counted;
-  }
-  return std::sqrt(squares / std::max(counted, 1));
 }
 
 // Highest and lowest sample per pixel.
@@ -70,12 +38,8 @@ Chart picture(const std::string& title, const std::vector<Arrival>& arrivals) {
   const std::vector<float> response = impulse_response(arrivals, frames);
   float peak = 1e-20f;
   for (const float sample : response) peak = std::max(peak, std::abs(sample));
-  Chart chart{.title = title,
-              .x_label = "time (ms)",
-
-              .y_range = {{-1, 1}},
-              .width = 380,
-              .height = 210};
+  Chart chart{
+      .title = title, .x_label = "time (ms)", .y_range = {{-1, 1}}, .width = 380, .height = 210};
   Chart::Series series{"", {}, Chart::Series::Look::kThin, 1};
   constexpr std::size_t kPixels = 288;
   for (std::size_t p = 0; p < kPixels; ++p) {
@@ -114,7 +78,7 @@ class WholeResponse {
   WholeResponse(const ExperimentScene& scene, const Vec3& place)
       : scene_(scene),
         place_(place),
-        arrivals_(sampled("all", 1, Estimator::kPower, 1)),
+        arrivals_(sampled("all", 1, 1)),
         steps_(steps_of(arrivals_)),
         energy_(std::accumulate(steps_.begin(), steps_.end(), 0.0)) {}
 
@@ -122,16 +86,25 @@ class WholeResponse {
   const std::vector<double>& steps() const { return steps_; }
   double energy() const { return energy_; }
 
-  std::vector<Arrival> sampled(const std::string& strategy, std::size_t k, Estimator estimator,
+  std::vector<Arrival> sampled(const std::string& strategy, std::size_t k,
                                std::uint64_t seed) const {
-    SeededSampler sampler = scene_.sampler(strategy, k, estimator, seed);
+    SeededSampler sampler = scene_.sampler(strategy, k, estimator_of(strategy), seed);
     return arrivals_of(sampler.sample(place_), scene_.radiation(), scene_.input().emitters, place_);
   }
 
-  // Energy of a response in steps of 5 ms from the direct sound of all sources on.
+  // Energy of a response in steps of 5 ms from the direct sound of all sources on, for an impulse:
+  // each band counts by its width.
   std::vector<double> steps_of(const std::vector<Arrival>& arrivals) const {
-    return clamor::steps_of(arrivals, arrivals_.front().time_s,
-                            scene_.mean_square(scene_.input().sources[0]));
+    const Bands& mean_square = scene_.mean_square(scene_.input().sources[0]);
+    std::vector<double> steps(static_cast<std::size_t>(std::lround(kJudged_s / kStep_s)));
+    for (const Arrival& arrival : arrivals) {
+      const double at = (arrival.time_s - arrivals_.front().time_s) / kStep_s;
+      if (at < 0 || at >= static_cast<double>(steps.size())) continue;
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        steps[static_cast<std::size_t>(at)] +=
+            static_cast<double>(mean_square[b]) * arrival.energy[b];
+    }
+    return steps;
   }
 
  private:
@@ -142,68 +115,52 @@ class WholeResponse {
   const double energy_;
 };
 
-// Errors of a strategy's impulse responses over the seeds, and the response of the first seed.
-struct SampledResponses {
-  double rms_db = 0, weighted_rms_db = 0, level_db = 0;
-  std::vector<Arrival> first;
-  std::vector<double> first_steps;
-};
-
-SampledResponses compare_to_whole(const WholeResponse& whole, const std::string& strategy,
-                                  std::size_t k, Estimator estimator) {
+// Errors of a strategy's impulse responses over the seeds: root mean square of the steps, alike and
+// by energy, and of the level, in dB.
+std::array<double, 3> errors_db(const WholeResponse& whole, const std::string& strategy,
+                                std::size_t k) {
   constexpr std::uint64_t kSeeds = 10;
-  SampledResponses result;
   double squares = 0, weighted = 0, power = 0;
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
-    const auto some = whole.sampled(strategy, k, estimator, seed);
-    const auto steps = whole.steps_of(some);
+    auto steps = whole.steps_of(whole.sampled(strategy, k, seed));
     const double sum = std::accumulate(steps.begin(), steps.end(), 0.0);
     power += sum / whole.energy() / kSeeds;
     // Normalised to the same level, as in the paper.
-    std::vector<double> alike = steps;
-    if (estimator == Estimator::kAmplitude)
-      for (double& step : alike) step *= whole.energy() / sum;
-    squares += std::pow(rms_db(alike, whole.steps()), 2) / kSeeds;
-    weighted += std::pow(weighted_rms_db(alike, whole.steps()), 2) / kSeeds;
-    if (seed > 1) continue;
-    result.first = some;
-    result.first_steps = steps;
+    if (estimator_of(strategy) == Estimator::kAmplitude)
+      for (double& step : steps) step *= whole.energy() / sum;
+    squares += std::pow(rms_db(steps, whole.steps(), false), 2) / kSeeds;
+    weighted += std::pow(rms_db(steps, whole.steps(), true), 2) / kSeeds;
   }
-  result.rms_db = std::sqrt(squares);
-  result.weighted_rms_db = std::sqrt(weighted);
-  result.level_db = 10 * std::log10(power);
-  return result;
+  return {std::sqrt(squares), std::sqrt(weighted), 10 * std::log10(power)};
 }
 
 // Charts of one reflection law.
 struct ReflectionCharts {
-  std::vector<Chart> pictures;
-  Chart energy;
   std::string name;
+  std::vector<Chart> pictures = {};
+  Chart energy = {};
 };
 
 // Compares all strategies and sample sizes; adds a row for each to the table.
 ReflectionCharts compare_strategies(const ExperimentScene& scene, const WholeResponse& whole,
                                     const std::string& name, bool has_pictures,
                                     const std::vector<std::size_t>& sizes, ReportTable& table) {
-  ReflectionCharts charts;
+  ReflectionCharts charts{name};
   std::vector<std::pair<std::string, std::vector<double>>> curves = {{"all", whole.steps()}};
   for (const std::string strategy : {"octree", "octree-diffusion", "importance", "priority"})
     for (const std::size_t k : sizes) {
       if (k >= scene.size()) continue;
       const bool is_priority = strategy == "priority";
-      const SampledResponses sampled = compare_to_whole(
-          whole, strategy, k, is_priority ? Estimator::kPower : Estimator::kAmplitude);
+      const auto first = whole.sampled(strategy, k, 1);
       if (has_pictures && (strategy == "octree" || is_priority))
-        charts.pictures.push_back(
-            picture(fmt::format("{}, {}, k = {}", name, strategy, k), sampled.first));
-      if (is_priority) curves.emplace_back(fmt::format("priority, k = {}", k), sampled.first_steps);
-      table.rows.push_back({name, strategy, is_priority ? "power" : "amplitude",
-                            static_cast<double>(k), sampled.rms_db, sampled.weighted_rms_db,
-                            sampled.level_db});
+        charts.pictures.push_back(picture(fmt::format("{}, {}, k = {}", name, strategy, k), first));
+      if (is_priority)
+        curves.emplace_back(fmt::format("priority, k = {}", k), whole.steps_of(first));
+      const auto [steps_db, by_energy_db, level_db] = errors_db(whole, strategy, k);
+      table.rows.push_back(
+          {name, strategy, name_of(estimator_of(strategy)), k, steps_db, by_energy_db, level_db});
     }
   charts.energy = decay("Energy, " + name, curves);
-  charts.name = name;
   return charts;
 }
 
@@ -263,13 +220,14 @@ Result<ReportPage> violin_experiment(const ExperimentOptions& options, std::ostr
   ReportPage report("violin", "Impulse responses of k of n sources",
                     fmt::format("The level of {}, baked with {} reflections for each material",
                                 options.level, sources));
-  ReportTable table{
-      "figure_6", "Energy in steps of 5 ms over the first 300 ms, against all sources", {}, {}};
-  table.columns = {"reflection", "strategy",     "estimator",
-                   "k",          "steps_rms_db", "steps_rms_by_energy_db",
-                   "level_db"};
+  ReportTable table{"figure_6",
+                    "Energy in steps of 5 ms over the first 300 ms, against all sources",
+                    {"reflection", "strategy", "estimator", "k", "steps_rms_db",
+                     "steps_rms_by_energy_db", "level_db"},
+                    {}};
   std::vector<ReflectionCharts> shown;
-  level->set_impulse();
+  level->level.signals = {{"impulse", {1}, false}};
+  for (Emitter& emitter : level->level.emitters) emitter.signal = 0;
   std::vector<Chart> slower;
   for (const float exponent : {0.0f, 20.0f, 100.0f}) {
     const std::string name = exponent == 0 ? "diffuse" : fmt::format("Phong {}", exponent);
@@ -277,14 +235,16 @@ Result<ReportPage> violin_experiment(const ExperimentOptions& options, std::ostr
     level->set_phong(same_in_all_bands(exponent));
     const auto scene = level->rebake(sources);
     if (!scene.ok()) return scene.error();
-    const WholeResponse whole(**scene, options.listener_m.value_or((*scene)->default_listener_m()));
+    const WholeResponse whole(**scene, options.place_in(**scene));
     shown.push_back(compare_strategies(**scene, whole, name, exponent <= 20, sizes, table));
-    if (exponent == 0) {
-      const double speed_mps = (*scene)->radiation().speed_of_sound_mps();
-      slower.push_back(
-          picture(fmt::format("sound at {:.0f} m/s, all sources", speed_mps), whole.arrivals()));
-      slower.push_back(picture(fmt::format("sound at {:.0f} m/s, all sources", speed_mps / 2),
-                               slowed(whole.arrivals(), 2)));
+    if (exponent != 0) continue;
+    // Stretches time, as a slower speed of sound does.
+    for (const double slowness : {1, 2}) {
+      std::vector<Arrival> arrivals = whole.arrivals();
+      for (Arrival& arrival : arrivals) arrival.time_s *= slowness;
+      slower.push_back(picture(fmt::format("sound at {:.0f} m/s, all sources",
+                                           (*scene)->radiation().speed_of_sound_mps() / slowness),
+                               arrivals));
     }
   }
   add_figure_6(report, shown, sizes.size(), std::move(table));

@@ -34,7 +34,7 @@ double factors_between(double before, double now) {
 // `powers` are shared by all strategies, because they are the most expensive part.
 Walked walked(const ExperimentScene& scene, const std::string& strategy, std::size_t k,
               const std::vector<Vec3>& places, const std::vector<std::vector<double>>& powers) {
-  SeededSampler sampler = scene.sampler(strategy, k, Estimator::kPower, 1);
+  SeededSampler sampler = scene.sampler(strategy, k);
   Walked result;
   std::unordered_set<std::uint64_t> last;
   double exchanged = 0, squares = 0, due = 0;
@@ -76,80 +76,36 @@ std::vector<Vec3> circle(const Vec3& start, double speed_mps, std::size_t keyfra
   return places;
 }
 
-// Tables and charts of all strategies at all speeds.
-class WalkFigures {
- public:
-  explicit WalkFigures(const std::vector<std::string>& strategies) : strategies_(strategies) {
-    walk_.columns = {
-        "strategy",        "speed_mps",        "exchanged_percent_per_m", "exchanged_percent_per_s",
-        "loudness_rms_db", "loudness_worst_db"};
-    for (const std::string& name : strategies)
-      exchange_.series.push_back({.name = name, .colour = colour_of(name)});
-  }
-
-  void add(double speed_mps, const std::vector<Walked>& results) {
-    for (std::size_t s = 0; s < strategies_.size(); ++s) {
-      const Walked& result = results[s];
-      walk_.rows.push_back({strategies_[s], speed_mps, 100 * result.exchanged_per_m,
-                            100 * result.exchanged_per_s, result.rms_db, result.worst_db});
-      if (strategies_[s] == "adaptive-diffusion")
-        due_.rows.push_back({speed_mps, 100 * result.exchanged_per_m, 100 * result.due_per_m});
-      if (result.exchanged_per_m > 0)
-        exchange_.series[s].points.emplace_back(speed_mps, 100 * result.exchanged_per_m);
-      if (speed_mps == 1.5)
-        loudness_.series.push_back({strategies_[s], result.loudness_error_db,
-                                    Chart::Series::Look::kLine, colour_of(strategies_[s])});
-    }
-  }
-
-  void write_to(ReportPage& report) && {
-    report.claim(
-        "Full resampling turns the static error into noise; stochastic diffusion exchanges at most "
-        "q = 20 % per second, whether anything has changed or not; adaptive diffusion adapts the "
-        "rate of change to the changes of the weights (3.4).",
-        walk_text(walk_));
-    std::vector<std::string> still;
-    for (const Chart::Series& series : exchange_.series)
-      if (series.points.empty()) still.push_back(series.name);
-    std::erase_if(exchange_.series, [](const auto& series) { return series.points.empty(); });
-    report.chart(
-        exchange_,
-        "Sources of the sample that the keyframe before did not have." +
-            (still.empty() ? std::string()
-                           : " Left out, because they exchanged none: " + listed(still) + "."));
-    report.chart(loudness_,
-                 "Power of the sample over that of all sources, --estimator power. importance and "
-                 "random are drawn for the first place and keep their factors.");
-    report.table(std::move(walk_));
-    report.paragraph(fmt::format(
-        "Adaptive diffusion exchanges a source when its weight has fallen by the factor epsilon, "
-        "{}, since it was chosen, and another when one has risen as much. So of every hundred "
-        "chosen it exchanges as many per metre as their weights change by such factors, or fewer: "
-        "those that come begin anew. A source r metres away changes by up to 2 / (r ln epsilon) of "
-        "them a metre by its distance alone; lobes add to it. At the three speeds the rule asked "
-        "for {} % per metre, and {} % were exchanged.",
-        StrategyTuning{}.epsilon, range_text(column_of(due_, "due_percent_per_m"), 1),
-        range_text(column_of(due_, "exchanged_percent_per_m"), 1)));
-    report.table(std::move(due_));
-  }
-
- private:
-  const std::vector<std::string>& strategies_;
-  ReportTable walk_{"walk", "Walking, running, flying", {}, {}};
-  ReportTable due_{"adaptive",
-                   "Adaptive diffusion: exchanged, and at most due",
-                   {"speed_mps", "exchanged_percent_per_m", "due_percent_per_m"},
-                   {}};
-  Chart loudness_{.title = "Loudness along a walk at 1.5 m/s, relative to all sources",
-                  .x_label = "way (m)",
-                  .y_label = "error (dB)"};
-  Chart exchange_{.title = "Sample exchanged per metre",
-                  .x_label = "speed (m/s)",
-                  .y_label = "share of the sample (% per m)",
-                  .log_x = true,
-                  .log_y = true,
-                  .x_ticks = {1.5, 5, 30}};
-};
+void write_figures(ReportTable walk, ReportTable due, const Chart& loudness, ReportPage& report) {
+  report.claim(
+      "Full resampling turns the static error into noise; stochastic diffusion exchanges at most "
+      "q = 20 % per second, whether anything has changed or not; adaptive diffusion adapts the "
+      "rate of change to the changes of the weights (3.4).",
+      walk_text(walk));
+  Chart exchange{.title = "Sample exchanged per metre",
+                 .x_label = "speed (m/s)",
+                 .y_label = "share of the sample (% per m)",
+                 .log_x = true,
+                 .log_y = true,
+                 .x_ticks = {1.5, 5, 30}};
+  const auto still = plot(exchange, walk, "speed_mps", "exchanged_percent_per_m", 0);
+  report.chart(exchange, "Sources of the sample that the keyframe before did not have." +
+                             left_out_text(still, "exchanged none"));
+  report.chart(loudness,
+               "Power of the sample over that of all sources, --estimator power. importance and "
+               "random are drawn for the first place and keep their factors.");
+  report.table(std::move(walk));
+  report.paragraph(fmt::format(
+      "Adaptive diffusion exchanges a source when its weight has fallen by the factor epsilon, "
+      "{}, since it was chosen, and another when one has risen as much. So of every hundred "
+      "chosen it exchanges as many per metre as their weights change by such factors, or fewer: "
+      "those that come begin anew. A source r metres away changes by up to 2 / (r ln epsilon) of "
+      "them a metre by its distance alone; lobes add to it. At the three speeds the rule asked "
+      "for {} % per metre, and {} % were exchanged.",
+      StrategyTuning{}.epsilon, range_text(column_of(due, "due_percent_per_m"), 1),
+      range_text(column_of(due, "exchanged_percent_per_m"), 1)));
+  report.table(std::move(due));
+}
 
 }  // namespace
 
@@ -170,10 +126,10 @@ std::string walk_text(const ReportTable& table) {
 }
 
 Result<ReportPage> walk_experiment(const ExperimentOptions& options, std::ostream& err) {
-  const auto opened = ExperimentScene::open(options.level, options.quick ? kQuickSources : 0);
+  const auto opened = options.open_scene();
   if (!opened.ok()) return opened.error();
   const ExperimentScene& scene = **opened;
-  const Vec3 start = options.listener_m.value_or(scene.default_listener_m());
+  const Vec3 start = options.place_in(scene);
   const std::size_t keyframes = options.quick ? 20 : 100;  // 2 s
   const std::size_t k = std::min<std::size_t>(2000, scene.size() / 4);
   ReportPage report(
@@ -182,21 +138,42 @@ Result<ReportPage> walk_experiment(const ExperimentOptions& options, std::ostrea
                   "50 keyframes a second",
                   options.level, scene.size(), k, static_cast<double>(keyframes) * kKeyframe_s,
                   start.x, start.y, start.z));
-  std::vector<std::string> names;
-  for (const StrategyInfo& info : kStrategies)
-    if (std::string(info.name) != "all") names.emplace_back(info.name);
-  WalkFigures figures(names);
+  ReportTable walk{"walk",
+                   "Walking, running, flying",
+                   {"strategy", "speed_mps", "exchanged_percent_per_m", "exchanged_percent_per_s",
+                    "loudness_rms_db", "loudness_worst_db"},
+                   {}};
+  ReportTable due{"adaptive",
+                  "Adaptive diffusion: exchanged, and at most due",
+                  {"speed_mps", "exchanged_percent_per_m", "due_percent_per_m"},
+                  {}};
+  Chart loudness{.title = "Loudness along a walk at 1.5 m/s, relative to all sources",
+                 .x_label = "way (m)",
+                 .y_label = "error (dB)"};
   for (const double speed_mps : {1.5, 5.0, 30.0}) {
     err << fmt::format("  {} m/s", speed_mps) << std::endl;
     const std::vector<Vec3> places = circle(start, speed_mps, keyframes);
     std::vector<std::vector<double>> powers(keyframes);
     for_each_index(keyframes, [&](std::size_t i) { powers[i] = scene.powers(places[i]); });
-    std::vector<Walked> results(names.size());
-    for_each_index(names.size(),
-                   [&](std::size_t s) { results[s] = walked(scene, names[s], k, places, powers); });
-    figures.add(speed_mps, results);
+    std::vector<Walked> results(kStrategies.size());
+    for_each_index(results.size(), [&](std::size_t s) {
+      if (const std::string name = kStrategies[s].name; name != "all")
+        results[s] = walked(scene, name, k, places, powers);
+    });
+    for (std::size_t s = 0; s < results.size(); ++s) {
+      const Walked& result = results[s];
+      const std::string name = kStrategies[s].name;
+      if (name == "all") continue;
+      walk.rows.push_back({name, speed_mps, 100 * result.exchanged_per_m,
+                           100 * result.exchanged_per_s, result.rms_db, result.worst_db});
+      if (name == "adaptive-diffusion")
+        due.rows.push_back({speed_mps, 100 * result.exchanged_per_m, 100 * result.due_per_m});
+      if (speed_mps == 1.5)
+        loudness.series.push_back(
+            {name, result.loudness_error_db, Chart::Series::Look::kLine, colour_of(name)});
+    }
   }
-  std::move(figures).write_to(report);
+  write_figures(std::move(walk), std::move(due), loudness, report);
   return report;
 }
 

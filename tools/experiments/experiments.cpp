@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -12,18 +13,66 @@
 
 namespace clamor {
 
+namespace {
+
+std::size_t index_of(const ReportTable& table, const std::string& column) {
+  const auto at = std::ranges::find(table.columns, column) - table.columns.begin();
+  assert(at < std::ssize(table.columns));
+  return static_cast<std::size_t>(at);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<ExperimentScene>> ExperimentOptions::open_scene() const {
+  return ExperimentScene::open(level, quick ? kQuickSources : 0);
+}
+
 std::vector<double> column_of(const ReportTable& table, const std::string& column,
                               const std::string& name) {
-  const auto at = static_cast<std::size_t>(
-      std::find(table.columns.begin(), table.columns.end(), column) - table.columns.begin());
-  assert(at < table.columns.size());
+  const std::size_t at = index_of(table, column);
   std::vector<double> values;
-  for (const auto& row : table.rows) {
-    const auto* first = std::get_if<std::string>(&row[0]);
-    if (name.empty() || (first != nullptr && *first == name))
+  for (const auto& row : table.rows)
+    if (name.empty() || row[0] == ReportTable::Cell(name))
       values.push_back(std::get<double>(row[at]));
-  }
   return values;
+}
+
+std::vector<std::string> names_of(const ReportTable& table) {
+  std::vector<std::string> names;
+  for (const auto& row : table.rows)
+    if (const auto& name = std::get<std::string>(row[0]); std::ranges::count(names, name) == 0)
+      names.push_back(name);
+  return names;
+}
+
+ReportTable rows_with(ReportTable table, const std::string& column,
+                      const ReportTable::Cell& value) {
+  const std::size_t at = index_of(table, column);
+  std::erase_if(table.rows, [&](const auto& row) { return row[at] != value; });
+  return table;
+}
+
+std::vector<std::string> plot(Chart& chart, const ReportTable& table, const std::string& x,
+                              const std::string& y, double least) {
+  std::vector<std::string> without;
+  for (const std::string& name : names_of(table)) {
+    Chart::Series series{.name = name, .colour = colour_of(name)};
+    const auto xs = column_of(table, x, name), ys = column_of(table, y, name);
+    for (std::size_t i = 0; i < xs.size(); ++i)
+      if (ys[i] > least) series.points.emplace_back(xs[i], ys[i]);
+    if (series.points.empty())
+      without.push_back(name);
+    else
+      chart.series.push_back(std::move(series));
+  }
+  return without;
+}
+
+void plot_curve(Chart& chart, const std::string& name, const std::vector<double>& xs,
+                const std::function<double(double)>& y) {
+  Chart::Series series{name, {}, Chart::Series::Look::kDashes, Chart::kGrey};
+  for (const double x : xs) series.points.emplace_back(x, y(x));
+  chart.series.push_back(std::move(series));
 }
 
 std::string range_text(const std::vector<double>& values, int digits) {
@@ -39,6 +88,18 @@ std::string listed(const std::vector<std::string>& names) {
   for (std::size_t i = 0; i < names.size(); ++i)
     text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
   return text;
+}
+
+std::string left_out_text(const std::vector<std::string>& names, const std::string& why) {
+  return names.empty() ? "" : " Left out, because they " + why + ": " + listed(names) + ".";
+}
+
+double mean_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double level_db(double part, double whole) {
+  return part > 0 ? 10 * std::log10(part / whole) : -20;
 }
 
 std::optional<double> fitted_exponent(const std::vector<double>& x, const std::vector<double>& y) {

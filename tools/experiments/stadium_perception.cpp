@@ -1,5 +1,5 @@
-#include "tools/experiments/stadium_perception.h"
-
+// stadium_perception.cpp: the paper's figure 5: audible differences between a sample and all
+// sources.
 #include <algorithm>
 #include <cmath>
 #include <mutex>
@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "tools/analysis/null_distribution.h"
-#include "tools/analysis/sound_comparison.h"
+#include "tools/experiments/experiments.h"
 
 namespace clamor {
 
@@ -22,117 +22,64 @@ Sound brought_to(const Sound& like, Sound sound) {
   return sound;
 }
 
-// Differences between the original and exact renderings with other phases.
-NullDistribution chance_of_phases(const ExperimentScene& scene, const Walk& here, double seconds,
-                                  const Sound& all, const SoundAnalysis& original, int rolls,
-                                  std::ostream& err) {
-  int done = 0;
-  std::mutex printing;
-  return null_distribution(rolls, [&](std::uint32_t roll) {
-    SeededSampler sampler = scene.sampler("all", 1, Estimator::kPower, 1);
-    const Sound other = scene.render(*sampler.sampler, here, seconds, 1000 + roll);
-    auto differences = compare(original, analyse(brought_to(all, other), SoundKind::kProgramme));
-    const std::scoped_lock lock(printing);
-    err << fmt::format("  figure 5: exact rendering {} of {}\n", ++done, rolls) << std::flush;
-    return differences;
-  });
-}
-
 // Waveform measures depend on inaudible phases, so they do not count.
 bool counts(const Difference& difference) {
-  switch (difference.info->measure) {
-    case Measure::kL2:
-    case Measure::kRenormalisedL2:
-    case Measure::kCorrelation:
-      return false;
-    default:
-      return difference.worst() != nullptr;
-  }
+  const Measure measure = difference.info->measure;
+  return measure != Measure::kL2 && measure != Measure::kRenormalisedL2 &&
+         measure != Measure::kCorrelation && difference.worst() != nullptr;
 }
 
-// Measures of one sample against the null distribution.
-struct BeyondChance {
+// Measures of one sample against the null distribution: a row per measure in the table, and one in
+// the summary.
+void add_rows(const std::string& strategy, std::size_t k,
+              const std::vector<Difference>& differences, const NullDistribution& chance,
+              ReportTable& table, ReportTable& summary) {
   int beyond = 0, taken = 0;
   double logs = 0;    // of the ratios to the 95th percentile of chance
   std::string which;  // keys of the measures beyond chance
-
-  double percent() const { return 100.0 * beyond / std::max(taken, 1); }
-  double typical_ratio() const { return std::exp(logs / std::max(taken, 1)); }
-};
-
-// Also adds a row per measure to the table.
-BeyondChance beyond_chance(const SamplingChoice& choice, const std::vector<Difference>& differences,
-                           const NullDistribution& chance, ReportTable& table) {
-  BeyondChance result;
   for (const Difference& difference : differences) {
     if (!counts(difference)) continue;
     const double size = difference.size();
     const double by_chance = chance.size_95(difference.info->measure);
     if (size == 0 && by_chance == 0) continue;
-    ++result.taken;
+    ++taken;
     const double ratio = std::clamp(size / std::max(by_chance, 1e-9), 0.01, 100.0);
-    result.logs += std::log(ratio);
+    logs += std::log(ratio);
     if (size > by_chance) {
-      ++result.beyond;
-      result.which += (result.which.empty() ? "" : "; ") + std::string(difference.info->key);
+      ++beyond;
+      which += (which.empty() ? "" : "; ") + std::string(difference.info->key);
     }
-    table.rows.push_back({choice.strategy, difference.info->key, static_cast<double>(choice.k),
-                          size, by_chance, ratio});
+    table.rows.push_back({strategy, difference.info->key, k, size, by_chance, ratio});
   }
-  return result;
+  summary.rows.push_back({strategy, k, beyond, taken, std::exp(logs / std::max(taken, 1)), which});
 }
 
-void report_perception(const std::vector<SamplingChoice>& kinds,
-                       const std::vector<SamplingChoice>& choices,
-                       const std::vector<std::vector<Difference>>& differences,
-                       const NullDistribution& chance, const std::vector<std::size_t>& sizes,
-                       int rolls, ReportPage& report) {
-  std::vector<double> ticks(sizes.begin(), sizes.end());
-  Chart share{.title = "Figure 5: measures that tell the sample from an exact rendering",
-              .x_label = "k, sources mixed",
-              .y_label = "measures beyond chance (%)",
-              .log_x = true,
-              .x_ticks = ticks,
-              .y_range = {{0, 100}}};
-  share.zones = {
-      {32, 181, "paper: bad"}, {1448, 4096, "satisfactory"}, {6000, 32768, "very close"}};
+void report_perception(ReportTable summary, ReportTable table,
+                       const std::vector<std::size_t>& sizes, int rolls, ReportPage& report) {
+  const std::vector<double> ticks(sizes.begin(), sizes.end());
+  Chart share{
+      .title = "Figure 5: measures that tell the sample from an exact rendering",
+      .x_label = "k, sources mixed",
+      .y_label = "measures beyond chance (%)",
+      .log_x = true,
+      .x_ticks = ticks,
+      .y_range = {{0, 100}},
+      .zones = {
+          {32, 181, "paper: bad"}, {1448, 4096, "satisfactory"}, {6000, 32768, "very close"}}};
   Chart typical{.title = "Figure 5: distance beyond chance, geometric mean of the measures",
                 .x_label = "k, sources mixed",
                 .y_label = "difference / 95th percentile of chance",
                 .log_x = true,
                 .log_y = true,
                 .x_ticks = ticks};
-  ReportTable table{"figure_5",
-                    "Each measure: difference relative to chance (95th percentile)",
-                    {"strategy", "measure", "k", "difference", "chance_95", "ratio"},
-                    {},
-                    true};
-  ReportTable summary{"figure_5_summary", "Measures beyond chance", {}, {}, false};
-  summary.columns = {"strategy", "k", "beyond", "of", "typical_ratio", "beyond_which"};
-  for (const SamplingChoice& kind : kinds) {
-    Chart::Series of_share{.name = kind.strategy, .colour = colour_of(kind.strategy)};
-    Chart::Series of_typical = of_share;
-    for (std::size_t w = choices.size(); w-- > 0;) {
-      if (choices[w].strategy != kind.strategy) continue;
-      const BeyondChance result = beyond_chance(choices[w], differences[w], chance, table);
-      const auto k = static_cast<double>(choices[w].k);
-      of_share.points.emplace_back(k, result.percent());
-      of_typical.points.emplace_back(k, result.typical_ratio());
-      summary.rows.push_back({choices[w].strategy, k, static_cast<double>(result.beyond),
-                              static_cast<double>(result.taken), result.typical_ratio(),
-                              result.which});
-    }
-    share.series.push_back(of_share);
-    typical.series.push_back(of_typical);
-  }
-  Chart::Series one{"chance", {}, Chart::Series::Look::kDashes, Chart::kGrey};
-  Chart::Series five{"chance", {}, Chart::Series::Look::kDashes, Chart::kGrey};
-  for (const std::size_t k : {sizes.front(), sizes.back()}) {
-    one.points.emplace_back(static_cast<double>(k), 1);
-    five.points.emplace_back(static_cast<double>(k), 5);
-  }
-  typical.series.push_back(one);
-  share.series.push_back(five);
+  plot(typical, summary, "k", "typical_ratio");
+  ReportTable percent = summary;
+  for (auto& row : percent.rows)
+    row[2] = 100 * std::get<double>(row[2]) / std::max(std::get<double>(row[3]), 1.0);
+  plot(share, percent, "k", "beyond");
+  const std::vector<double> ends = {ticks.front(), ticks.back()};
+  plot_curve(typical, "chance", ends, [](double) { return 1; });
+  plot_curve(share, "chance", ends, [](double) { return 5; });
 
   report.heading("Figure 5: audible differences");
   report.claim(
@@ -156,28 +103,47 @@ void report_perception(const std::vector<SamplingChoice>& kinds,
 
 }  // namespace
 
-void perception(const ExperimentScene& scene, const Walk& here, double seconds, const Sound& all,
-                const std::vector<std::size_t>& sizes, int rolls, ReportPage& report,
+void perception(const ExperimentScene& scene, const ExperimentOptions& options, double seconds,
+                const Sound& all, const std::vector<std::size_t>& sizes, ReportPage& report,
                 std::ostream& err) {
+  const Vec3 place = options.place_in(scene);
   const SoundAnalysis original = analyse(all, SoundKind::kProgramme);
-  const NullDistribution chance = chance_of_phases(scene, here, seconds, all, original, rolls, err);
-  const std::vector<SamplingChoice> kinds = {{"octree", Estimator::kAmplitude, 0},
-                                             {"importance", Estimator::kAmplitude, 0},
-                                             {"priority", Estimator::kPower, 0}};
-  std::vector<SamplingChoice> choices;
-  for (auto k = sizes.rbegin(); k != sizes.rend(); ++k)
-    for (SamplingChoice choice : kinds) {
-      choice.k = *k;
-      choices.push_back(choice);
-    }
-  std::vector<std::vector<Difference>> differences(choices.size());
-  for_each_index(choices.size(), [&](std::size_t w) {
-    SeededSampler sampler =
-        scene.sampler(choices[w].strategy, choices[w].k, choices[w].estimator, 1);
-    const Sound sound = brought_to(all, scene.render(*sampler.sampler, here, seconds));
-    differences[w] = compare(original, analyse(sound, SoundKind::kProgramme));
+  const auto difference_of = [&](const std::string& strategy, std::size_t k, std::uint64_t phases) {
+    const SeededSampler sampler = scene.sampler(strategy, k, estimator_of(strategy));
+    const Sound sound = scene.render(*sampler.sampler, place, seconds, phases);
+    return compare(original, analyse(brought_to(all, sound), SoundKind::kProgramme));
+  };
+  int done = 0;
+  std::mutex printing;
+  // Differences between the original and exact renderings with other phases.
+  const NullDistribution chance = null_distribution(options.rolls, [&](std::uint32_t roll) {
+    auto differences = difference_of("all", 1, 1000 + roll);
+    const std::scoped_lock lock(printing);
+    err << fmt::format("  figure 5: exact rendering {} of {}\n", ++done, options.rolls)
+        << std::flush;
+    return differences;
   });
-  report_perception(kinds, choices, differences, chance, sizes, rolls, report);
+
+  const std::vector<std::string> names = {"octree", "importance", "priority"};
+  std::vector<std::vector<Difference>> differences(names.size() * sizes.size());
+  for_each_index(differences.size(), [&](std::size_t i) {
+    // The longest first.
+    const std::size_t name = i % names.size(), size = sizes.size() - 1 - i / names.size();
+    differences[name * sizes.size() + size] = difference_of(names[name], sizes[size], 0);
+  });
+  ReportTable table{"figure_5",
+                    "Each measure: difference relative to chance (95th percentile)",
+                    {"strategy", "measure", "k", "difference", "chance_95", "ratio"},
+                    {},
+                    true};
+  ReportTable summary{"figure_5_summary",
+                      "Measures beyond chance",
+                      {"strategy", "k", "beyond", "of", "typical_ratio", "beyond_which"},
+                      {}};
+  for (std::size_t i = 0; i < differences.size(); ++i)
+    add_rows(names[i / sizes.size()], sizes[i % sizes.size()], differences[i], chance, table,
+             summary);
+  report_perception(std::move(summary), std::move(table), sizes, options.rolls, report);
 }
 
 }  // namespace clamor
