@@ -1,10 +1,10 @@
 #include "tools/analysis/null_distribution.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cassert>
 #include <cmath>
-#include <thread>
+
+#include "common/parallel_for.h"
 
 namespace clamor {
 
@@ -29,17 +29,9 @@ NullDistribution null_distribution(
     int count,
     const std::function<std::vector<Difference>(std::uint32_t roll)>& difference_of_roll) {
   std::vector<std::vector<Difference>> rolls(static_cast<std::size_t>(count));
-  std::atomic<std::uint32_t> next = 0;
-  const auto work = [&] {
-    for (std::uint32_t roll; (roll = next.fetch_add(1)) < rolls.size();)
-      rolls[roll] = difference_of_roll(roll);
-  };
-  {
-    std::vector<std::jthread> others;
-    const unsigned cores = std::min(std::thread::hardware_concurrency(), unsigned(count));
-    for (unsigned i = 1; i < cores; ++i) others.emplace_back(work);
-    work();
-  }
+  parallel_for(rolls.size(), 1, 0, [&](std::size_t roll, std::size_t) {
+    rolls[roll] = difference_of_roll(static_cast<std::uint32_t>(roll));
+  });
   return NullDistribution(rolls);
 }
 

@@ -52,6 +52,11 @@ std::size_t samples(double seconds) {
   return static_cast<std::size_t>(std::lround(seconds * kSampleRate_hz));
 }
 
+// Time of a sample of an octave after the direct sound.
+double octave_time_s(std::size_t i, std::size_t direct) {
+  return (static_cast<double>(i) - static_cast<double>(kOctaveRing + direct)) / kSampleRate_hz;
+}
+
 }  // namespace
 
 Bands free_field_energy_at_10m(const Emitter& emitter) {
@@ -96,31 +101,35 @@ RoomParameters room_parameters(std::span<const Arrival> arrivals, const Bands& e
   return parameters;
 }
 
+std::size_t direct_sound(std::span<const float> waveform) {
+  double peak = 0;
+  for (const float x : waveform) peak = std::max(peak, static_cast<double>(std::abs(x)));
+  if (!(peak > 0)) return waveform.size();
+  const auto is_near = [&](float x) { return static_cast<double>(std::abs(x)) >= peak / 10; };
+  return static_cast<std::size_t>(std::ranges::find_if(waveform, is_near) - waveform.begin());
+}
+
+DecayCurve octave_decay(std::span<const double> octave, std::size_t direct, std::size_t frames) {
+  std::vector<EnergyStep> steps(octave.size());
+  for (std::size_t i = 0; i < octave.size(); ++i)
+    steps[i] = {octave_time_s(i, direct), octave[i] * octave[i]};
+  return DecayCurve(steps, static_cast<double>(frames - direct) / kSampleRate_hz);
+}
+
 RoomParameters room_parameters(std::span<const float> waveform, const Bands& energy_at_10m) {
   RoomParameters parameters;
   const std::vector<double> signal(waveform.begin(), waveform.end());
-  double peak = 0;
-  for (const double x : signal) peak = std::max(peak, std::abs(x));
-  if (!(peak > 0)) return parameters;
-  const auto direct =
-      static_cast<std::size_t>(std::find_if(signal.begin(), signal.end(),
-                                            [&](double x) { return std::abs(x) >= peak / 10; }) -
-                               signal.begin());
-
+  const std::size_t direct = direct_sound(waveform);
+  if (direct == waveform.size()) return parameters;
   const std::vector<double> impulse = {1};
   for (std::size_t b = 0; b < kBandCount; ++b) {
     const std::vector<double> octave = octave_of(signal, b);
-    const auto start = static_cast<double>(kOctaveRing + direct);
-    std::vector<EnergyStep> steps(octave.size());
-    double moment = 0;
-    for (std::size_t i = 0; i < octave.size(); ++i) {
-      const double t_s = (static_cast<double>(i) - start) / kSampleRate_hz;
-      steps[i] = {t_s, octave[i] * octave[i]};
-      moment += t_s * steps[i].energy;
-    }
-    const DecayCurve curve(steps, static_cast<double>(signal.size() - direct) / kSampleRate_hz);
+    const DecayCurve curve = octave_decay(octave, direct, signal.size());
     if (!(curve.energy() > 0)) continue;
     set_decay_times(parameters, b, curve, kMinWidthTimesDecay / octave_width_hz(b));
+    double moment = 0;
+    for (std::size_t i = 0; i < octave.size(); ++i)
+      moment += octave_time_s(i, direct) * (octave[i] * octave[i]);
 
     const EarlyAndLate clarity = split(signal, direct + samples(kClarity_s), b, octave);
     const EarlyAndLate definition = split(signal, direct + samples(kDefinition_s), b, octave);

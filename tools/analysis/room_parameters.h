@@ -69,6 +69,13 @@ std::optional<DecayCurve> energy_decay(std::span<const Arrival> arrivals, std::s
 // Arrivals must be sorted by time; without any, all parameters are missing.
 RoomParameters room_parameters(std::span<const Arrival> arrivals, const Bands& energy_at_10m);
 
+// The first sample of a waveform within 20 dB of its highest; its end if it is silent.
+std::size_t direct_sound(std::span<const float> waveform);
+
+// The decay of a waveform's octave (octave_filter.h) from the direct sound on, which comes after as
+// many of `frames` samples.
+DecayCurve octave_decay(std::span<const double> octave, std::size_t direct, std::size_t frames);
+
 // The waveform is at kSampleRate_hz; an impulse of amplitude 1 is one sample of 1. Costs about 0.3
 // s per second.
 RoomParameters room_parameters(std::span<const float> waveform, const Bands& energy_at_10m);

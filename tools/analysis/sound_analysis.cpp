@@ -5,11 +5,10 @@
 #include <cmath>
 #include <utility>
 
-#include "common/decay_curve.h"
 #include "common/sample_rate.h"
+#include "runtime/response/octave_filter.h"
 #include "tools/analysis/echo_density.h"
 #include "tools/analysis/erb_spectrum.h"
-#include "runtime/response/octave_filter.h"
 #include "tools/analysis/sound_spectrum.h"
 
 namespace clamor {
@@ -24,29 +23,15 @@ double peak_of(std::span<const float> samples) {
   return peak;
 }
 
-// The first sample within 20 dB of the highest, as in room_parameters().
-std::size_t direct_sound(std::span<const float> samples) {
-  const double least = peak_of(samples) / 10;
-  return static_cast<std::size_t>(
-      std::find_if(samples.begin(), samples.end(),
-                   [&](float x) { return static_cast<double>(std::abs(x)) >= least; }) -
-      samples.begin());
-}
-
 void measure_decay(std::span<const float> samples, SoundAnalysis::Ear& ear) {
   ear.room = room_parameters(samples, same_in_all_bands(1));
-  if (!(peak_of(samples) > 0)) return;
-  const std::vector<double> signal(samples.begin(), samples.end());
   const std::size_t direct = direct_sound(samples);
+  if (direct == samples.size()) return;
+  const std::vector<double> signal(samples.begin(), samples.end());
   const double length_s = static_cast<double>(signal.size() - direct) / kSampleRate_hz;
   for (std::size_t b = 0; b < kBandCount; ++b) {
     const std::vector<double> octave = octave_of(signal, b);
-    std::vector<EnergyStep> steps(octave.size());
-    for (std::size_t i = 0; i < octave.size(); ++i)
-      steps[i] = {
-          (static_cast<double>(i) - static_cast<double>(direct + kOctaveRing)) / kSampleRate_hz,
-          octave[i] * octave[i]};
-    const DecayCurve curve(steps, length_s);
+    const DecayCurve curve = octave_decay(octave, direct, signal.size());
     // Leave out the end of the file, which is not a decay.
     for (double t_s = 0; t_s < 0.9 * length_s; t_s += kEchoDensityHop_s)
       ear.decay_db[b].push_back(curve.level_db(t_s));
@@ -57,7 +42,7 @@ void measure_decay(std::span<const float> samples, SoundAnalysis::Ear& ear) {
 }
 
 // The earliest direct sound of the ears; the end of the sound if it is silent.
-std::size_t direct_sound(const Sound& sound) {
+std::size_t first_direct_sound(const Sound& sound) {
   double peak = 0;
   for (const auto& channel : sound.channels) peak = std::max(peak, peak_of(channel));
   std::size_t direct = sound.frames();
@@ -69,7 +54,7 @@ std::size_t direct_sound(const Sound& sound) {
 // The first 80 ms from the direct sound on.
 Sound early_part(const Sound& sound) {
   constexpr std::size_t kEarly = kSampleRate_hz * 8 / 100;
-  const std::size_t direct = direct_sound(sound);
+  const std::size_t direct = first_direct_sound(sound);
   Sound early{{}, sound.file_rate_hz, {}};
   for (const auto& channel : sound.channels)
     early.channels.emplace_back(
@@ -82,7 +67,7 @@ Sound early_part(const Sound& sound) {
 
 bool looks_like_impulse_response(const Sound& sound) {
   double energy = 0, moment = 0, end = 0;
-  const std::size_t direct = direct_sound(sound);
+  const std::size_t direct = first_direct_sound(sound);
   for (const auto& channel : sound.channels)
     for (std::size_t i = direct; i < channel.size(); ++i) {
       const double x2 = static_cast<double>(channel[i]) * channel[i];
