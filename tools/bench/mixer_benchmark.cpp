@@ -2,15 +2,10 @@
 
 #include <algorithm>
 #include <map>
-#include <memory>
 
 #include "common/cpu_time.h"
 #include "tools/bench/bench_voices.h"
 #include "tools/bench/machine_peak.h"
-
-#ifdef CLAMOR_HAS_BENCHMARK
-#include <benchmark/benchmark.h>
-#endif
 
 namespace clamor {
 
@@ -65,17 +60,6 @@ double KernelProfile::taking_ns() const {
   return (in_steps_ns - still_and_near_ns) / (kCalls - 1);
 }
 
-#ifndef CLAMOR_HAS_BENCHMARK
-
-Result<MixerBenchmark> measure_mixer(const BenchRequest&, const std::function<void(double)>&) {
-  return Error(
-      "this program was built without Google Benchmark. On Debian, 'apt-get install "
-      "libbenchmark-dev' and then 'cmake --preset release && cmake --build --preset release "
-      "--target clamor' build it again with it.");
-}
-
-#else
-
 namespace {
 
 constexpr std::uint32_t kVoicesOfOtherKernels = 2000, kMaxOpenalVoices = 2000;
@@ -86,36 +70,39 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// Voices are kept from run to run: making 100 000 of them takes longer than timing them.
-struct Stage {
-  const MixerTiming* figure = nullptr;
-  std::unique_ptr<MixerVoices> mixer;
-  std::unique_ptr<KernelVoices> kernel;
-};
-
-void run_figure(benchmark::State& state, const MixerTiming* figure, Stage* stage) {
-  using What = MixerTiming::What;
-  if (stage->figure != figure) {
-    *stage = {};
-    if (figure->what == What::kMixer)
-      stage->mixer = std::make_unique<MixerVoices>(figure->mode, figure->voices);
+// Seconds per block of several runs, each of at least `seconds` of CPU time. Voices are kept from
+// run to run: making 100 000 of them takes longer than timing them.
+template <class Once>
+std::vector<double> seconds_of_runs(double seconds, int runs, const Once& once) {
+  once();  // fills the caches
+  std::vector<double> of_runs;
+  for (double blocks = 1; std::ssize(of_runs) < runs;) {
+    const double start = thread_time_s();
+    for (int i = 0; i < static_cast<int>(blocks); ++i) once();
+    const double took = thread_time_s() - start;
+    if (took >= seconds)
+      of_runs.push_back(took / static_cast<int>(blocks));
     else
-      stage->kernel = std::make_unique<KernelVoices>(figure->mode, figure->voices);
-    stage->figure = figure;
+      blocks = std::clamp(1.2 * seconds / std::max(took, 1e-9) * blocks, 2 * blocks, 10 * blocks);
   }
-  bool heard = true;
-  if (figure->what == What::kMixer) {
-    for (auto _ : state) stage->mixer->mix();
-    heard = stage->mixer->heard();
-  } else if (figure->what == What::kKernel) {
-    force_mix_kernel(figure->instructions);
-    for (auto _ : state) stage->kernel->mix();
-    force_mix_kernel("");
-    heard = stage->kernel->heard();
-  } else {
-    for (auto _ : state) stage->kernel->mix_with_reference();
+  return of_runs;
+}
+
+// None if nothing was heard.
+std::vector<double> time_figure(const MixerTiming& figure, const BenchRequest& request) {
+  using What = MixerTiming::What;
+  if (figure.what == What::kMixer) {
+    MixerVoices voices(figure.mode, figure.voices);
+    const auto seconds = seconds_of_runs(request.seconds, request.runs, [&] { voices.mix(); });
+    return voices.heard() ? seconds : std::vector<double>();
   }
-  if (!heard) state.SkipWithError("nothing was heard");
+  KernelVoices voices(figure.mode, figure.voices);
+  if (figure.what == What::kReference)
+    return seconds_of_runs(0.2 * request.seconds, 1, [&] { voices.mix_with_reference(); });
+  force_mix_kernel(figure.instructions);
+  const auto seconds = seconds_of_runs(request.seconds, request.runs, [&] { voices.mix(); });
+  force_mix_kernel("");
+  return voices.heard() ? seconds : std::vector<double>();
 }
 
 // Seconds per block, over whole keyframes (15 blocks are four of them). A warm-up of as many
@@ -131,9 +118,9 @@ double seconds_of(double blocks, const Once& once) {
 
 // Kinds of voices alternate, and the best of each over all rounds counts, so that differences come
 // from the voices.
-void run_profile(benchmark::State& state, KernelProfile* profile, double seconds) {
-  const MixMode& mode = profile->mode;
-  const std::uint32_t count = profile->voices;
+void time_profile(KernelProfile& profile, double seconds) {
+  const MixMode& mode = profile.mode;
+  const std::uint32_t count = profile.voices;
   KernelVoices in_steps(mode, count, BenchVoiceKind::kStaticInL1, kStepFrames);
   KernelVoices near(mode, count, BenchVoiceKind::kStaticInL1),
       still(mode, count, BenchVoiceKind::kStill);
@@ -147,30 +134,30 @@ void run_profile(benchmark::State& state, KernelProfile* profile, double seconds
     const double ns = 1e9 * block_s / count / kBenchFrames;
     if (best_ns == 0 || ns < best_ns) best_ns = ns;
   };
-  for (auto _ : state)
-    for (int turn = 0; turn < kTurns; ++turn) {
-      time(profile->in_steps_ns, kStepFrames, in_steps);
-      time(profile->still_and_near_ns, kBenchFrames, near);
-      time(profile->still_ns, kBenchFrames, still);
-      time(profile->usual_ns, kBenchFrames, usual);
-      time(profile->mixer_ns, kBenchFrames, mixer);
-    }
+  for (int turn = 0; turn < kTurns; ++turn) {
+    time(profile.in_steps_ns, kStepFrames, in_steps);
+    time(profile.still_and_near_ns, kBenchFrames, near);
+    time(profile.still_ns, kBenchFrames, still);
+    time(profile.usual_ns, kBenchFrames, usual);
+    time(profile.mixer_ns, kBenchFrames, mixer);
+  }
 }
 
 // Each round times everything in turn, so that a disturbance affects all figures alike.
-void run_openal(benchmark::State& state, OpenalTiming* figure, const MixMode& mode,
-                double seconds) {
-  const std::uint32_t count = figure->voices;
+// Returns false if OpenAL Soft was silent.
+bool time_openal(OpenalTiming& figure, const MixMode& mode, const BenchRequest& request) {
+  const std::uint32_t count = figure.voices;
   KernelVoices kernel(mode, count);
   MixerVoices mixer(mode, count);
   const std::array places = {openal_voices_at(0, count), openal_voices_at(1, count)};
-  const auto openal = OpenalVoices::create(bench_samples(), places[0], figure->output);
+  const auto openal = OpenalVoices::create(bench_samples(), places[0], figure.output);
+  if (!openal) return true;
   std::vector<float> block(kEars * kBenchFrames);
   std::vector<double> still, moving, times_still, times_moving;
   double energy = 0;
-  for (auto _ : state) {
-    if (!openal) continue;
-    const double ours_blocks = seconds * 5e6 / count, blocks = seconds * 5e5 / count;
+  for (int round = 0; round < 3 * request.runs; ++round) {
+    const double ours_blocks = request.seconds * 5e6 / count,
+                 blocks = request.seconds * 5e5 / count;
     const double ours = seconds_of(ours_blocks, [&](int) { kernel.mix(); });
     const double ours_moving = seconds_of(ours_blocks, [&](int) { mixer.mix(); });
     still.push_back(seconds_of(blocks, [&](int) { openal->render(block); }));
@@ -182,51 +169,13 @@ void run_openal(benchmark::State& state, OpenalTiming* figure, const MixMode& mo
     times_moving.push_back(moving.back() / ours_moving);
     for (const float x : block) energy += static_cast<double>(x) * static_cast<double>(x);
   }
-  if (!openal) return;
-  if (!(energy > 0)) state.SkipWithError("OpenAL Soft was silent");
   const double real_time = static_cast<double>(count) * kBenchFrames / kSampleRate_hz;
-  figure->still = real_time / median(still);
-  figure->moving = real_time / median(moving);
-  figure->times_still = median(times_still);
-  figure->times_moving = median(times_moving);
+  figure.still = real_time / median(still);
+  figure.moving = real_time / median(moving);
+  figure.times_still = median(times_still);
+  figure.times_moving = median(times_moving);
+  return energy > 0;
 }
-
-// Why a run was skipped, "" if it was not. Google Benchmark 1.8 renamed the members that tell.
-template <class Run>
-std::string failure_of(const Run& run) {
-  if constexpr (requires { run.skip_message; })
-    return run.skip_message;
-  else
-    return run.error_occurred ? run.error_message : "";
-}
-
-// Collects the result of each run by the number of its figure, and prints nothing.
-class Collector final : public benchmark::BenchmarkReporter {
- public:
-  Collector(std::size_t expected, const std::function<void(double)>& progress)
-      : expected_(expected), progress_(progress) {}
-
-  bool ReportContext(const Context&) override { return true; }
-  void ReportRuns(const std::vector<Run>& runs) override {
-    // Google Benchmark also reports aggregates of repetitions; they are skipped.
-    if (runs.front().run_type == Run::RT_Aggregate) return;
-    for (const Run& run : runs) {
-      if (const std::string failure = failure_of(run); !failure.empty()) failure_ = failure;
-      seconds_[std::stoul(run.run_name.function_name)].push_back(
-          run.cpu_accumulated_time / static_cast<double>(run.iterations));
-    }
-    progress_(static_cast<double>(++done_) / static_cast<double>(expected_));
-  }
-
-  const std::string& failure() const { return failure_; }
-  const std::vector<double>& seconds_of(std::size_t number) const { return seconds_.at(number); }
-
- private:
-  std::size_t expected_, done_ = 0;
-  const std::function<void(double)>& progress_;
-  std::map<std::size_t, std::vector<double> > seconds_;
-  std::string failure_;
-};
 
 std::vector<MixerTiming> wanted(const BenchRequest& request, const std::string& best) {
   using What = MixerTiming::What;
@@ -247,14 +196,10 @@ std::vector<MixerTiming> wanted(const BenchRequest& request, const std::string& 
   return figures;
 }
 
-// Turns the measured seconds into voices, and relates them to the core's peak.
-void evaluate(MixerBenchmark& result, const Collector& collector) {
+// Relates the measured voices to the core's peak.
+void evaluate(MixerBenchmark& result) {
   std::map<std::string, std::pair<double, double> > peaks;
-  for (std::size_t i = 0; i < result.figures.size(); ++i) {
-    MixerTiming& figure = result.figures[i];
-    const auto& seconds = collector.seconds_of(i);
-    const double real_time = static_cast<double>(figure.voices) * kBenchFrames / kSampleRate_hz;
-    figure.real_time = {real_time / median(seconds), real_time / std::ranges::min(seconds)};
+  for (MixerTiming& figure : result.figures) {
     if (figure.what != MixerTiming::What::kKernel) continue;
     if (!peaks.contains(figure.instructions)) {
       force_mix_kernel(figure.instructions);
@@ -300,38 +245,33 @@ Result<MixerBenchmark> measure_mixer(const BenchRequest& request,
       result.profiles.push_back({like_openal(figure.output), figure.voices});
   for (const MixMode& mode : bench_modes()) result.profiles.push_back({mode, profiled});
 
-  const std::size_t first_profile = result.figures.size() + result.against_openal.size();
-
-  Stage stage;
-  benchmark::ClearRegisteredBenchmarks();
-  for (std::size_t i = 0; i < result.figures.size(); ++i) {
-    const bool slow = result.figures[i].what == MixerTiming::What::kReference;
-    benchmark::RegisterBenchmark(std::to_string(i).c_str(), run_figure, &result.figures[i], &stage)
-        ->MinTime(slow ? 0.2 * request.seconds : request.seconds)
-        ->Repetitions(slow ? 1 : request.runs);
+  const auto runs = static_cast<std::size_t>(request.runs);
+  const std::size_t all =
+      result.figures.size() + runs * result.profiles.size() + result.against_openal.size();
+  std::size_t done = 0;
+  const auto step = [&] { progress(static_cast<double>(++done) / static_cast<double>(all)); };
+  for (MixerTiming& figure : result.figures) {
+    const auto seconds = time_figure(figure, request);
+    if (seconds.empty()) return Error("while timing, nothing was heard.");
+    const double real_time = static_cast<double>(figure.voices) * kBenchFrames / kSampleRate_hz;
+    figure.real_time = {real_time / median(seconds), real_time / std::ranges::min(seconds)};
+    step();
   }
   // Rounds follow each other, so that a disturbance affects one run of each figure at most.
-  for (int round = 0; round < request.runs; ++round)
-    for (std::size_t i = 0; i < result.profiles.size(); ++i)
-      benchmark::RegisterBenchmark(std::to_string(first_profile + i).c_str(), run_profile,
-                                   &result.profiles[i], request.seconds)
-          ->Iterations(1);
-  for (std::size_t i = 0; i < result.against_openal.size(); ++i)
-    benchmark::RegisterBenchmark(std::to_string(result.figures.size() + i).c_str(), run_openal,
-                                 &result.against_openal[i],
-                                 like_openal(result.against_openal[i].output), request.seconds)
-        ->Iterations(3 * request.runs);
-  const auto rounds = static_cast<std::size_t>(request.runs);
-  Collector collector(first_profile + rounds * result.profiles.size(), progress);
-  benchmark::RunSpecifiedBenchmarks(&collector, ".");
-  benchmark::ClearRegisteredBenchmarks();
-  if (!collector.failure().empty()) return Error("while timing, " + collector.failure() + ".");
+  for (std::size_t round = 0; round < runs; ++round)
+    for (KernelProfile& profile : result.profiles) {
+      time_profile(profile, request.seconds);
+      step();
+    }
+  for (OpenalTiming& figure : result.against_openal) {
+    if (!time_openal(figure, like_openal(figure.output), request))
+      return Error("while timing, OpenAL Soft was silent.");
+    step();
+  }
 
-  evaluate(result, collector);
+  evaluate(result);
   std::erase_if(result.against_openal, [](const OpenalTiming& one) { return one.still == 0; });
   return result;
 }
-
-#endif  // CLAMOR_HAS_BENCHMARK
 
 }  // namespace clamor

@@ -1,7 +1,7 @@
 // mixer_benchmark.h: how many voices one core mixes in real time, and where the time goes.
 //
-// Only mixer_benchmark.cpp includes Google Benchmark. Figures come from the thread's CPU time,
-// which other programs disturb little; the median of several runs and the best of them are kept.
+// Figures come from the thread's CPU time, which other programs disturb little; the median of
+// several runs and the best of them are kept.
 //
 //   mixer      the whole Mixer: loading keyframes, placing and mixing voices, filtering bands
 //   kernel     mix_voices() alone and the voices' advance from block to block
@@ -103,7 +103,7 @@ struct BenchRequest {
 // Linear and cubic, with one delay or two, full band or eight bands; then the binaural modes.
 const std::vector<MixMode>& bench_modes();
 
-// Fails in builds without Google Benchmark. `progress` is called with the share that is done.
+// Fails if nothing is heard. `progress` is called with the share that is done.
 Result<MixerBenchmark> measure_mixer(const BenchRequest& request,
                                      const std::function<void(double)>& progress);
 
