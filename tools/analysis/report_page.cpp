@@ -1,9 +1,12 @@
 #include "tools/analysis/report_page.h"
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <span>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -19,18 +22,66 @@ namespace clamor {
 
 namespace {
 
-constexpr const char* kHead = R"(<!DOCTYPE html>
+using OrderedJson = nlohmann::ordered_json;
+
+constexpr const char* kPage = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark"><title>{0}</title>
+<meta name="color-scheme" content="light dark"><title>{}</title>
 <style>
-{2}</style></head><body>
-<header><h1>{0}</h1><p class="setting">{1}</p></header>
-<main>
+{}</style></head><body>
+<noscript>The scripts of this page draw it. Allow them, or read the figures in the JSON below.</noscript>
+<script type="application/json" id="contents">{}</script>
+<script>
+{}{}</script></body></html>
 )";
 
-std::string words(const ReportTable::Cell& cell) {
-  if (const auto* text = std::get_if<std::string>(&cell)) return *text;
-  return short_number(std::get<double>(cell));
+// Replaces what printable() replaces, escapes included, because the page shows the strings. "<" is
+// escaped, since "</script>" in a name would end the script.
+std::string json_for_html(const OrderedJson& document) {
+  const std::string json = document.dump(-1, ' ', false, OrderedJson::error_handler_t::replace);
+  std::string text;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    if (json[i] == '<') {
+      text += "\\u003c";
+    } else if (json[i] != '\\' || i + 1 == json.size()) {
+      text += json[i];
+    } else if (const char kind = json[++i]; std::string_view("bfnrtu").find(kind) < 6) {
+      text += '?';
+      if (kind == 'u') i += 4;
+    } else {
+      text += {'\\', kind};
+    }
+  }
+  return printable(text);
+}
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : printable(text))
+    result += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
+  return result;
+}
+
+OrderedJson to_json(const Chart& chart) {
+  constexpr const char* kLooks[] = {"dots", "line", "dashes", "thin"};
+  OrderedJson json = {{"title", chart.title},           {"x_label", chart.x_label},
+                      {"y_label", chart.y_label},       {"log_x", chart.log_x},
+                      {"log_y", chart.log_y},           {"x_ticks", chart.x_ticks},
+                      {"width", chart.width},           {"height", chart.height},
+                      {"series", OrderedJson::array()}, {"zones", OrderedJson::array()}};
+  if (chart.y_range) json["y_range"] = *chart.y_range;
+  for (const Chart::Series& series : chart.series) {
+    json["series"].push_back({{"name", series.name},
+                              {"look", kLooks[static_cast<std::size_t>(series.look)]},
+                              {"points", series.points}});
+    if (series.colour == Chart::kGrey)
+      json["series"].back()["colour"] = "grey";
+    else if (series.colour >= 0)
+      json["series"].back()["colour"] = fmt::format("s{}", series.colour % 9);
+  }
+  for (const Chart::Zone& zone : chart.zones)
+    json["zones"].push_back({{"from", zone.from}, {"to", zone.to}, {"label", zone.label}});
+  return json;
 }
 
 // A field as in RFC 4180: in quotes where it has a comma or a quote.
@@ -60,33 +111,16 @@ std::string to_csv(const ReportTable& table) {
   return csv;
 }
 
-// A folded table has its title above the fold, others have a caption.
-std::string to_html(const ReportTable& table) {
-  std::string html = "<div class=\"table\"><table>";
-  html += fmt::format("<caption{}>{}</caption>", table.folded ? " class=\"skip\"" : "",
-                      escaped(table.title));
-  html += "<thead><tr>";
-  for (const std::string& column : table.columns)
-    html += "<th scope=\"col\">" + escaped(column) + "</th>";
-  html += "</tr></thead><tbody>\n";
-  for (const auto& row : table.rows) {
-    html += "<tr>";
-    for (std::size_t c = 0; c < row.size(); ++c)
-      html += fmt::format("<{0}{1}>{2}</{0}>", c == 0 ? "th" : "td", c == 0 ? " scope=\"row\"" : "",
-                          escaped(words(row[c])));
-    html += "</tr>\n";
-  }
-  html += "</tbody></table></div>\n";
-  if (!table.folded) return html;
-  return fmt::format("<details><summary>{}</summary>{}</details>\n", escaped(table.title), html);
+// A cell, which may hold text or a number.
+OrderedJson to_json(const ReportTable::Cell& cell) {
+  return std::visit([](const auto& value) { return OrderedJson(value); }, cell);
 }
 
-nlohmann::ordered_json to_json(const ReportTable& table) {
-  auto json = nlohmann::ordered_json::array();
+OrderedJson to_json(const ReportTable& table) {
+  auto json = OrderedJson::array();
   for (const auto& row : table.rows) {
-    nlohmann::ordered_json one;
-    for (std::size_t c = 0; c < row.size(); ++c)
-      std::visit([&](const auto& value) { one[table.columns[c]] = value; }, row[c]);
+    OrderedJson one;
+    for (std::size_t c = 0; c < row.size(); ++c) one[table.columns[c]] = to_json(row[c]);
     json.push_back(std::move(one));
   }
   return json;
@@ -101,18 +135,25 @@ Result<void> write_file(const std::string& path, const std::string& content) {
 
 }  // namespace
 
+std::string page_of_document(const OrderedJson& document, const std::string& scripts) {
+  return fmt::format(fmt::runtime(kPage), escaped(document["title"]), kPageStyle,
+                     json_for_html(document), scripts, kPageScript);
+}
+
 ReportPage::ReportPage(std::string name, const std::string& title, const std::string& setting)
-    : name_(std::move(name)), title_(title), setting_(setting) {}
+    : name_(std::move(name)),
+      document_({{"title", title}, {"setting", setting}, {"blocks", OrderedJson::array()}}) {}
 
-void ReportPage::heading(const std::string& text) { body_ += "<h2>" + escaped(text) + "</h2>\n"; }
+void ReportPage::heading(const std::string& text) {
+  document_["blocks"].push_back({{"heading", text}});
+}
 
-void ReportPage::paragraph(const std::string& text) { body_ += "<p>" + escaped(text) + "</p>\n"; }
+void ReportPage::paragraph(const std::string& text) {
+  document_["blocks"].push_back({{"paragraph", text}});
+}
 
 void ReportPage::claim(const std::string& paper, const std::string& ours) {
-  body_ += fmt::format(
-      "<div class=\"claim\"><div><b>The paper</b>{}</div><div class=\"ours\"><b>Here</b>{}</div>"
-      "</div>\n",
-      escaped(paper), escaped(ours));
+  document_["blocks"].push_back({{"claim", {{"paper", paper}, {"ours", ours}}}});
 }
 
 void ReportPage::chart(const Chart& chart, const std::string& caption) {
@@ -120,48 +161,41 @@ void ReportPage::chart(const Chart& chart, const std::string& caption) {
 }
 
 void ReportPage::charts(const std::vector<Chart>& charts, int columns, const std::string& caption) {
-  std::vector<std::string> pictures;
-  for (const Chart& chart : charts) pictures.push_back(to_svg(chart));
-  figure(pictures, columns, caption);
+  auto list = OrderedJson::array();
+  for (const Chart& chart : charts) list.push_back(to_json(chart));
+  document_["blocks"].push_back(
+      {{"charts", {{"list", list}, {"columns", columns}, {"caption", caption}}}});
 }
 
-void ReportPage::charts(const std::vector<BarChart>& charts, int columns,
-                        const std::string& caption) {
-  std::vector<std::string> pictures;
-  for (const BarChart& chart : charts) pictures.push_back(to_svg(chart));
-  figure(pictures, columns, caption);
-}
-
-void ReportPage::figure(const std::vector<std::string>& pictures, int columns,
-                        const std::string& caption) {
-  body_ += fmt::format("<figure><div class=\"row\" style=\"--columns: {}\">", columns);
-  for (const std::string& picture : pictures) {
-    pictures_.push_back(picture);
-    body_ += "<div>" + picture + "</div>";
+void ReportPage::spectrogram(const Spectrogram& heard, const std::string& title,
+                             const std::string& caption) {
+  auto levels_db = OrderedJson::array();
+  for (const auto& powers : heard.power) {
+    auto column = OrderedJson::array();
+    for (const double power : powers)
+      column.push_back(std::round(100 * std::log10(std::max(power, 1e-20))) / 10);
+    levels_db.push_back(std::move(column));
   }
-  body_ += "</div>";
-  if (!caption.empty()) body_ += "<figcaption>" + escaped(caption) + "</figcaption>";
-  body_ += "</figure>\n";
-}
-
-void ReportPage::picture(const std::string& svg, const std::string& caption) {
-  pictures_.push_back(svg);
-  body_ += "<figure>" + svg + "<figcaption>" + escaped(caption) + "</figcaption></figure>\n";
-}
-
-void ReportPage::subheading(const std::string& text) {
-  body_ += "<h3>" + escaped(text) + "</h3>\n";
-}
-
-void ReportPage::markup(const std::string& html) { body_ += html; }
-
-std::string ReportPage::html() const {
-  return fmt::format(fmt::runtime(kHead), escaped(title_), escaped(setting_), kPageStyle) + body_ +
-         "</main></body></html>\n";
+  const OrderedJson chart = {{"title", title},
+                             {"column_s", heard.column_s},
+                             {"length_s", heard.length_s},
+                             {"levels_db", levels_db}};
+  document_["blocks"].push_back(
+      {{"charts", {{"list", OrderedJson::array({chart})}, {"columns", 1}, {"caption", caption}}}});
 }
 
 void ReportPage::table(ReportTable table) {
-  body_ += to_html(table);
+  auto rows = OrderedJson::array();
+  for (const auto& row : table.rows) {
+    auto cells = OrderedJson::array();
+    for (const ReportTable::Cell& cell : row) cells.push_back(to_json(cell));
+    rows.push_back(std::move(cells));
+  }
+  document_["blocks"].push_back({{"table",
+                                  {{"title", table.title},
+                                   {"columns", table.columns},
+                                   {"rows", rows},
+                                   {"folded", table.folded}}}});
   tables_.push_back(std::move(table));
 }
 
@@ -196,21 +230,20 @@ Result<void> ReportPage::write(const std::string& folder) const {
     return Error("cannot be made a folder: " + failed.message() + ". Name another with -o.")
         .in(folder);
   const std::string base = folder + "/" + name_;
-  if (auto written = write_file(base + ".html", html()); !written) return written;
-  nlohmann::ordered_json json = {
-      {"experiment", name_}, {"clamor", kVersion}, {"title", title_}, {"setting", setting_}};
+  if (auto written = write_file(base + ".html", page_of_document(document_, "")); !written)
+    return written;
+  OrderedJson json = {{"experiment", name_},
+                      {"clamor", kVersion},
+                      {"title", document_["title"]},
+                      {"setting", document_["setting"]}};
   for (const ReportTable& table : tables_) json["tables"][table.name] = to_json(table);
   if (auto written = write_file(
           base + ".json",
-          printable_json(json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace)) +
-              "\n");
+          printable_json(json.dump(1, ' ', false, OrderedJson::error_handler_t::replace)) + "\n");
       !written)
     return written;
   for (const ReportTable& table : tables_)
     if (auto written = write_file(base + "_" + table.name + ".csv", to_csv(table)); !written)
-      return written;
-  for (std::size_t i = 0; i < pictures_.size(); ++i)
-    if (auto written = write_file(fmt::format("{}_{}.svg", base, i + 1), pictures_[i]); !written)
       return written;
   return {};
 }

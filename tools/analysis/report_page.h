@@ -1,20 +1,51 @@
-// report_page.h: a report as one HTML page with embedded pictures; for experiments each table also
-// as CSV and JSON, each picture also as SVG.
+// report_page.h: a report as one HTML page; for experiments each table also as CSV and JSON.
 //
-// Every page that Clamor writes is made here, so that they share one stylesheet
-// (tools/report/page/style.css) and one style of charts (chart.h).
+// C++ makes the document of a page, as JSON, and the page's scripts draw it (tools/report/page), so
+// that all pages share one stylesheet and one style of charts.
 #pragma once
 
 #include <concepts>
+#include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "common/result.h"
 #include "formats/files/output_target.h"
-#include "tools/analysis/chart.h"
+#include "tools/analysis/spectrogram.h"
 
 namespace clamor {
+
+// A self-contained page that draws a document by its scripts, and by those that all pages have.
+std::string page_of_document(const nlohmann::ordered_json& document, const std::string& scripts);
+
+// Points that are not finite, or not positive on a logarithmic axis, are left out.
+struct Chart {
+  struct Series {
+    std::string name = {};                               // shown in the legend
+    std::vector<std::pair<double, double>> points = {};  // sorted by x
+    enum class Look { kLineAndDots, kLine, kDashes, kThin } look = Look::kLineAndDots;
+    int colour = -1;  // palette index or kGrey; -1: the next colour
+  };
+  static constexpr int kGrey = 100;
+
+  // A labelled range of x, shaded in the background.
+  struct Zone {
+    double from = 0, to = 0;
+    std::string label;
+  };
+
+  std::string title = {}, x_label = {}, y_label = {};  // including units
+  bool log_x = false, log_y = false;
+  std::vector<double> x_ticks = {};  // empty: round numbers
+  std::optional<std::pair<double, double>> y_range = {};
+  std::vector<Series> series = {};
+  std::vector<Zone> zones = {};
+  double width = 760, height = 400;
+};
 
 struct ReportTable {
   // Words, or a number of whatever type.
@@ -34,7 +65,7 @@ struct ReportTable {
 
 class ReportPage {
  public:
-  // Files are named NAME.html, NAME.json, NAME_TABLE.csv, NAME_1.svg and so on.
+  // Files are named NAME.html, NAME.json and NAME_TABLE.csv.
   ReportPage(std::string name, const std::string& title, const std::string& setting);
 
   void heading(const std::string& text);
@@ -44,11 +75,8 @@ class ReportPage {
   void chart(const Chart& chart, const std::string& caption);
   // Several charts in rows of `columns`.
   void charts(const std::vector<Chart>& charts, int columns, const std::string& caption);
-  void charts(const std::vector<BarChart>& charts, int columns, const std::string& caption);
-  void picture(const std::string& svg, const std::string& caption);
-  void subheading(const std::string& text);
-  // Markup as it is: text in it must be escaped().
-  void markup(const std::string& html);
+  // In colours that cover 60 dB below the loudest value.
+  void spectrogram(const Spectrogram& heard, const std::string& title, const std::string& caption);
   void table(ReportTable table);
 
   // Checks that a report of that name can be written to the folder and would not replace one of the
@@ -59,17 +87,12 @@ class ReportPage {
   // Creates the folder if needed. The Error names the file that could not be written.
   Result<void> write(const std::string& folder) const;
 
-  // The whole page, self-contained.
-  std::string html() const;
-
   const std::vector<ReportTable>& tables() const { return tables_; }
 
  private:
-  void figure(const std::vector<std::string>& pictures, int columns, const std::string& caption);
-
-  std::string name_, title_, setting_, body_;
+  std::string name_;
+  nlohmann::ordered_json document_;  // title, setting, and blocks from top to bottom
   std::vector<ReportTable> tables_;
-  std::vector<std::string> pictures_;  // SVG
 };
 
 }  // namespace clamor

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "common/directivity.h"
 #include "common/sample_rate.h"
 #include "runtime/response/octave_filter.h"
@@ -58,6 +60,18 @@ double octave_time_s(std::size_t i, std::size_t direct) {
 }
 
 }  // namespace
+
+const ParameterKind& kind_of(std::string_view name) {
+  return *std::ranges::find(kParameterKinds, name, &ParameterKind::name);
+}
+
+void to_json(nlohmann::ordered_json& json, const RoomParameters& parameters) {
+  for (const ParameterKind& kind : kParameterKinds) {
+    auto& values = json[kind.key] = nlohmann::ordered_json::array();
+    for (const auto& value : parameters.*kind.value)
+      values.push_back(value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json());
+  }
+}
 
 Bands free_field_energy_at_10m(const Emitter& emitter) {
   Bands energy{};

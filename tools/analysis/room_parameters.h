@@ -23,6 +23,9 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <string_view>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include "common/bands.h"
 #include "common/decay_curve.h"
@@ -59,6 +62,12 @@ inline constexpr std::array<ParameterKind, 7> kParameterKinds = {{
     {"ts_s", "Ts", "s", &RoomParameters::ts_s, 4, 0.01, false},
     {"g_db", "G", "dB", &RoomParameters::g_db, 2, 1, false},
 }};
+
+// The kind of that name, which must exist.
+const ParameterKind& kind_of(std::string_view name);
+
+// Lists per octave by the keys of all kinds; null for what is missing.
+void to_json(nlohmann::ordered_json& json, const RoomParameters& parameters);
 
 // Energy of an impulse from an omnidirectional emitter of the same power, at 10 m in a free field.
 Bands free_field_energy_at_10m(const Emitter& emitter);

@@ -1,4 +1,4 @@
-// spectrogram.h: power per third-octave band over time, and its picture.
+// spectrogram.h: power per third-octave band over time.
 //
 // Bands are those of IEC 61260-1 (base ten), from 31.5 Hz to 20 kHz. The spectrum comes from frames
 // of 16 384 samples (2.9 Hz a bin) under a Hann window, with a hop of a quarter frame; a bin that
@@ -8,7 +8,6 @@
 #pragma once
 
 #include <array>
-#include <string>
 #include <vector>
 
 #include "formats/audio/audio_file.h"
@@ -28,8 +27,5 @@ struct Spectrogram {
 };
 
 Spectrogram spectrogram_of(const Sound& sound, std::size_t max_columns = 200);
-
-// The colour scale covers 60 dB below the loudest value.
-std::string to_svg(const Spectrogram& spectrogram, const std::string& title);
 
 }  // namespace clamor

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "tools/analysis/room_parameters.h"
 #include "tools/commands/bake_difference.h"
 #include "tools/report/bake_overview.h"
-#include "tools/report/report_words.h"
 
 namespace clamor {
 

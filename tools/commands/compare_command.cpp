@@ -21,6 +21,7 @@
 #include "tools/commands/compare_table.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
+#include "tools/program/json_values.h"
 #include "tools/program/progress.h"
 #include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
@@ -208,7 +209,7 @@ void print_json(const Options& options, ordered_json json,
     if (heard == "beyond chance") json["beyond_chance"].push_back(difference.info->key);
     json["measures"][difference.info->key] = to_json(difference, null);
   }
-  out << printable_json(json.dump(2, ' ', false, ordered_json::error_handler_t::replace)) << '\n';
+  out << json_text(json) << '\n';
 }
 
 Result<void> run(const Options& options, std::ostream& out, std::ostream& notes) {

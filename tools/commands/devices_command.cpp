@@ -3,13 +3,13 @@
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
-#include <nlohmann/json.hpp>
 
 #include "common/sample_rate.h"
 #include "runtime/output/audio_output.h"
 #include "runtime/output/device_selection.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
+#include "tools/program/json_values.h"
 
 namespace clamor {
 
@@ -22,15 +22,14 @@ int run_devices(std::span<const std::string> arguments, std::ostream& out, std::
 
   const auto devices = sound_devices()->devices("");
   if (json) {
-    auto list = nlohmann::ordered_json::array();
+    OrderedJson list = OrderedJson::array();
     for (const OutputDevice& device : devices)
       list.push_back({{"api", device.api},
                       {"name", device.name},
                       {"output_channels", device.output_channels},
                       {"rates_hz", device.rates_hz},
                       {"default", device.is_default}});
-    out << printable_json(list.dump(2, ' ', false, nlohmann::json::error_handler_t::replace))
-        << '\n';
+    out << json_text(list) << '\n';
     return kSuccess;
   }
   for (const OutputDevice& device : devices) {

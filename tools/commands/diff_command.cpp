@@ -7,13 +7,13 @@
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
-#include <nlohmann/json.hpp>
 
 #include "formats/bake_file/bake_file.h"
 #include "tools/commands/bake_difference.h"
 #include "tools/commands/bake_verdict.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
+#include "tools/program/json_values.h"
 #include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal_output.h"
@@ -52,18 +52,17 @@ Result<Comparison> compared(const BakeFile& a, const BakeFile& b) {
 }
 
 void print_json(const Comparison& comparison, std::ostream& out) {
-  using Json = nlohmann::ordered_json;
-  Json rows = Json::array();
+  OrderedJson rows = OrderedJson::array();
   for (const auto& [what, in_a, in_b] : comparison.differences)
     rows.push_back({{"what", what}, {"a", in_a}, {"b", in_b}});
-  const Json whole = {{"same", comparison.same},
-                      {"audible", comparison.verdict.audible == Audible::kNo      ? "no"
-                                  : comparison.verdict.audible == Audible::kMaybe ? "maybe"
-                                                                                  : "yes"},
-                      {"verdict", comparison.verdict.sentence},
-                      {"differences", rows},
-                      {"level_db", comparison.louder}};
-  out << printable_json(whole.dump(2, ' ', false, Json::error_handler_t::replace)) << '\n';
+  const OrderedJson whole = {{"same", comparison.same},
+                             {"audible", comparison.verdict.audible == Audible::kNo      ? "no"
+                                         : comparison.verdict.audible == Audible::kMaybe ? "maybe"
+                                                                                         : "yes"},
+                             {"verdict", comparison.verdict.sentence},
+                             {"differences", rows},
+                             {"level_db", comparison.louder}};
+  out << json_text(whole) << '\n';
 }
 
 void print_rows(const std::vector<BakeDifference>& differences, std::ostream& out) {

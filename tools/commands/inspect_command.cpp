@@ -8,14 +8,14 @@
 #include "formats/bake_file/bake_file.h"
 #include "tools/commands/bake_arguments.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/inspect_json.h"
 #include "tools/commands/inspect_tables.h"
 #include "tools/commands/level_inspection.h"
 #include "tools/program/arguments.h"
+#include "tools/program/json_values.h"
 #include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal_output.h"
-#include "tools/report/bake_overview.h"
+#include "tools/report/bake_json.h"
 
 namespace clamor {
 
@@ -57,17 +57,13 @@ int run_inspect(std::span<const std::string> arguments, std::ostream& out, std::
   }
   const auto overview = overview_of(*file);
   if (!overview.ok()) return fail(overview.error());
+  const auto bake = bake_json(*file, *overview, pages);
+  if (!bake.ok()) return fail(bake.error());
   if (json) {
-    const auto text = as_json(*file, *overview, pages);
-    if (!text.ok()) return fail(text.error());
-    out << *text << '\n';
+    out << json_text(*bake) << '\n';
     return kSuccess;
   }
-  print_tables(*file, *overview, out);
-  if (pages) {
-    out << '\n';
-    if (const auto printed = print_pages(*file, out); !printed.ok()) return fail(printed.error());
-  }
+  print_tables(*file, *overview, *bake, out);
   if (whole) fmt::print(out, "\nverified: every page, signal and triangle is intact\n");
   return kSuccess;
 }

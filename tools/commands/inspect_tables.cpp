@@ -1,8 +1,10 @@
 #include "tools/commands/inspect_tables.h"
 
 #include <algorithm>
-#include <cmath>
+#include <functional>
 #include <ostream>
+#include <span>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
@@ -10,10 +12,7 @@
 #include "bake/report/level_report.h"
 #include "common/air.h"
 #include "common/counted_texts.h"
-#include "formats/bake_file/baked_portals.h"
-#include "formats/bake_file/image_source.h"
-#include "formats/level/movable_part.h"
-#include "runtime/engine/signal_store.h"
+#include "tools/program/json_values.h"
 #include "tools/program/text_format.h"
 #include "tools/report/level_findings.h"
 
@@ -30,8 +29,13 @@ std::string as_percent(double share) {
 
 double share_of(double part, double whole) { return whole > 0 ? part / whole : 0; }
 
-std::string as_megabytes(std::uint64_t bytes) {
-  return fmt::format("{:.2f}", static_cast<double>(bytes) / 1e6);
+std::string as_megabytes(double bytes) { return fmt::format("{:.2f}", bytes / 1e6); }
+
+Vec3 as_vector(const OrderedJson& list) { return {list[0], list[1], list[2]}; }
+
+std::string as_place(const OrderedJson& list) {
+  const Vec3 at = as_vector(list);
+  return fmt::format("{:.2f} {:.2f} {:.2f}", at.x, at.y, at.z);
 }
 
 // Number of list entries to show; a line that says "1 more" would save nothing.
@@ -40,7 +44,7 @@ std::size_t shown_of(std::size_t all, std::size_t most) { return all <= most + 1
 template <class Values, class Format>
 std::string row(const std::string& title, const Values& values, Format format) {
   std::string line = fmt::format("  {:<24}", title);
-  for (const auto value : values) line += fmt::format("{:>8}", format(value));
+  for (const auto& value : values) line += fmt::format("{:>8}", format(value));
   return line;
 }
 
@@ -68,14 +72,12 @@ void print_list(const char* title, const std::vector<std::string>& items, std::o
 // Formats inputs as "violin.flac (44 100 bytes, 0123456789abcdef)"; only the first few of many.
 std::vector<std::string> inputs_of(const Provenance& provenance) {
   std::vector<std::string> lines;
-  for (const InputFile& input : provenance.inputs) {
-    if (lines.size() == kShownInputs && provenance.inputs.size() > kShownInputs + 1) {
-      lines.push_back(fmt::format("and {} more", provenance.inputs.size() - kShownInputs));
-      break;
-    }
+  const std::size_t shown = shown_of(provenance.inputs.size(), kShownInputs);
+  for (const InputFile& input : std::span(provenance.inputs).first(shown))
     lines.push_back(
         fmt::format("{} ({} bytes, {:016x})", input.name, grouped(input.bytes), input.hash));
-  }
+  if (provenance.inputs.size() > shown)
+    lines.push_back(fmt::format("and {} more", provenance.inputs.size() - shown));
   return lines;
 }
 
@@ -118,11 +120,13 @@ void print_sound(const BakeFile& file, const BakeOverview& overview, std::ostrea
   fmt::print(out, "\n{}\n", band_header("acoustics"));
   const DecaySummary& decay = file.statistics().decay;
   if (decay.places > 0 && is_too_dry(decay)) out << "  too dry for a T30\n";
-  for (const BandRow& line : acoustic_rows(file, overview)) {
-    out << fmt::format("  {:<24}", line.title);
-    for (std::size_t b = 0; b < kBandCount; ++b) out << fmt::format("{:>8}", line.text(b));
-    out << '\n';
-  }
+  for (const BandRow& line : acoustic_rows(file, overview))
+    out << row(line.title, line.texts, std::identity()) << '\n';
+}
+
+// Ends a list of which only the first were printed.
+void print_rest(std::size_t all, std::size_t shown, const char* things, std::ostream& out) {
+  if (all > shown) fmt::print(out, "  and {} more{} (--json has all)\n", all - shown, things);
 }
 
 void print_emitters(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
@@ -147,29 +151,36 @@ void print_emitters(const BakeFile& file, const BakeOverview& overview, std::ost
                grouped(group.count),
                one ? place(group.low_m) : place(group.low_m) + " to " + place(group.high_m));
   }
-  if (overview.emitters.size() > shown)
-    fmt::print(out, "  and {} more kinds (--json has all)\n", overview.emitters.size() - shown);
+  print_rest(overview.emitters.size(), shown, " kinds", out);
 }
 
-void print_portals(const BakeFile& file, std::ostream& out) {
-  const BakedPortals& baked = file.portals();
-  if (baked.portals.empty()) return;
-  fmt::print(out, "\n{:<26}{:>8} {:>8}  {}\n", counted(baked.portals.size(), "portal"), "width",
-             "height", "centre");
-  const std::size_t shown = shown_of(baked.portals.size(), kShownGroups);
+// The parts that open and close a portal, as "'Left', 'Right'"; "" if it has none.
+std::string names_of_parts(const OrderedJson& portal, const OrderedJson& parts) {
+  std::string names;
+  for (const std::size_t part : portal["parts"])
+    names += (names.empty() ? "" : ", ") + in_quotes(parts[part]["name"].get<std::string>());
+  return names;
+}
+
+void print_portals(const OrderedJson& bake, std::ostream& out) {
+  const OrderedJson &all = bake["portals"], &portals = all["list"];
+  if (portals.empty()) return;
+  fmt::print(out, "\n{:<26}{:>8} {:>8}  {}\n", counted(portals.size(), "portal"), "width", "height",
+             "centre");
+  const std::size_t shown = shown_of(portals.size(), kShownGroups);
   for (std::size_t i = 0; i < shown; ++i) {
-    const Portal& portal = baked.portals[i];
-    const Vec3 centre_m = portal.centre_m + file.origin_m();
-    const std::string opened_by = names_of_parts(portal, file.movable_parts());
-    fmt::print(out, "  {:<24}{:>8} {:>8}  {:.2f} {:.2f} {:.2f}{}\n", shortened(portal.name, 24),
-               fmt::format("{:.2f} m", 2 * length(portal.half_u_m)),
-               fmt::format("{:.2f} m", 2 * length(portal.half_v_m)), centre_m.x, centre_m.y,
-               centre_m.z, opened_by.empty() ? "" : "  opened by " + shortened(opened_by, 40));
+    const OrderedJson& portal = portals[i];
+    const std::string opened_by = names_of_parts(portal, bake["movable_parts"]);
+    fmt::print(out, "  {:<24}{:>8} {:>8}  {}{}\n", shortened(portal["name"], 24),
+               fmt::format("{:.2f} m", 2 * length(as_vector(portal["half_u_m"]))),
+               fmt::format("{:.2f} m", 2 * length(as_vector(portal["half_v_m"]))),
+               as_place(portal["centre_m"]),
+               opened_by.empty() ? "" : "  opened by " + shortened(opened_by, 40));
   }
-  if (baked.portals.size() > shown)
-    fmt::print(out, "  and {} more (--json has all)\n", baked.portals.size() - shown);
+  print_rest(portals.size(), shown, "", out);
   fmt::print(out, "  sound passed {} of them, and {} of an emitter and a set have reflections\n",
-             counted(baked.sets.size() - 1, "set"), counted(baked.emitters.size(), "pair"));
+             counted(all["sets"].get<std::size_t>() - 1, "set"),
+             counted(all["virtual_emitters"], "pair"));
 }
 
 void print_materials(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
@@ -192,138 +203,127 @@ void print_materials(const BakeFile& file, const BakeOverview& overview, std::os
                    [](float value) { return fmt::format("{:.2f}", value); }),
                material.scattering[4], lobe, through > 0 ? fmt::format("{:.2f}", through) : "-");
   }
-  if (overview.materials.size() > shown)
-    fmt::print(out, "  and {} more kinds (--json has all)\n", overview.materials.size() - shown);
+  print_rest(overview.materials.size(), shown, " kinds", out);
 }
 
-void print_probes(const BakeFile& file, std::ostream& out) {
-  const StoredProbes& probes = file.probes();
-  if (probes.places.empty()) return;
-  std::uint64_t early = 0, late = 0;
-  for (const StoredProbe& probe : probes.places) early += probe.tree.top.sources_below;
-  for (const StoredTree& zone : probes.zones) late += zone.top.sources_below;
+void print_probes(const OrderedJson& bake, std::ostream& out) {
+  const OrderedJson& probes = bake["probes"];
+  const std::size_t places = probes["places"].size();
+  if (places == 0) return;
   fmt::print(
       out, "\n{} in {}, for moving sources: {} early and {} late reflections, {:.0f} kB a probe\n",
-      counted(probes.places.size(), "probe"), counted(probes.zones.size(), "zone"), grouped(early),
-      grouped(late),
-      static_cast<double>(file.bytes().probes) / 1e3 / static_cast<double>(probes.places.size()));
+      counted(places, "probe"), counted(probes["zones"], "zone"), grouped(probes["early_sources"]),
+      grouped(probes["late_sources"]),
+      probes["bytes"].get<double>() / 1e3 / static_cast<double>(places));
 }
 
-void print_images(const BakeFile& file, std::ostream& out) {
-  if (file.images().empty()) return;
-  fmt::print(out, "\n{} of emitters in mirrors, of up to {}\n",
-             counted(file.images().size(), "image source"),
-             counted(static_cast<std::uint64_t>(file.settings().early_order), "reflection"));
+void print_images(const OrderedJson& bake, std::ostream& out) {
+  if (bake["images"] > 0)
+    fmt::print(out, "\n{} of emitters in mirrors, of up to {}\n",
+               counted(bake["images"], "image source"),
+               counted(bake["settings"]["early_order"], "reflection"));
 }
 
-void print_movable_parts(const BakeFile& file, std::ostream& out) {
-  const std::vector<MovablePart>& parts = file.movable_parts();
+void print_movable_parts(const OrderedJson& parts, std::ostream& out) {
   if (parts.empty()) return;
   fmt::print(out, "\n{:<36}{:>10}  position at rest\n", counted(parts.size(), "movable part"),
              "triangles");
   const std::size_t shown = shown_of(parts.size(), kShownGroups);
-  for (std::size_t i = 0; i < shown; ++i) {
-    const Vec3 at = parts[i].rest_pose.position_m + file.origin_m();
-    fmt::print(out, "  {:<34}{:>10}  {:.2f} {:.2f} {:.2f}\n", shortened(parts[i].name, 34),
-               grouped(parts[i].mesh.triangles.size()), at.x, at.y, at.z);
-  }
-  if (parts.size() > shown)
-    fmt::print(out, "  and {} more (--json has all)\n", parts.size() - shown);
+  for (std::size_t i = 0; i < shown; ++i)
+    fmt::print(out, "  {:<34}{:>10}  {}\n", shortened(parts[i]["name"], 34),
+               grouped(parts[i]["triangles"]), as_place(parts[i]["position_m"]));
+  print_rest(parts.size(), shown, "", out);
 }
 
-void print_shares(const BakeOverview& overview, std::ostream& out) {
-  const auto shares_of = [&](const Bands& power) {
-    std::array<double, kBandCount> shares;
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      shares[b] = share_of(static_cast<double>(power[b]), static_cast<double>(overview.power[b]));
-    return shares;
+void print_shares(const OrderedJson& bake, std::ostream& out) {
+  const auto line = [&out](const std::string& title, const OrderedJson& depth) {
+    out << row(title, depth["power_share"], as_percent) << '\n';
   };
   fmt::print(out, "\n{}\n", band_header("power by octree depth, %"));
-  for (std::size_t d = 0; d < overview.depths.size(); ++d)
-    out << row(depth_title(d), shares_of(overview.depths[d].power), as_percent) << '\n';
-  if (overview.instanced.trees > 0)
-    out << row("in instances", shares_of(overview.instanced.stored.power), as_percent) << '\n';
+  for (std::size_t d = 0; d < bake["octree"].size(); ++d)
+    line(d == 0 ? "depth 0, the first page" : fmt::format("depth {}", d), bake["octree"][d]);
+  if (bake["instanced"]["trees"] > 0) line("in instances", bake["instanced"]);
 }
 
-void print_octree(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
+void print_octree(const OrderedJson& bake, std::ostream& out) {
   fmt::print(out, "\n{:<26}{:>8}{:>12}{:>8}{:>10}{:>14}\n", "octree", "nodes", "sources", "%", "kB",
              "bytes/source");
-  const auto line = [&](const std::string& title, const OctreeDepth& level) {
-    const auto sources = static_cast<double>(level.sources);
-    fmt::print(out, "  {:<24}{:>8}{:>12}{:>8}{:>10.1f}{:>14.1f}\n", title, level.nodes,
-               grouped(level.sources),
-               as_percent(share_of(sources, static_cast<double>(file.stored_sources()))),
-               static_cast<double>(level.packed_bytes) / 1e3,
-               share_of(static_cast<double>(level.packed_bytes), sources));
+  const auto line = [&](const std::string& title, const OrderedJson& depth) {
+    const double sources = depth["sources"], bytes = depth["packed_bytes"];
+    fmt::print(out, "  {:<24}{:>8}{:>12}{:>8}{:>10.1f}{:>14.1f}\n", title,
+               depth["nodes"].get<std::uint64_t>(), grouped(depth["sources"]),
+               as_percent(share_of(sources, bake["sources"]["stored"])), bytes / 1e3,
+               share_of(bytes, sources));
   };
-  for (std::size_t d = 0; d < overview.depths.size(); ++d)
-    line(fmt::format("depth {}", d), overview.depths[d]);
-  if (overview.instanced.trees > 0)
-    line(counted(overview.instanced.trees, "instanced tree"), overview.instanced.stored);
+  for (std::size_t d = 0; d < bake["octree"].size(); ++d)
+    line(fmt::format("depth {}", d), bake["octree"][d]);
+  if (const OrderedJson& trees = bake["instanced"]; trees["trees"] > 0)
+    line(counted(trees["trees"], "instanced tree"), trees);
 }
 
-void print_bytes(const BakeFile& file, std::ostream& out) {
-  const BakeBytes bytes = file.bytes();
-  const auto sources = static_cast<double>(file.stored_sources());
+void print_bytes(const BakeFile& file, const OrderedJson& bake, std::ostream& out) {
+  const OrderedJson& bytes = bake["bytes"];
   fmt::print(out, "\n{:<26}{:>8}{:>12}{:>22}\n", "bytes", "MB", "% of file", "bytes/source");
-  const auto section = [&](const char* title, std::uint64_t size) {
-    fmt::print(out, "  {:<24}{:>8}{:>12}{:>22.2f}\n", title, as_megabytes(size),
-               as_percent(share_of(static_cast<double>(size), static_cast<double>(bytes.file))),
-               share_of(static_cast<double>(size), sources));
-  };
-  for (const ByteSection& part : byte_sections(file)) section(part.title, part.bytes);
+  for (const char* section : {"pages", "signals", "geometry", "root", "file"})
+    fmt::print(out, "  {:<24}{:>8}{:>12}{:>22.2f}\n", section, as_megabytes(bytes[section]),
+               as_percent(share_of(bytes[section], bytes["file"])),
+               share_of(bytes[section], bake["sources"]["stored"]));
   fmt::print(out, "  {}: {:.2f} times smaller than unpacked ({} MB)\n",
-             counted(file.page_count(), "page"),
-             share_of(static_cast<double>(bytes.pages_unpacked), static_cast<double>(bytes.pages)),
-             as_megabytes(bytes.pages_unpacked));
+             counted(bake["page_count"], "page"), bytes["compression_ratio"].get<double>(),
+             as_megabytes(bytes["pages_unpacked"]));
   if (file.signal_count() > 0)
     fmt::print(out, "  signals: {}, {} MB decoded\n", counted(file.signal_count(), "sound"),
-               as_megabytes(decoded_sounds_bytes(file)));
-  std::uint64_t triangles = 0;
-  for (std::size_t i = 0; i < file.geometry_page_count(); ++i)
-    triangles += file.geometry_page(i).triangles;
-  if (triangles > 0)
-    fmt::print(out, "  geometry: {} in {}\n", counted(triangles, "triangle"),
-               counted(file.geometry_page_count(), "page"));
+               as_megabytes(bytes["signals_decoded"]));
+  if (const OrderedJson& geometry = bake["geometry"]; geometry["triangles"] > 0)
+    fmt::print(out, "  geometry: {} in {}\n", counted(geometry["triangles"], "triangle"),
+               counted(geometry["page_count"], "page"));
+}
+
+using Column = std::pair<const char*, int>;  // the key and the width
+constexpr Column kPageColumns[] = {{"tree", 5},         {"depth", 5},   {"offset", 11},
+                                   {"packed_bytes", 8}, {"sources", 7}, {"children", 8},
+                                   {"instances", 6}};
+constexpr Column kGeometryColumns[] = {
+    {"offset", 13}, {"packed_bytes", 8}, {"triangles", 9}, {"vertices", 8}};
+
+// A line per page.
+void print_pages(const OrderedJson& bake, std::ostream& out) {
+  const auto print = [&out](const OrderedJson& page, const char* key, int width) {
+    fmt::print(out, " {:>{}}", page[key].get<std::uint64_t>(), width);
+  };
+  fmt::print(out, "\n  tree depth      offset    bytes sources children instances\n");
+  for (const OrderedJson& page : bake["pages"]) {
+    for (const auto& [key, width] : kPageColumns) print(page, key, width);
+    out << '\n';
+  }
+  if (bake["geometry_pages"].empty()) return;
+  fmt::print(out, "\n  geometry        offset    bytes triangles vertices\n");
+  for (std::size_t i = 0; i < bake["geometry_pages"].size(); ++i) {
+    fmt::print(out, "{:>10}", i + 1);
+    for (const auto& [key, width] : kGeometryColumns) print(bake["geometry_pages"][i], key, width);
+    out << '\n';
+  }
 }
 
 }  // namespace
 
-void print_tables(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
+void print_tables(const BakeFile& file, const BakeOverview& overview, const OrderedJson& bake,
+                  std::ostream& out) {
   print_title(file, overview, out);
   print_sound(file, overview, out);
   print_emitters(file, overview, out);
-  print_portals(file, out);
+  print_portals(bake, out);
   print_materials(file, overview, out);
-  print_images(file, out);
-  print_probes(file, out);
-  print_movable_parts(file, out);
+  print_images(bake, out);
+  print_probes(bake, out);
+  print_movable_parts(bake["movable_parts"], out);
   if (file.top() != nullptr) {
-    print_shares(overview, out);
-    print_octree(file, overview, out);
+    print_shares(bake, out);
+    print_octree(bake, out);
   }
-  print_bytes(file, out);
+  print_bytes(file, bake, out);
   print_making(file, overview, out);
-}
-
-Result<void> print_pages(const BakeFile& file, std::ostream& out) {
-  fmt::print(out, "  tree depth      offset    bytes sources children instances\n");
-  const auto of_sources =
-      file.for_each_page([&](const PageEntry& entry, const OctreePage& page, std::size_t tree,
-                             std::size_t depth) -> Result<void> {
-        fmt::print(out, "{:>6} {:>5} {:>11} {:>8} {:>7} {:>8} {:>6}\n", tree, depth,
-                   entry.page.offset, entry.page.bytes(), entry.source_count,
-                   page.links.children.size(), page.links.instances.size());
-        return {};
-      });
-  if (!of_sources.ok() || file.geometry_page_count() == 0) return of_sources;
-  fmt::print(out, "\n  geometry        offset    bytes triangles vertices\n");
-  for (std::size_t i = 0; i < file.geometry_page_count(); ++i) {
-    const GeometryPageInfo page = file.geometry_page(i);
-    fmt::print(out, "{:>10} {:>13} {:>8} {:>9} {:>8}\n", i + 1, page.offset, page.packed_bytes,
-               page.triangles, page.vertices);
-  }
-  return {};
+  if (bake.contains("pages")) print_pages(bake, out);
 }
 
 }  // namespace clamor

@@ -3,13 +3,14 @@
 
 #include <iosfwd>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "tools/report/bake_overview.h"
 
 namespace clamor {
 
-void print_tables(const BakeFile& file, const BakeOverview& overview, std::ostream& out);
-
-// Prints a line per page. The Error names a page that cannot be read.
-Result<void> print_pages(const BakeFile& file, std::ostream& out);
+// `bake` is the file's bake_json(); its pages are printed if it has them.
+void print_tables(const BakeFile& file, const BakeOverview& overview,
+                  const nlohmann::ordered_json& bake, std::ostream& out);
 
 }  // namespace clamor

@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
-#include <nlohmann/json.hpp>
 
 #include "bake/report/level_report.h"
 #include "common/counted_texts.h"
@@ -15,6 +14,7 @@
 #include "common/text.h"
 #include "formats/gltf/level_import.h"
 #include "formats/level/surface_rules.h"
+#include "tools/program/json_values.h"
 #include "tools/program/terminal_output.h"
 #include "tools/program/text_format.h"
 
@@ -39,9 +39,9 @@ void print_rules(const ImportReport& report, std::ostream& out) {
 
 std::string as_json(const ImportReport& report, const std::vector<std::string>& level,
                     const std::vector<std::string>& warnings) {
-  nlohmann::ordered_json json;
+  OrderedJson json;
   json["found"] = report.found;
-  json["materials"] = nlohmann::ordered_json::array();
+  json["materials"] = OrderedJson::array();
   for (const MaterialAssignment& one : report.materials)
     json["materials"].push_back({{"name", one.material},
                                  {"preset", one.preset},
@@ -49,13 +49,13 @@ std::string as_json(const ImportReport& report, const std::vector<std::string>& 
                                  {"triangles", one.triangles},
                                  {"area_m2", one.area_m2}});
   json["ignored"] = report.ignored;
-  json["rules"] = nlohmann::ordered_json::array();
+  json["rules"] = OrderedJson::array();
   each_rule(report, [&](std::string_view reason, const std::string& rule, std::size_t count) {
     json["rules"].push_back({{"reason", reason}, {"applies_to", rule}, {"left_out", count}});
   });
   json["level"] = level;
   json["warnings"] = warnings;
-  return printable_json(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  return json_text(json);
 }
 
 }  // namespace

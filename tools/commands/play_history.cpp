@@ -123,8 +123,8 @@ Result<void> PlayHistory::write(const std::string& folder, const std::string& le
   }
   report.chart(loudness, "K-weighted, of all channels.");
   if (heard)
-    report.picture(
-        to_svg(*heard, "Spectrogram"),
+    report.spectrogram(
+        *heard, "Spectrogram",
         "Mean power of all channels in each third of an octave, relative to full scale.");
   else
     report.paragraph("With --record FILE, the report has a spectrogram, too.");

@@ -3,9 +3,8 @@
 #include <algorithm>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include "common/printable.h"
+#include "tools/program/json_values.h"
 
 namespace clamor {
 
@@ -31,10 +30,7 @@ std::string level_json(const LevelReport& report) {
 
 std::string warning_json(const std::string& text) {
   // Names may be invalid UTF-8, but JSON may not.
-  return "{\"stage\": \"warning\", \"text\": " +
-         printable_json(
-             nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)) +
-         "}";
+  return "{\"stage\": \"warning\", \"text\": " + json_text(OrderedJson(text), -1) + "}";
 }
 
 std::string progress_json(const BakeProgress& done, double seconds,

@@ -4,13 +4,16 @@
 
 #include <fmt/format.h>
 
+#include "embedded_page.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/files/atomic_file.h"
 #include "formats/files/output_target.h"
+#include "tools/analysis/report_page.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
+#include "tools/program/json_values.h"
 #include "tools/program/output_ending.h"
 #include "tools/program/progress.h"
 #include "tools/program/quiet_option.h"
@@ -65,7 +68,7 @@ MeasuredRoom measure_at(const ReportOptions& options, const RoomMeter& meter,
   return measured;
 }
 
-Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
+Result<OrderedJson> document_of(const ReportOptions& options, std::ostream& err) {
   StageNotice notice(err);
   notice.begin("reading the bake");
   auto opened = open_room(options.level);
@@ -74,19 +77,14 @@ Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
   auto excitation = excitation_of(room, options.emitter);
   if (!excitation.ok()) return excitation.error();
   ReportContents contents;
-  auto overview = overview_of((*opened)->file);
-  if (!overview.ok()) return overview.error();
-  contents.overview = std::move(*overview);
-  contents.findings = findings_of(room.file->statistics());
   notice.begin("finding the floor");
   contents.map = floor_grid(room, kMapCells);
-  // The view and the map are relative to the level's origin, all else is in the world.
+  // The map is relative to the level's origin, all else is in the world.
   const Vec3& origin_m = room.file->origin_m();
-  std::vector<Vec3> listeners_m = options.listeners_m, in_level_m;
+  std::vector<Vec3> listeners_m = options.listeners_m;
   if (listeners_m.empty())
     for (const Vec3& place_m : listening_places(room, *excitation, contents.map))
       listeners_m.push_back(place_m + origin_m);
-  for (const Vec3& place_m : listeners_m) in_level_m.push_back(place_m - origin_m);
   const RoomMeter meter(room, *excitation);
   contents.measured = measure_at(options, meter, listeners_m, "  listeners", notice, err);
   if (!contents.map.cells.empty()) {
@@ -99,7 +97,7 @@ Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
           progress.update(share, {counted(contents.map.cells.size(), "place")});
         },
         contents.map);
-    contents.map_at_first = meter.quick(in_level_m[0], kMapSources);
+    contents.map_at_first = meter.quick(listeners_m[0] - origin_m, kMapSources);
   }
   std::unique_ptr<OpenRoom> other;
   std::optional<RoomMeter> other_meter;
@@ -115,10 +113,7 @@ Result<std::string> page_of(const ReportOptions& options, std::ostream& err) {
         measure_at(options, *other_meter, listeners_m, "  the other bake", notice, err);
   }
   notice.begin("writing the page");
-  auto view = view_of(room, contents.findings, contents.map, in_level_m);
-  if (!view.ok()) return view.error();
-  contents.view = std::move(*view);
-  return report_html(contents);
+  return report_document(contents);
 }
 
 }  // namespace
@@ -167,19 +162,20 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
     return fail(right.error());
   std::ostream& notes = quiet.notes(err);
   const Progress whole(notes, "");
-  const auto page = [&] {
+  const auto document = [&] {
     const ExitOnSignal stop("report");
-    return page_of(options, notes);
+    return document_of(options, notes);
   }();
-  if (!page.ok()) return fail(page.error());
+  if (!document.ok()) return fail(document.error());
+  const std::string page = page_of_document(*document, kReportScript);
   const Interrupt until_written;
   auto file = AtomicFile::create(options.output);
   if (!file.ok()) return fail(file.error());
-  if (const auto written = file->write(std::as_bytes(std::span(*page))); !written.ok())
+  if (const auto written = file->write(std::as_bytes(std::span(page))); !written.ok())
     return fail(written.error());
   if (const auto done = file->commit(); !done.ok()) return fail(done.error());
   notes << fmt::format("  wrote    {}: {:.1f} MB in {}\n", options.output,
-                       static_cast<double>(page->size()) / 1e6, format_duration(whole.seconds()));
+                       static_cast<double>(page.size()) / 1e6, format_duration(whole.seconds()));
   return kSuccess;
 }
 

@@ -18,8 +18,6 @@
 #include "common/version.h"
 #include "formats/bake_file/signal_envelope.h"
 #include "formats/level/mesh.h"
-#include "formats/level/movable_part.h"
-#include "formats/level/portal.h"
 #include "formats/level/signal.h"
 #include "tools/program/shell_quote.h"
 #include "tools/program/text_format.h"
@@ -146,13 +144,6 @@ double escaped_share(const BakeStatistics& statistics) {
                                               static_cast<double>(statistics.photons_traced);
 }
 
-std::string names_of_parts(const Portal& portal, std::span<const MovablePart> parts) {
-  std::string names;
-  for (const std::uint16_t part : portal.parts)
-    names += (names.empty() ? "" : ", ") + in_quotes(parts[part].name);
-  return names;
-}
-
 std::vector<EmitterGroup> groups_of(std::span<const Emitter> emitters) {
   std::vector<EmitterGroup> groups;
   std::map<std::tuple<std::string, std::uint32_t, double, Bands>, std::size_t> known;
@@ -192,13 +183,6 @@ std::vector<MaterialGroup> groups_of(std::span<const Material> materials) {
   return groups;
 }
 
-std::string BandRow::text(std::size_t band) const {
-  if (!is_power) return values[band] > 0 ? fmt::format("{:.2f}", values[band]) : "-";
-  constexpr double kMinLevel_db = -99.9;
-  const double level_db = decibels_of(static_cast<double>(values[band]));
-  return level_db > kMinLevel_db ? fmt::format("{:.1f}", level_db) : "-";
-}
-
 bool is_too_dry(const DecaySummary& decay) {
   return std::all_of(decay.t30_s.begin(), decay.t30_s.end(), [](float s) { return s == 0; });
 }
@@ -206,35 +190,33 @@ bool is_too_dry(const DecaySummary& decay) {
 std::vector<BandRow> acoustic_rows(const BakeFile& file, const BakeOverview& overview) {
   const BakeStatistics& statistics = file.statistics();
   std::vector<BandRow> rows;
-  if (statistics.decay.places > 0 && !is_too_dry(statistics.decay))
-    rows.push_back({"T30, s", statistics.decay.t30_s, false});
-  rows.push_back({"power emitted, dB", statistics.power_emitted});
-  rows.push_back({"  in all sources, dB", overview.power});
+  const auto add_row = [&rows](const char* title, const Bands& values, const auto& text) {
+    BandRow row{title, {}};
+    for (std::size_t b = 0; b < kBandCount; ++b) row.texts[b] = text(values[b]);
+    rows.push_back(std::move(row));
+  };
+  const auto power = [](float value) {
+    constexpr double kMinLevel_db = -99.9;
+    const double level_db = decibels_of(static_cast<double>(value));
+    return level_db > kMinLevel_db ? fmt::format("{:.1f}", level_db) : "-";
+  };
   const auto any = [](const Bands& bands) {
     return *std::max_element(bands.begin(), bands.end()) > 0;
   };
-  if (any(statistics.power_escaped)) rows.push_back({"  escaped, dB", statistics.power_escaped});
+  if (statistics.decay.places > 0 && !is_too_dry(statistics.decay))
+    add_row("T30, s", statistics.decay.t30_s,
+            [](float t30_s) { return t30_s > 0 ? fmt::format("{:.2f}", t30_s) : "-"; });
+  add_row("power emitted, dB", statistics.power_emitted, power);
+  add_row("  in all sources, dB", overview.power, power);
+  if (any(statistics.power_escaped)) add_row("  escaped, dB", statistics.power_escaped, power);
   if (any(statistics.power_unfinished))
-    rows.push_back({"  cut at longest path, dB", statistics.power_unfinished});
+    add_row("  cut at longest path, dB", statistics.power_unfinished, power);
   return rows;
-}
-
-std::string depth_title(std::size_t depth) {
-  return depth == 0 ? "depth 0, the first page" : fmt::format("depth {}", depth);
 }
 
 std::string band_title(std::size_t band) {
   const double hz = kBandCentres_hz[band];
   return hz < 1000 ? fmt::format("{:.0f} Hz", hz) : fmt::format("{:.0f} kHz", hz / 1000);
-}
-
-std::vector<ByteSection> byte_sections(const BakeFile& file) {
-  const BakeBytes bytes = file.bytes();
-  return {{"pages", bytes.pages},
-          {"signals", bytes.signals},
-          {"geometry", bytes.geometry},
-          {"root", bytes.root},
-          {"file", bytes.file}};
 }
 
 std::vector<MakingLine> making_lines(const BakeFile& file, const BakeOverview& overview) {

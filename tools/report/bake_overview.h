@@ -1,10 +1,11 @@
 // bake_overview.h: totals and groups of what an open bake file holds, in the words that clamor
 // inspect, clamor report and others share.
 //
-// inspect_tables.cpp prints them in a terminal, inspect_json.cpp for programs, report_document.cpp
-// on a page.
+// All figures of a file are in its JSON (bake_json.h), which inspect_tables.cpp prints in a
+// terminal and the page of a report draws.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -16,9 +17,6 @@
 #include "formats/level/emitter.h"
 
 namespace clamor {
-
-struct MovablePart;
-struct Portal;
 
 // Emitters with the same signal, gain and directivity whose names differ only in a final number.
 struct EmitterGroup {
@@ -53,30 +51,18 @@ struct BakeOverview {
 // Reads pages only if there are instances and the root does not say whether anything was traced.
 Result<BakeOverview> overview_of(const BakeFile& file);
 
-// Values per octave, with their title and unit.
+// Values per octave as they are printed, with their title and unit; "-" for what is not known.
 struct BandRow {
   std::string title;
-  Bands values{};
-  bool is_power = true;  // printed in decibels; otherwise in seconds
-
-  std::string text(std::size_t band) const;  // "-" for what is not known
+  std::array<std::string, kBandCount> texts;
 };
 
 // Decay times and powers: "T30, s", "power emitted, dB" and so on. No T30 where it is too dry.
 std::vector<BandRow> acoustic_rows(const BakeFile& file, const BakeOverview& overview);
 bool is_too_dry(const DecaySummary& decay);
 
-// "depth 0, the first page".
-std::string depth_title(std::size_t depth);
 // "63 Hz", "1 kHz".
 std::string band_title(std::size_t band);
-
-struct ByteSection {
-  const char* title;
-  std::uint64_t bytes;
-};
-// The parts of the file, and last the whole.
-std::vector<ByteSection> byte_sections(const BakeFile& file);
 
 // "seed 1, 20 000 photons, ...": the lines of how it was made, each with its title.
 struct MakingLine {
@@ -91,9 +77,6 @@ Result<void> verify(const BakeFile& file);
 
 // Share of the traced photons.
 double escaped_share(const BakeStatistics& statistics);
-
-// The parts that open and close a portal, as "'Left', 'Right'"; "" if it has none.
-std::string names_of_parts(const Portal& portal, std::span<const MovablePart> parts);
 
 // Returns "fan" for "fan #12", "fan.012" and "fan_12".
 std::string without_number(const std::string& name);

@@ -1,15 +1,11 @@
 #include "tools/report/view_json.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <numeric>
+#include <set>
 #include <tuple>
-#include <type_traits>
-
-#include <nlohmann/json.hpp>
 
 #include "bake/mesh/mesh_preparation.h"
 #include "common/bounds.h"
@@ -20,47 +16,19 @@
 #include "formats/level/movable_part.h"
 #include "runtime/propagation/late_boost.h"
 #include "runtime/propagation/signal_weights.h"
+#include "tools/program/json_values.h"
 #include "tools/report/bake_overview.h"
-#include "tools/report/report_doors.h"
 
 namespace clamor {
 
 namespace {
-
-using ViewJson = nlohmann::ordered_json;
-
-static_assert(std::endian::native == std::endian::little);
-
-std::string base64(std::span<const std::byte> bytes) {
-  constexpr char kLetters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t three = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      three =
-          three << 8 | (i + k < bytes.size() ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k > bytes.size() ? '=' : kLetters[three >> (18 - 6 * k) & 63];
-  }
-  return text;
-}
-
-// A column of numbers, as it is.
-template <class T>
-std::string column(const std::vector<T>& values) {
-  static_assert(std::is_trivially_copyable_v<T>);
-  return base64(std::as_bytes(std::span(values)));
-}
-
-ViewJson as_json(const Vec3& v) { return {v.x, v.y, v.z}; }
 
 void put(std::vector<float>& column, const Vec3f& v) {
   column.insert(column.end(), {v.x, v.y, v.z});
 }
 
 // A number with as many digits as a reader of the map sees.
-ViewJson rounded(const std::optional<double>& value) {
+OrderedJson rounded(const std::optional<double>& value) {
   if (!value) return nullptr;
   return std::round(*value * 1000) / 1000;
 }
@@ -72,8 +40,7 @@ Boundsf extent_of(const Room& room) {
 }
 
 // Vertices in 65535 steps of the extent; of many triangles the largest.
-ViewJson mesh_of(const Room& room, const Boundsf& extent, std::size_t max_triangles,
-                 ViewCounts& shown) {
+OrderedJson mesh_of(const Room& room, const Boundsf& extent, std::size_t max_triangles) {
   std::vector<std::size_t> kept(room.mesh.triangles.size());
   std::iota(kept.begin(), kept.end(), std::size_t{0});
   if (kept.size() > max_triangles) {
@@ -84,7 +51,6 @@ ViewJson mesh_of(const Room& room, const Boundsf& extent, std::size_t max_triang
     kept.resize(max_triangles);
     std::sort(kept.begin(), kept.end());
   }
-  shown.triangles = kept.size();
   const Vec3f size_m = glm::max(extent.high_m - extent.low_m, Vec3f(1e-6f));
   constexpr std::uint32_t kUnused = 0xffffffff;
   std::vector<std::uint32_t> number(room.mesh.vertices_m.size(), kUnused), corners;
@@ -104,11 +70,11 @@ ViewJson mesh_of(const Room& room, const Boundsf& extent, std::size_t max_triang
     }
     materials.push_back(room.mesh.materials[t]);
   }
-  ViewJson json = {{"low", as_json(Vec3(extent.low_m))},
-                   {"size", as_json(Vec3(size_m))},
-                   {"total", room.mesh.triangles.size()},
-                   {"vertices", column(vertices)},
-                   {"materials", column(materials)}};
+  OrderedJson json = {{"low", as_json(Vec3(extent.low_m))},
+                      {"size", as_json(Vec3(size_m))},
+                      {"total", room.mesh.triangles.size()},
+                      {"vertices", column(vertices)},
+                      {"materials", column(materials)}};
   if (count < 65536)
     json["corners16"] = column(std::vector<std::uint16_t>(corners.begin(), corners.end()));
   else
@@ -117,12 +83,12 @@ ViewJson mesh_of(const Room& room, const Boundsf& extent, std::size_t max_triang
 }
 
 // The laws by which surfaces reflect, as the sampler has them (common/reflection.h).
-ViewJson laws_of(const std::vector<Material>& materials) {
+OrderedJson laws_of(const std::vector<Material>& materials) {
   const ReflectionLaws laws{std::span<const Material>(materials)};
-  ViewJson list = ViewJson::array(), lobes = ViewJson::object();
+  OrderedJson list = OrderedJson::array(), lobes = OrderedJson::object();
   for (std::size_t m = 0; m < materials.size(); ++m) {
-    ViewJson one = {{"name", materials[m].name}, {"absorption", materials[m].absorption}};
-    ViewJson scattering = ViewJson::array(), exponents = ViewJson::array();
+    OrderedJson one = {{"name", materials[m].name}, {"absorption", materials[m].absorption}};
+    OrderedJson scattering = OrderedJson::array(), exponents = OrderedJson::array();
     for (std::size_t b = 0; b < kBandCount; ++b) {
       scattering.push_back(laws.scattering(m, b));
       const PhongLobe* const lobe = laws.lobe(m, b);
@@ -141,7 +107,7 @@ ViewJson laws_of(const std::vector<Material>& materials) {
     one["exponents"] = exponents;
     list.push_back(std::move(one));
   }
-  ViewJson found = ViewJson::array();
+  OrderedJson found = OrderedJson::array();
   for (auto& [key, lobe] : lobes.items()) found.push_back(std::move(lobe));
   return {{"materials", list}, {"lobes", found}};
 }
@@ -160,18 +126,18 @@ class EmitterKinds {
                        {"directivity", emitter.directivity}});
     return found->second;
   }
-  ViewJson json() const { return list_; }
+  OrderedJson json() const { return list_; }
 
  private:
   std::map<std::tuple<std::string, std::uint32_t, double, Bands>, std::uint16_t> known_;
-  ViewJson list_ = ViewJson::array();
+  OrderedJson list_ = OrderedJson::array();
 };
 
 struct SourceFlags {
   static constexpr std::uint8_t kEmitter = 1, kImage = 2;
 };
 
-ViewJson sources_of(const Room& room, std::size_t count, EmitterKinds& kinds, ViewCounts& shown) {
+OrderedJson sources_of(const Room& room, std::size_t count, EmitterKinds& kinds) {
   const HeldSources held = held_sources(room, count);
   std::vector<float> places, delays, us, radii;
   std::vector<std::uint8_t> powers, flags;
@@ -202,7 +168,6 @@ ViewJson sources_of(const Room& room, std::size_t count, EmitterKinds& kinds, Vi
   std::size_t images = 0;
   for (std::size_t i = 0; i < room.sources.size(); ++i)
     if (room.sources[i].is_image) add(i), ++images;
-  shown.sources = held.index.size();
   return {{"total", room.file->source_count()},
           {"held", held.index.size()},
           {"images", images},
@@ -218,14 +183,13 @@ ViewJson sources_of(const Room& room, std::size_t count, EmitterKinds& kinds, Vi
           {"flags", column(flags)}};
 }
 
-ViewJson emitters_of(const Room& room, std::size_t max_emitters, EmitterKinds& kinds,
-                     ViewCounts& shown) {
+OrderedJson emitters_of(const Room& room, std::size_t max_emitters, EmitterKinds& kinds) {
   std::vector<float> places;
   std::vector<std::uint16_t> of_kind;
   const std::vector<Emitter>& emitters = room.emitters();
-  shown.emitters = std::min(emitters.size(), max_emitters);
-  ViewJson names = ViewJson::array();
-  for (std::size_t e = 0; e < shown.emitters; ++e) {
+  const std::size_t shown = std::min(emitters.size(), max_emitters);
+  OrderedJson names = OrderedJson::array();
+  for (std::size_t e = 0; e < shown; ++e) {
     put(places, Vec3f(emitters[e].position_m));
     put(places, Vec3f(emitters[e].axis));
     of_kind.push_back(kinds.kind_of(emitters[e]));
@@ -238,14 +202,14 @@ ViewJson emitters_of(const Room& room, std::size_t max_emitters, EmitterKinds& k
 }
 
 // Whole depths of the level's own tree, as far as the limit reaches.
-Result<ViewJson> nodes_of(const BakeFile& file, std::size_t max_nodes, ViewCounts& shown) {
-  ViewJson json = {{"depths", 0}, {"shown", 0}};
+Result<OrderedJson> nodes_of(const BakeFile& file, std::size_t max_nodes) {
+  OrderedJson json = {{"depths", 0}, {"shown", 0}};
   if (file.top() == nullptr) return json;
   std::vector<float> boxes;
   std::vector<std::uint8_t> depths;
   std::vector<PageEntry> level = {*file.top()};
   std::size_t depth = 0;
-  for (; !level.empty() && shown.nodes + level.size() <= max_nodes && depth < 255; ++depth) {
+  for (; !level.empty() && depths.size() + level.size() <= max_nodes && depth < 255; ++depth) {
     std::vector<PageEntry> below;
     for (const PageEntry& entry : level) {
       put(boxes, entry.low_m);
@@ -255,7 +219,6 @@ Result<ViewJson> nodes_of(const BakeFile& file, std::size_t max_nodes, ViewCount
       if (!page.ok()) return page.error();
       below.insert(below.end(), page->links.children.begin(), page->links.children.end());
     }
-    shown.nodes += level.size();
     level = std::move(below);
   }
   json["depths"] = file.depths().back().size();
@@ -265,7 +228,7 @@ Result<ViewJson> nodes_of(const BakeFile& file, std::size_t max_nodes, ViewCount
   return json;
 }
 
-ViewJson probes_of(const BakeFile& file) {
+OrderedJson probes_of(const BakeFile& file) {
   std::vector<float> places;
   std::vector<std::uint16_t> zones;
   for (const StoredProbe& probe : file.probes().places) {
@@ -275,36 +238,43 @@ ViewJson probes_of(const BakeFile& file) {
   return {{"places", column(places)}, {"zones", column(zones)}};
 }
 
-ViewJson portals_of(const BakeFile& file) {
-  ViewJson list = ViewJson::array();
+OrderedJson portals_of(const BakeFile& file) {
+  OrderedJson list = OrderedJson::array();
   for (const Portal& portal : file.portals().portals)
     list.push_back({{"name", portal.name},
                     {"centre", as_json(Vec3(portal.centre_m))},
                     {"u", as_json(Vec3(portal.half_u_m))},
-                    {"v", as_json(Vec3(portal.half_v_m))}});
+                    {"v", as_json(Vec3(portal.half_v_m))},
+                    {"parts", portal.parts},
+                    {"baked_closed", portal.is_baked_closed}});
   return list;
 }
 
-// The boxes of movable parts at rest, along their own axes.
-ViewJson parts_of(const BakeFile& file) {
-  ViewJson list = ViewJson::array();
+// The boxes of movable parts at rest, along their own axes: half of their sides.
+OrderedJson parts_of(const BakeFile& file) {
+  OrderedJson list = OrderedJson::array();
   for (const MovablePart& part : file.movable_parts()) {
-    const PartBox box = box_of(part);
-    list.push_back({{"name", part.name},
-                    {"centre", as_json(box.centre_m)},
-                    {"u", as_json(box.half_m[0])},
-                    {"v", as_json(box.half_m[1])},
-                    {"w", as_json(box.half_m[2])}});
+    const Boundsf own = bounds_of(part.mesh);
+    const Vec3 half_m(0.5f * (own.high_m - own.low_m));
+    const PartPose& pose = part.rest_pose;
+    const Matrix axes = pose.scale * glm::mat3_cast(Quaternion(pose.rotation));
+    list.push_back(
+        {{"name", part.name},
+         {"centre", as_json(pose.position_m + axes * Vec3(0.5f * (own.low_m + own.high_m)))},
+         {"u", as_json(axes[0] * half_m.x)},
+         {"v", as_json(axes[1] * half_m.y)},
+         {"w", as_json(axes[2] * half_m.z)},
+         {"materials", std::set(part.mesh.materials.begin(), part.mesh.materials.end())}});
   }
   return list;
 }
 
-ViewJson findings_json(std::span<const LevelFinding> findings, const Vec3& origin_m) {
-  ViewJson list = ViewJson::array();
+OrderedJson findings_json(std::span<const LevelFinding> findings, const Vec3& origin_m) {
+  OrderedJson list = OrderedJson::array();
   constexpr const char* kKinds[] = {"warning", "fact", "opening", "gap", "duplicate"};
   for (const LevelFinding& finding : findings) {
-    ViewJson one = {{"kind", kKinds[static_cast<std::size_t>(finding.kind)]},
-                    {"text", finding.text}};
+    OrderedJson one = {{"kind", kKinds[static_cast<std::size_t>(finding.kind)]},
+                       {"text", finding.text}};
     if (finding.place_m) one["place"] = as_json(*finding.place_m - origin_m);
     one["size"] = finding.size_m;
     one["direction"] = as_json(finding.direction);
@@ -313,14 +283,14 @@ ViewJson findings_json(std::span<const LevelFinding> findings, const Vec3& origi
   return list;
 }
 
-ViewJson map_of(const FloorMap& map) {
-  ViewJson cells = ViewJson::array();
+OrderedJson map_of(const FloorMap& map) {
+  OrderedJson cells = OrderedJson::array();
   for (const MapCell& cell : map.cells) {
-    ViewJson values = ViewJson::object();
+    OrderedJson values = OrderedJson::object();
     for (const ParameterKind& kind : kParameterKinds) {
       const std::string key = kind.key;
       if (key != "g_db" && key != "c80_db" && key != "t30_s") continue;
-      ViewJson bands = ViewJson::array();
+      OrderedJson bands = OrderedJson::array();
       for (const auto& value : cell.parameters.*kind.value) bands.push_back(rounded(value));
       values[key] = std::move(bands);
     }
@@ -361,14 +331,13 @@ Result<std::vector<Bands>> loudest_weights(const BakeFile& file) {
   return make_signal_weights(envelopes).by_signal;
 }
 
-Result<RoomView> view_of(const Room& room, std::span<const LevelFinding> findings,
-                         const FloorMap& map, std::span<const Vec3> listeners_m,
-                         const ViewLimits& limits) {
+Result<OrderedJson> view_json(const Room& room, std::span<const LevelFinding> findings,
+                              const FloorMap& map, std::span<const Vec3> listeners_m,
+                              const ViewLimits& limits) {
   const BakeFile& file = *room.file;
   const Boundsf extent = extent_of(room);
-  RoomView view;
   EmitterKinds kinds;
-  ViewJson json;
+  OrderedJson json;
   const Air& air = file.settings().air;
   json["origin"] = as_json(file.origin_m());
   json["low"] = as_json(Vec3(extent.low_m));
@@ -383,12 +352,12 @@ Result<RoomView> view_of(const Room& room, std::span<const LevelFinding> finding
   std::vector<float> boosts;
   for (int ms = 0; ms <= 300; ++ms) boosts.push_back(boost.at(static_cast<float>(ms + 0.5) / 1000));
   json["lateBoost"] = column(boosts);
-  json["mesh"] = mesh_of(room, extent, limits.triangles, view.shown);
+  json["mesh"] = mesh_of(room, extent, limits.triangles);
   json["laws"] = laws_of(file.materials());
-  json["sources"] = sources_of(room, limits.sources, kinds, view.shown);
-  json["emitters"] = emitters_of(room, limits.emitters, kinds, view.shown);
+  json["sources"] = sources_of(room, limits.sources, kinds);
+  json["emitters"] = emitters_of(room, limits.emitters, kinds);
   json["kinds"] = kinds.json();
-  auto nodes = nodes_of(file, limits.nodes, view.shown);
+  auto nodes = nodes_of(file, limits.nodes);
   if (!nodes.ok()) return nodes.error();
   json["nodes"] = std::move(*nodes);
   json["probes"] = probes_of(file);
@@ -396,10 +365,9 @@ Result<RoomView> view_of(const Room& room, std::span<const LevelFinding> finding
   json["parts"] = parts_of(file);
   json["findings"] = findings_json(findings, file.origin_m());
   json["map"] = map_of(map);
-  json["listeners"] = ViewJson::array();
+  json["listeners"] = OrderedJson::array();
   for (const Vec3& place_m : listeners_m) json["listeners"].push_back(as_json(place_m));
-  view.json = json.dump(-1, ' ', false, ViewJson::error_handler_t::replace);
-  return view;
+  return json;
 }
 
 }  // namespace clamor

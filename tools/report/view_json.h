@@ -1,12 +1,11 @@
 // view_json.h: what the page's view of a level draws and chooses from, as JSON.
-//
-// Large columns are base64 of little-endian numbers, read by page/data.js.
 #pragma once
 
 #include <cstddef>
 #include <span>
-#include <string>
 #include <vector>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include "common/bands.h"
 #include "common/result.h"
@@ -24,18 +23,10 @@ struct ViewLimits {
   std::size_t emitters = 20'000;
 };
 
-struct ViewCounts {
-  std::size_t sources = 0, triangles = 0, nodes = 0, emitters = 0;
-};
-
-struct RoomView {
-  std::string json;
-  ViewCounts shown;
-};
-
-Result<RoomView> view_of(const Room& room, std::span<const LevelFinding> findings,
-                         const FloorMap& map, std::span<const Vec3> listeners_m,
-                         const ViewLimits& limits = {});
+// Findings, map and listeners are relative to the level's origin, all else is in the file.
+Result<nlohmann::ordered_json> view_json(const Room& room, std::span<const LevelFinding> findings,
+                                         const FloorMap& map, std::span<const Vec3> listeners_m,
+                                         const ViewLimits& limits = {});
 
 // The sources that the view holds: at most `count` of highest key, unscaled, and the highest key
 // that is missing. Image sources are not among them.

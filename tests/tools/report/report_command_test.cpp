@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/box_level.h"
+#include "tests/tools/drawn_page.h"
 #include "tests/tools/report/reported_room.h"
 
 namespace clamor::testing {
@@ -22,13 +23,14 @@ class ReportCommand : public ::testing::Test {
   }
   static void TearDownTestSuite() { reported_.reset(); }
 
+  // The path of a page.
   static std::string page(std::vector<std::string> more = {}) {
     const std::string path = reported_->folder() / "page.html";
     more.insert(more.begin(), {"report", reported_->path(), "-o", path});
     const Outcome outcome = clamor(more);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr("page.html"));
-    return read(path);
+    return path;
   }
 
   static std::unique_ptr<ReportedRoom> reported_;
@@ -36,12 +38,7 @@ class ReportCommand : public ::testing::Test {
 std::unique_ptr<ReportedRoom> ReportCommand::reported_;
 
 TEST_F(ReportCommand, WritesOneFileThatAsksTheNetworkForNothing) {
-  const std::string html = page();
-  EXPECT_THAT(html, HasSubstr("It reverberates for"));
-  EXPECT_THAT(html, HasSubstr("The bake found nothing wrong with the level."));
-  for (const std::string heading : {"The level", "What it sounds like", "At the listeners",
-                                    "Over the floor", "What absorbs the sound", "The file"})
-    EXPECT_THAT(html, HasSubstr(heading + "</h2>"));
+  const std::string path = page(), html = read(path);
   // Only names of XML namespaces are addresses.
   std::string rest = std::regex_replace(html, std::regex("http://www.w3.org/2000/svg"), "");
   EXPECT_EQ(rest.find("http"), std::string::npos);
@@ -49,10 +46,22 @@ TEST_F(ReportCommand, WritesOneFileThatAsksTheNetworkForNothing) {
   // A name cannot end the script that holds the data.
   EXPECT_EQ(html.find("</script><b>"), std::string::npos);
   EXPECT_LT(html.size(), 2'000'000u);
+  if (!has_node()) GTEST_SKIP() << "not on this machine: node";
+  const std::string shown = drawn(path);
+  EXPECT_THAT(shown, HasSubstr("It reverberates for"));
+  EXPECT_THAT(shown, HasSubstr("The bake found nothing wrong with the level."));
+  for (const std::string heading : {"The level", "What it sounds like", "At the listeners",
+                                    "Over the floor", "What absorbs the sound", "The file"})
+    EXPECT_THAT(shown, HasSubstr(heading + "</h2>"));
+  EXPECT_EQ(shown.find("</script><b>"), std::string::npos);
+  EXPECT_THAT(shown, HasSubstr("&lt;/script&gt;&lt;b&gt;</th>"));
+  for (const char* const no_figure : {"undefined", "NaN", "Infinity", "null"})
+    EXPECT_EQ(shown.find(no_figure), std::string::npos) << no_figure;
 }
 
 TEST_F(ReportCommand, SaysTheFiguresOfImpulse) {
-  const std::string html = page({"--listener", "4,1.5,2", "--exact"});
+  if (!has_node()) GTEST_SKIP() << "not on this machine: node";
+  const std::string html = drawn(page({"--listener", "4,1.5,2", "--exact"}));
   const Outcome impulse = clamor({"impulse", reported_->path(), "--listener", "4,1.5,2"});
   ASSERT_EQ(impulse.code, 0);
   std::smatch row;
@@ -64,7 +73,8 @@ TEST_F(ReportCommand, SaysTheFiguresOfImpulse) {
 }
 
 TEST_F(ReportCommand, SaysTheFiguresOfInspect) {
-  const std::string html = page({"--listener", "4,1.5,2"});
+  if (!has_node()) GTEST_SKIP() << "not on this machine: node";
+  const std::string html = drawn(page({"--listener", "4,1.5,2"}));
   const Outcome inspect = clamor({"inspect", reported_->path()});
   std::smatch row;
   ASSERT_TRUE(std::regex_search(inspect.out, row, std::regex(R"(power emitted, dB +([\d.]+))")));
@@ -77,6 +87,7 @@ TEST_F(ReportCommand, SaysTheFiguresOfInspect) {
 // 1.2 mm and 1 cm between them: the geometry in the file, in millimetres, would not show the first
 // as it is.
 TEST(LevelFigures, AreTheSameOfBakeInspectAndReport) {
+  if (!has_node()) GTEST_SKIP() << "not on this machine: node";
   const Folder folder;
   Mesh mesh = box({6, 3, 4});
   mesh.triangles.erase(mesh.triangles.begin() + 4, mesh.triangles.begin() + 6);
@@ -105,7 +116,7 @@ TEST(LevelFigures, AreTheSameOfBakeInspectAndReport) {
   EXPECT_EQ(json["findings"]["thin_gaps"], 2);
   EXPECT_EQ(json["findings"]["closedness"], leaves);
   ASSERT_EQ(clamor({"report", bake, "-o", folder / "box.html"}).code, 0);
-  const std::string html = read(folder / "box.html");
+  const std::string html = drawn(folder / "box.html");
   for (const std::string& words : {widest, second, leaves.substr(0, leaves.find(" of the sound"))})
     EXPECT_THAT(html, HasSubstr("<span>" + words));
   EXPECT_EQ(html.find("more; "), std::string::npos) << "there are no others";
@@ -113,12 +124,13 @@ TEST(LevelFigures, AreTheSameOfBakeInspectAndReport) {
 
 // Its walls let sound out, which is no reason to look for a hole.
 TEST(LevelFigures, OfAClosedLevelSayThatPowerPassedItsWalls) {
+  if (!has_node()) GTEST_SKIP() << "not on this machine: node";
   Level level = shoebox({6, 3, 4}, uniform_material(0.2f), {2, 1, 1});
   level.materials[0].transmission = same_in_all_bands(0.1f);
   const ReportedRoom closed(level, 300, 5000);
   const std::string page = closed.folder() / "page.html";
   ASSERT_EQ(clamor({"report", closed.path(), "-o", page, "--listener", "4,1.5,2"}).code, 0);
-  const std::string html = read(page);
+  const std::string html = drawn(page);
   EXPECT_THAT(html, HasSubstr("closed: none of"));
   EXPECT_THAT(html, HasSubstr("of the power left the level, through walls"));
   EXPECT_THAT(html, HasSubstr(">left through walls<"));
@@ -132,9 +144,10 @@ TEST(LevelFigures, OfAClosedLevelSayThatPowerPassedItsWalls) {
 }
 
 TEST_F(ReportCommand, SetsAnotherBakeBesideIt) {
+  if (!has_node()) GTEST_SKIP() << "not on this machine: node";
   Level dry = shoebox({6, 3, 4}, uniform_material(0.6f), {2, 1, 1});
   const ReportedRoom other(dry, 300, 5000);
-  const std::string html = page({"--listener", "4,1.5,2", "--compare", other.path()});
+  const std::string html = drawn(page({"--listener", "4,1.5,2", "--compare", other.path()}));
   EXPECT_THAT(html, HasSubstr("difference in just-noticeable differences"));
   // A room that absorbs three times as much decays more than ten noticeable steps faster.
   std::smatch row;

@@ -14,8 +14,8 @@
 #include "tests/build_paths.h"
 #include "tests/portal_rooms.h"
 #include "tests/runtime/door_leaf.h"
+#include "tests/tools/drawn_page.h"
 #include "tests/tools/report/reported_room.h"
-#include "tools/report/report_doors.h"
 #include "tools/strategies/strategies.h"
 
 namespace clamor::testing {
@@ -36,15 +36,14 @@ Level varied_room() {
 }
 
 TEST(ReportView, ChoosesTheSourcesOfTheSampler) {
-  if (std::system("command -v node > /dev/null 2>&1") != 0)
-    GTEST_SKIP() << "not on this machine: node";
+  if (!has_node()) GTEST_SKIP() << "not on this machine: node";
   const ReportedRoom reported(varied_room());
   const Room room = reported.room();
   constexpr std::size_t kHeld = 5000, kVoices = 300;
   const Vec3 place_m(3.1, 1.6, 4.2);
-  const auto view = view_of(room, {}, {}, {}, {.sources = kHeld});
+  const auto view = view_json(room, {}, {}, {}, {.sources = kHeld});
   ASSERT_TRUE(view.ok());
-  const std::string json = reported.folder().write("view.json", view->json);
+  const std::string json = reported.folder().write("view.json", view->dump());
   const std::string out = reported.folder() / "choice.json";
   const std::string command = "node '" + std::string(kSourceDir) +
                               "/tests/tools/report/page/choose.mjs' '" + json + "' 3.1,1.6,4.2 " +
@@ -82,15 +81,16 @@ TEST(ReportView, ChoosesTheSourcesOfTheSampler) {
 TEST(ReportView, HoldsTheTopOfALargeBakeAndSaysHowMuchThatIs) {
   const ReportedRoom reported(varied_room());
   const Room room = reported.room();
-  const auto view = view_of(room, {}, {}, {}, {.sources = 1000, .triangles = 5, .nodes = 10});
-  const auto json = nlohmann::json::parse(view->json);
+  const auto view = view_json(room, {}, {}, {}, {.sources = 1000, .triangles = 5, .nodes = 10});
+  ASSERT_TRUE(view.ok());
+  const nlohmann::ordered_json& json = *view;
   EXPECT_EQ(json["sources"]["held"], 1000);
   EXPECT_EQ(json["sources"]["total"], room.file->source_count());
   EXPECT_EQ(json["mesh"]["total"], 12);
-  EXPECT_EQ(view->shown.triangles, 5u);
+  EXPECT_EQ(json["mesh"]["corners16"].get<std::string>().size(), 40u) << "5 triangles in base64";
   EXPECT_GE(json["nodes"]["shown"], 1);
   EXPECT_LT(json["nodes"]["shown"], json["nodes"]["depths"]);
-  EXPECT_LT(view->json.size(), 250'000u);
+  EXPECT_LT(view->dump().size(), 250'000u);
 }
 
 using ::testing::HasSubstr;
@@ -107,10 +107,11 @@ Level with_door() {
 }
 
 TEST(ReportDoors, AreListedWithTheirPlaceSizeAndWhatTheyTransmit) {
+  if (!has_node()) GTEST_SKIP() << "not on this machine: node";
   const ReportedRoom reported(with_door());
-  ReportPage page("report", "Doors", "");
-  write_doors(reported.file(), page);
-  const std::string html = page.html();
+  const std::string page = reported.folder() / "page.html";
+  ASSERT_EQ(clamor({"report", reported.path(), "-o", page, "--listener", "1,1.5,1"}).code, 0);
+  const std::string html = drawn(page);
   EXPECT_THAT(html, HasSubstr("1 movable part and 1 portal"));
   EXPECT_THAT(html, HasSubstr("0.04 x 1.00 x 2.00"));
   EXPECT_THAT(html, HasSubstr("oak (lets -30 dB through at 1 kHz)"));
@@ -122,17 +123,18 @@ TEST(ReportDoors, AreListedWithTheirPlaceSizeAndWhatTheyTransmit) {
 
 TEST(ReportDoors, AreInTheViewAndThePlan) {
   const ReportedRoom reported(with_door());
-  const auto view = view_of(reported.room(), {}, {}, {}, {});
+  const auto view = view_json(reported.room(), {}, {}, {}, {});
   ASSERT_TRUE(view.ok());
-  EXPECT_THAT(view->json, HasSubstr(R"("parts":[{"name":"Door","centre":[5.05,2.0,1.0])"));
-  EXPECT_THAT(view->json, HasSubstr(R"("portals":[{"name":"gate")"));
+  EXPECT_THAT(view->dump(), HasSubstr(R"("parts":[{"name":"Door","centre":[5.05,2.0,1.0])"));
+  EXPECT_THAT(view->dump(), HasSubstr(R"("portals":[{"name":"gate")"));
 }
 
 TEST(ReportDoors, LeaveNoSectionWithoutAny) {
+  if (!has_node()) GTEST_SKIP() << "not on this machine: node";
   const ReportedRoom reported(portal_rooms(false));
-  ReportPage page("report", "Doors", "");
-  write_doors(reported.file(), page);
-  EXPECT_EQ(page.html().find("Doors and portals"), std::string::npos);
+  const std::string page = reported.folder() / "page.html";
+  ASSERT_EQ(clamor({"report", reported.path(), "-o", page, "--listener", "1,1.5,1"}).code, 0);
+  EXPECT_EQ(drawn(page).find("Doors and portals"), std::string::npos);
 }
 
 }  // namespace

@@ -9,8 +9,8 @@ function bytesOf(base64) {
 const floats = (base64) => new Float32Array(bytesOf(base64));
 const words = (base64) => new Uint16Array(bytesOf(base64));
 
-function readLevel(text) {
-  const level = JSON.parse(text), mesh = level.mesh, sources = level.sources;
+function readLevel(level) {
+  const mesh = level.mesh, sources = level.sources;
   level.lateBoost = floats(level.lateBoost);
   mesh.vertices = words(mesh.vertices);
   mesh.materials = words(mesh.materials);

@@ -15,7 +15,7 @@ class FloorMap {
     this.storeys = Math.max(...level.map.cells.map((cell) => cell[2])) + 1;
     const selects = {
       quantity: ["What", Object.entries(kMapped).map(([key, {name}]) => [key, name])],
-      octave: ["Octave", [[-1, "mean of 500 Hz and 1 kHz"], ...level.bandsHz.map((hz, b) => [b, hz < 1000 ? hz + " Hz" : hz / 1000 + " kHz"])]],
+      octave: ["Octave", [[-1, "mean of 500 Hz and 1 kHz"], ...level.bandsHz.map((hz, b) => [b, hertz(hz)])]],
       storey: ["Floor", Array.from({length: this.storeys}, (_, s) => [s, s === 0 ? "lowest floor" : `floor ${s + 1} above others`])]};
     this.host.innerHTML = `<figure class="floor"><div id="floor-picture"></div><div id="floor-controls"></div></figure><details><summary>The map as a table</summary><div id="floor-table"></div></details>`;
     for (const [id, [title, options]] of Object.entries(selects)) {
@@ -84,15 +84,9 @@ class FloorMap {
     document.getElementById("floor-legend").innerHTML = known.length === 0 ? `<p class="note">${summary}.</p>` :
       `<p class="note">${shownName}</p><span class="bar" style="display:block;height:.7rem;border-radius:2px;background: linear-gradient(90deg, ${kScale.map((c) => `rgb(${c})`).join()})"></span>` +
       `<span class="ends note"><span>${text(low)}</span><span>${text(high)}</span></span><p class="note">${differences} Seen from above, X to the right and Z down; numbered rings are listeners${few ? ", dots emitters" : ""}${this.level.parts.length > 0 ? ", green bars movable parts" : ""}${this.level.portals.length > 0 ? ", dashed lines portals" : ""}. Click a place to listen there.</p>`;
-    document.getElementById("floor-table").innerHTML = `<div class="table"><table><caption>${summary}</caption><thead><tr><th scope="col">place (m)</th><th scope="col">${kind.name}</th></tr></thead><tbody>` +
-      shown.map((cell) => `<tr><th scope="row">${this.placeOf(cell)}</th><td>${text(this.value(cell))}</td></tr>`).join("") + "</tbody></table></div>";
+    document.getElementById("floor-table").innerHTML =
+      tableHtml({title: summary, columns: ["place (m)", kind.name], rows: shown.map((cell) => [this.placeOf(cell), text(this.value(cell))])});
     this.view.paintMap(shown.map((cell) => [cell, this.value(cell)]).filter(([, value]) => value !== null).map(([cell, value]) =>
       ({x: lowX + (cell[0] + 0.5) * step, y: cell[6], z: lowZ + (cell[1] + 0.5) * step, half: step / 2, colour: scaleColour(shareOf(value))})));
   }
-}
-
-if (typeof document !== "undefined") {
-  const level = readLevel(document.getElementById("level").textContent), view = new View(level);
-  view.floor = new FloorMap(level, view);
-  window.clamorView = view;
 }

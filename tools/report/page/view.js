@@ -1,12 +1,6 @@
 "use strict";
 // view.js: the level in three dimensions, and the sources that a listener in it hears.
 
-// Viridis (S. van der Walt, N. Smith, 2015), at eighths.
-const kScale = [[68, 1, 84], [70, 51, 127], [54, 92, 141], [39, 127, 142], [31, 161, 135], [74, 194, 109], [159, 218, 58], [253, 231, 37]];
-function scaleColour(share) {
-  const x = Math.min(Math.max(share, 0), 1) * (kScale.length - 1), k = Math.min(Math.floor(x), kScale.length - 2);
-  return kScale[k].map((value, i) => Math.round(value + (x - k) * (kScale[k + 1][i] - value)));
-}
 const kPalette = [[194, 79, 0], [0, 105, 171], [0, 128, 93], [176, 86, 139], [47, 143, 201], [178, 123, 0], [122, 79, 191], [128, 96, 34]];
 const kLayers = [
   ["surfaces", "surfaces", true, null], ["sources", "sources", false, null], ["chosen", "chosen", true, null],
@@ -130,8 +124,8 @@ class View {
     option(surface, "plain", "plain");
     option(surface, "material", "by material");
     this.level.bandsHz.forEach((hz, b) => {
-      option(band, b, this.hertz(hz));
-      option(surface, b, "absorption at " + this.hertz(hz));
+      option(band, b, hertz(hz));
+      option(surface, b, "absorption at " + hertz(hz));
     });
     const depth = this.get("depth");
     depth.max = Math.max(0, this.level.nodes.shown - 1);
@@ -154,7 +148,6 @@ class View {
 
   // A coordinate of the listener in the world; all others here are relative to the level's origin.
   inWorld(axis) { return this.place[axis] + this.level.origin[axis]; }
-  hertz(hz) { return hz < 1000 ? hz + " Hz" : hz / 1000 + " kHz"; }
 
   tellShown() {
     const {sources, mesh, nodes, emitters} = this.level, parts = [];
@@ -255,7 +248,7 @@ class View {
     const sources = mode === "delay" ? scale("Path delay of sources", "0 ms", `${Math.round(1000 * this.late)} ms and more`)
       : mode === "power" ? scale("Power of sources", `${Math.round(this.loudest - 40)} dB`, `${Math.round(this.loudest)} dB`) : `<div>Sources by ${mode}</div>`;
     const band = Number(surface);
-    legend.innerHTML = sources + (Number.isNaN(band) ? "" : scale("Absorption at " + this.hertz(this.level.bandsHz[band]), "0 %", `${Math.round(100 * this.mostAbsorbed(band))} %`));
+    legend.innerHTML = sources + (Number.isNaN(band) ? "" : scale("Absorption at " + hertz(this.level.bandsHz[band]), "0 %", `${Math.round(100 * this.mostAbsorbed(band))} %`));
   }
 
   points(name, list, options = {}) {
@@ -448,13 +441,12 @@ class View {
   fillTable(all) {
     const level = this.level, rows = [...this.choice.chosen].sort((a, b) => b.heard - a.heard).slice(0, 15).map((one) => {
       const i = one.index, emits = (level.sources.flags[i] & kEmitter) !== 0;
-      const cells = [emits ? level.kinds[level.sources.kinds[i]].name : level.laws.materials[level.sources.materials[i]].name,
+      return [emits ? level.kinds[level.sources.kinds[i]].name : level.laws.materials[level.sources.materials[i]].name,
         emits ? "emitter" : "reflection", (1000 * one.arrives).toFixed(1), one.distance.toFixed(2), (10 * Math.log10(one.heard / all)).toFixed(1), one.scale.toFixed(1)];
-      return `<tr>${cells.map((cell, c) => c === 0 ? `<th scope="row">${escapeText(cell)}</th>` : `<td>${cell}</td>`).join("")}</tr>`;
     });
-    this.get("chosen").innerHTML = `<div class="table"><table><caption>Strongest sources at ${this.place.map((x, i) => this.inWorld(i).toFixed(1)).join(", ")} m</caption><thead><tr>` +
-      ["from", "kind", "arrives (ms)", "distance (m)", "share (dB)", "scaled by"].map((title) => `<th scope="col">${title}</th>`).join("") +
-      `</tr></thead><tbody>${rows.join("")}</tbody></table></div>`;
+    this.get("chosen").innerHTML = tableHtml({
+      title: `Strongest sources at ${this.place.map((x, i) => this.inWorld(i).toFixed(1)).join(", ")} m`,
+      columns: ["from", "kind", "arrives (ms)", "distance (m)", "share (dB)", "scaled by"], rows});
   }
 
   // --- Hands -----------------------------------------------------------------------------------
@@ -522,11 +514,4 @@ class View {
     event.preventDefault();
     this.redraw();
   }
-}
-
-// "24 576".
-function grouped(n) { return n.toLocaleString("en").replaceAll(",", "\u202f"); }
-
-function escapeText(text) {
-  return text.replace(/[&<>"]/g, (c) => ({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\"": "&quot;"})[c]);
 }

@@ -9,5 +9,5 @@ for (const script of ["data.js", "choice.js"]) vm.runInContext(readFileSync(new 
 context.text = readFileSync(file, "utf8");
 context.place = place.split(",").map(Number);
 context.voices = Number(voices);
-const {chosen} = vm.runInContext("choose(readLevel(text), place, voices, null)", context);
+const {chosen} = vm.runInContext("choose(readLevel(JSON.parse(text)), place, voices, null)", context);
 console.log(JSON.stringify(chosen.map(({index, scale}) => ({index, scale}))));

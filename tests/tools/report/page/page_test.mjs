@@ -1,6 +1,7 @@
 // page_test.mjs: the page of clamor report in a browser: it loads in silence, shows the level, follows the
 // hand, the mouse and the keyboard, has names for screen readers, and does without WebGL.
 import assert from "node:assert/strict";
+import {readFileSync} from "node:fs";
 import {after, before, test} from "node:test";
 import {pathToFileURL} from "node:url";
 import {chromium} from "playwright-core";
@@ -121,7 +122,7 @@ test("the keyboard moves the listener, turns the view and reaches every control"
   await page.keyboard.press("Home");
   await page.locator("#canvas").focus();
   const reached = new Set();
-  for (let i = 0; i < 60; ++i) {
+  for (let i = 0; i < 120; ++i) {
     await page.keyboard.press("Tab");
     reached.add(await page.evaluate(() => document.activeElement.id));
   }
@@ -180,6 +181,16 @@ test("maps the floor, as a picture and as a table", async () => {
   await page.locator("#floor-picture [data-cell]").first().click();
   await settled();
   assert.notEqual(await chosen(), before, "a click on the map moves the listener");
+});
+
+test("saves a chart as a picture of its own, light or dark as its reader asks", async () => {
+  const save = page.locator("figure .save").first();
+  await save.focus();
+  const [file] = await Promise.all([page.waitForEvent("download"), save.press("Enter")]);
+  assert.equal(file.suggestedFilename(), "T30_s_.svg");
+  const svg = readFileSync(await file.path(), "utf8");
+  assert.match(svg, /^<svg xmlns="http:\/\/www.w3.org\/2000\/svg".*T30 \(s\).*<\/svg>$/s);
+  assert.match(svg, /<style>.*prefers-color-scheme: dark.*<\/style>/s);
 });
 
 test("fits a narrow window", async () => {

@@ -1,24 +1,22 @@
-#include "tools/commands/inspect_json.h"
+#include "tools/report/bake_json.h"
 
 #include <cmath>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "bake/report/lost_power.h"
 #include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/image_source.h"
 #include "formats/level/movable_part.h"
 #include "runtime/engine/signal_store.h"
+#include "tools/program/json_values.h"
 
 namespace clamor {
 
 namespace {
 
-nlohmann::ordered_json as_list(const Vec3& vector) { return {vector.x, vector.y, vector.z}; }
-
-// A rounded number, or null.
-nlohmann::ordered_json rounded(float value) {
+// A number in thousandths, or null.
+OrderedJson positive_or_null(float value) {
   if (!(value > 0)) return nullptr;
   return std::round(static_cast<double>(value) * 1e3) / 1e3;
 }
@@ -27,11 +25,11 @@ double ratio(std::uint64_t part, std::uint64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
 }
 
-nlohmann::ordered_json what_it_is(const BakeFile& file, const BakeOverview& overview) {
+OrderedJson what_it_is(const BakeFile& file, const BakeOverview& overview) {
   const BakeBytes bytes = file.bytes();
-  nlohmann::ordered_json json;
+  OrderedJson json;
   json["format"] = {{"major", file.major()}, {"minor", file.minor()}};
-  json["bands_hz"] = nlohmann::ordered_json::array();
+  json["bands_hz"] = OrderedJson::array();
   for (const double hz : kBandCentres_hz) json["bands_hz"].push_back(static_cast<int>(hz));
   json["sources"] = {{"total", file.source_count()},
                      {"stored", file.stored_sources()},
@@ -58,7 +56,7 @@ nlohmann::ordered_json what_it_is(const BakeFile& file, const BakeOverview& over
   return json;
 }
 
-void add_making(const BakeFile& file, const BakeOverview& overview, nlohmann::ordered_json& json) {
+void add_making(const BakeFile& file, const BakeOverview& overview, OrderedJson& json) {
   const BakeSettings& settings = file.settings();
   const BakeStatistics& statistics = file.statistics();
   json["photons"] = {
@@ -80,14 +78,14 @@ void add_making(const BakeFile& file, const BakeOverview& overview, nlohmann::or
                         {"libraries", file.provenance().libraries},
                         {"command", overview.command}};
   if (overview.command.empty()) json["provenance"]["command"] = nullptr;
-  json["provenance"]["inputs"] = nlohmann::ordered_json::array();
+  json["provenance"]["inputs"] = OrderedJson::array();
   for (const InputFile& input : file.provenance().inputs)
     json["provenance"]["inputs"].push_back({{"name", input.name},
                                             {"bytes", input.bytes},
                                             {"hash", fmt::format("{:016x}", input.hash)}});
 }
 
-void add_sound(const BakeFile& file, const BakeOverview& overview, nlohmann::ordered_json& json) {
+void add_sound(const BakeFile& file, const BakeOverview& overview, OrderedJson& json) {
   const BakeStatistics& statistics = file.statistics();
   const LostPower lost = lost_power(statistics, file.materials());
   json["power"] = {
@@ -95,30 +93,29 @@ void add_sound(const BakeFile& file, const BakeOverview& overview, nlohmann::ord
       {"escaped", statistics.power_escaped},       {"unfinished", statistics.power_unfinished},
       {"through_openings", lost.through_openings}, {"through_walls", lost.through_walls}};
   const DecaySummary& decay = statistics.decay;
-  json["decay"] = {{"places", decay.places}, {"error_db", rounded(decay.error_db)}};
-  for (const char* key : {"t30_s", "t30_error_s"})
-    json["decay"][key] = nlohmann::ordered_json::array();
+  json["decay"] = {{"places", decay.places}, {"error_db", positive_or_null(decay.error_db)}};
+  for (const char* key : {"t30_s", "t30_error_s"}) json["decay"][key] = OrderedJson::array();
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    json["decay"]["t30_s"].push_back(rounded(decay.t30_s[b]));
-    json["decay"]["t30_error_s"].push_back(rounded(decay.t30_error_s[b]));
+    json["decay"]["t30_s"].push_back(positive_or_null(decay.t30_s[b]));
+    json["decay"]["t30_error_s"].push_back(positive_or_null(decay.t30_error_s[b]));
   }
 }
 
-void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
+void add_tables(const BakeFile& file, OrderedJson& json) {
   const Vec3& origin_m = file.origin_m();
-  json["origin_m"] = as_list(origin_m);
-  json["materials"] = nlohmann::ordered_json::array();
+  json["origin_m"] = as_json(origin_m);
+  json["materials"] = OrderedJson::array();
   for (const Material& material : file.materials())
     json["materials"].push_back({{"name", material.name},
                                  {"absorption", material.absorption},
                                  {"scattering", material.scattering},
                                  {"phong", material.phong},
                                  {"transmission", material.transmission}});
-  json["emitters"] = nlohmann::ordered_json::array();
+  json["emitters"] = OrderedJson::array();
   for (const Emitter& emitter : file.emitters())
     json["emitters"].push_back({{"name", emitter.name},
-                                {"position_m", as_list(emitter.position_m + origin_m)},
-                                {"axis", as_list(emitter.axis)},
+                                {"position_m", as_json(emitter.position_m + origin_m)},
+                                {"axis", as_json(emitter.axis)},
                                 {"gain", emitter.gain},
                                 {"directivity", emitter.directivity},
                                 {"signal", emitter.signal},
@@ -127,37 +124,37 @@ void add_tables(const BakeFile& file, nlohmann::ordered_json& json) {
   std::uint64_t early = 0, late = 0;
   for (const StoredProbe& probe : file.probes().places) early += probe.tree.top.sources_below;
   for (const StoredTree& zone : file.probes().zones) late += zone.top.sources_below;
-  json["probes"] = {{"places", nlohmann::ordered_json::array()},
+  json["probes"] = {{"places", OrderedJson::array()},
                     {"zones", file.probes().zones.size()},
                     {"early_sources", early},
                     {"late_sources", late},
                     {"bytes", file.bytes().probes}};
   for (const StoredProbe& probe : file.probes().places)
-    json["probes"]["places"].push_back(as_list(probe.position_m + origin_m));
-  json["movable_parts"] = nlohmann::ordered_json::array();
+    json["probes"]["places"].push_back(as_json(probe.position_m + origin_m));
+  json["movable_parts"] = OrderedJson::array();
   for (const MovablePart& part : file.movable_parts()) {
     const PartPose& pose = part.rest_pose;
     json["movable_parts"].push_back(
         {{"name", part.name},
          {"triangles", part.mesh.triangles.size()},
          {"vertices", part.mesh.vertices_m.size()},
-         {"position_m", as_list(pose.position_m + origin_m)},
+         {"position_m", as_json(pose.position_m + origin_m)},
          {"rotation", {pose.rotation.x, pose.rotation.y, pose.rotation.z, pose.rotation.w}},
          {"scale", pose.scale}});
   }
   const BakedPortals& baked = file.portals();
-  json["portals"] = {{"list", nlohmann::ordered_json::array()},
+  json["portals"] = {{"list", OrderedJson::array()},
                      {"sets", baked.sets.size()},
                      {"virtual_emitters", baked.emitters.size()}};
   for (const Portal& portal : baked.portals)
     json["portals"]["list"].push_back({{"name", portal.name},
-                                       {"centre_m", as_list(portal.centre_m + origin_m)},
-                                       {"half_u_m", as_list(portal.half_u_m)},
-                                       {"half_v_m", as_list(portal.half_v_m)},
+                                       {"centre_m", as_json(portal.centre_m + origin_m)},
+                                       {"half_u_m", as_json(portal.half_u_m)},
+                                       {"half_v_m", as_json(portal.half_v_m)},
                                        {"parts", portal.parts}});
 }
 
-nlohmann::ordered_json as_json(const OctreeDepth& level, const Bands& all) {
+OrderedJson depth_json(const OctreeDepth& level, const Bands& all) {
   Bands share{};
   for (std::size_t b = 0; b < kBandCount; ++b)
     if (all[b] > 0) share[b] = level.power[b] / all[b];
@@ -168,19 +165,19 @@ nlohmann::ordered_json as_json(const OctreeDepth& level, const Bands& all) {
           {"power_share", share}};
 }
 
-void add_octree(const BakeOverview& overview, nlohmann::ordered_json& json) {
-  json["octree"] = nlohmann::ordered_json::array();
+void add_octree(const BakeOverview& overview, OrderedJson& json) {
+  json["octree"] = OrderedJson::array();
   for (const OctreeDepth& level : overview.depths)
-    json["octree"].push_back(as_json(level, overview.power));
-  json["instanced"] = as_json(overview.instanced.stored, overview.power);
+    json["octree"].push_back(depth_json(level, overview.power));
+  json["instanced"] = depth_json(overview.instanced.stored, overview.power);
   json["instanced"]["trees"] = overview.instanced.trees;
 }
 
-void add_findings(const LevelFindings& found, nlohmann::ordered_json& json) {
-  auto list = nlohmann::ordered_json::array();
+void add_findings(const LevelFindings& found, OrderedJson& json) {
+  auto list = OrderedJson::array();
   for (const LevelFinding& finding : found.list) {
-    auto place = nlohmann::ordered_json();
-    if (finding.place_m) place = as_list(*finding.place_m);
+    auto place = OrderedJson();
+    if (finding.place_m) place = as_json(*finding.place_m);
     list.push_back({{"kind", finding.kind == LevelFinding::Kind::kOpening ? "opening" : "gap"},
                     {"text", finding.text},
                     {"place_m", place},
@@ -190,8 +187,8 @@ void add_findings(const LevelFindings& found, nlohmann::ordered_json& json) {
       {"closedness", found.closedness}, {"thin_gaps", found.thin_gaps}, {"list", list}};
 }
 
-Result<void> add_pages(const BakeFile& file, nlohmann::ordered_json& json) {
-  json["geometry_pages"] = nlohmann::ordered_json::array();
+Result<void> add_pages(const BakeFile& file, OrderedJson& json) {
+  json["geometry_pages"] = OrderedJson::array();
   for (std::size_t i = 0; i < file.geometry_page_count(); ++i) {
     const GeometryPageInfo page = file.geometry_page(i);
     json["geometry_pages"].push_back({{"offset", page.offset},
@@ -199,7 +196,7 @@ Result<void> add_pages(const BakeFile& file, nlohmann::ordered_json& json) {
                                       {"triangles", page.triangles},
                                       {"vertices", page.vertices}});
   }
-  json["pages"] = nlohmann::ordered_json::array();
+  json["pages"] = OrderedJson::array();
   return file.for_each_page([&](const PageEntry& entry, const OctreePage& page, std::size_t tree,
                                 std::size_t depth) -> Result<void> {
     json["pages"].push_back({{"tree", tree},
@@ -215,8 +212,8 @@ Result<void> add_pages(const BakeFile& file, nlohmann::ordered_json& json) {
 
 }  // namespace
 
-Result<std::string> as_json(const BakeFile& file, const BakeOverview& overview, bool pages) {
-  nlohmann::ordered_json json = what_it_is(file, overview);
+Result<OrderedJson> bake_json(const BakeFile& file, const BakeOverview& overview, bool pages) {
+  OrderedJson json = what_it_is(file, overview);
   add_making(file, overview, json);
   add_sound(file, overview, json);
   add_tables(file, json);
@@ -225,8 +222,7 @@ Result<std::string> as_json(const BakeFile& file, const BakeOverview& overview, 
   add_findings(file.statistics().findings, json);
   if (pages)
     if (const auto added = add_pages(file, json); !added.ok()) return added.error();
-  // Names may be invalid UTF-8, but JSON may not.
-  return printable_json(json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+  return json;
 }
 
 }  // namespace clamor

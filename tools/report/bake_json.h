@@ -1,0 +1,15 @@
+// bake_json.h: a bake file as JSON, for clamor inspect and clamor report; formats/bake_format.md
+// documents the keys.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "tools/report/bake_overview.h"
+
+namespace clamor {
+
+// With `pages`, the JSON lists all pages; the Error names one that cannot be read.
+Result<nlohmann::ordered_json> bake_json(const BakeFile& file, const BakeOverview& overview,
+                                         bool pages);
+
+}  // namespace clamor
