@@ -1,4 +1,5 @@
-// impulse_output.h: what clamor impulse measured, as tables, JSON and sound files.
+// impulse_output.h: what clamor impulse measured, as tables, JSON (tools/README.md documents its
+// keys) and sound files.
 #pragma once
 
 #include <iosfwd>
