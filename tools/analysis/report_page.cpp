@@ -9,7 +9,6 @@
 #include <string_view>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include "common/printable.h"
@@ -21,8 +20,6 @@
 namespace clamor {
 
 namespace {
-
-using OrderedJson = nlohmann::ordered_json;
 
 constexpr const char* kPage = R"(<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">

@@ -11,16 +11,15 @@
 #include <variant>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "common/result.h"
 #include "formats/files/output_target.h"
+#include "tools/analysis/json_values.h"
 #include "tools/analysis/spectrogram.h"
 
 namespace clamor {
 
 // A self-contained page that draws a document by its scripts, and by those that all pages have.
-std::string page_of_document(const nlohmann::ordered_json& document, const std::string& scripts);
+std::string page_of_document(const OrderedJson& document, const std::string& scripts);
 
 // Points that are not finite, or not positive on a logarithmic axis, are left out.
 struct Chart {
@@ -91,7 +90,7 @@ class ReportPage {
 
  private:
   std::string name_;
-  nlohmann::ordered_json document_;  // title, setting, and blocks from top to bottom
+  OrderedJson document_;  // title, setting, and blocks from top to bottom
   std::vector<ReportTable> tables_;
 };
 

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "common/directivity.h"
 #include "common/sample_rate.h"
 #include "runtime/response/octave_filter.h"
@@ -65,11 +63,11 @@ const ParameterKind& kind_of(std::string_view name) {
   return *std::ranges::find(kParameterKinds, name, &ParameterKind::name);
 }
 
-void to_json(nlohmann::ordered_json& json, const RoomParameters& parameters) {
+void to_json(OrderedJson& json, const RoomParameters& parameters) {
   for (const ParameterKind& kind : kParameterKinds) {
-    auto& values = json[kind.key] = nlohmann::ordered_json::array();
+    auto& values = json[kind.key] = OrderedJson::array();
     for (const auto& value : parameters.*kind.value)
-      values.push_back(value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json());
+      values.push_back(value ? OrderedJson(*value) : OrderedJson());
   }
 }
 

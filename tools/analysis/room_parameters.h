@@ -25,12 +25,11 @@
 #include <span>
 #include <string_view>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "common/bands.h"
 #include "common/decay_curve.h"
 #include "formats/level/emitter.h"
 #include "runtime/response/energy_response.h"
+#include "tools/analysis/json_values.h"
 
 namespace clamor {
 
@@ -67,7 +66,7 @@ inline constexpr std::array<ParameterKind, 7> kParameterKinds = {{
 const ParameterKind& kind_of(std::string_view name);
 
 // Lists per octave by the keys of all kinds; null for what is missing.
-void to_json(nlohmann::ordered_json& json, const RoomParameters& parameters);
+void to_json(OrderedJson& json, const RoomParameters& parameters);
 
 // Energy of an impulse from an omnidirectional emitter of the same power, at 10 m in a free field.
 Bands free_field_energy_at_10m(const Emitter& emitter);

@@ -9,10 +9,10 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
+#include "tools/analysis/json_values.h"
 #include "tools/analysis/null_distribution.h"
 #include "tools/analysis/random_texture.h"
 #include "tools/analysis/sound_comparison.h"
@@ -21,7 +21,6 @@
 #include "tools/commands/compare_table.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
-#include "tools/program/json_values.h"
 #include "tools/program/progress.h"
 #include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"

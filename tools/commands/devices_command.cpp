@@ -7,9 +7,9 @@
 #include "common/sample_rate.h"
 #include "runtime/output/audio_output.h"
 #include "runtime/output/device_selection.h"
+#include "tools/analysis/json_values.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
-#include "tools/program/json_values.h"
 
 namespace clamor {
 

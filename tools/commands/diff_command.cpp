@@ -9,11 +9,11 @@
 #include <fmt/ostream.h>
 
 #include "formats/bake_file/bake_file.h"
+#include "tools/analysis/json_values.h"
 #include "tools/commands/bake_difference.h"
 #include "tools/commands/bake_verdict.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
-#include "tools/program/json_values.h"
 #include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal_output.h"

@@ -11,7 +11,7 @@
 #include "formats/audio/wav_writer.h"
 #include "formats/files/output_target.h"
 #include "formats/level/level_origin.h"
-#include "tools/program/json_values.h"
+#include "tools/analysis/json_values.h"
 
 namespace clamor {
 

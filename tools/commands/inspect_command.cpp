@@ -6,12 +6,12 @@
 #include <fmt/ostream.h>
 
 #include "formats/bake_file/bake_file.h"
+#include "tools/analysis/json_values.h"
 #include "tools/commands/bake_arguments.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/inspect_tables.h"
 #include "tools/commands/level_inspection.h"
 #include "tools/program/arguments.h"
-#include "tools/program/json_values.h"
 #include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal_output.h"

@@ -12,7 +12,7 @@
 #include "bake/report/level_report.h"
 #include "common/air.h"
 #include "common/counted_texts.h"
-#include "tools/program/json_values.h"
+#include "tools/analysis/json_values.h"
 #include "tools/program/text_format.h"
 #include "tools/report/level_findings.h"
 

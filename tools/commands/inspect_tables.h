@@ -3,14 +3,13 @@
 
 #include <iosfwd>
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "tools/analysis/json_values.h"
 #include "tools/report/bake_overview.h"
 
 namespace clamor {
 
 // `bake` is the file's bake_json(); its pages are printed if it has them.
-void print_tables(const BakeFile& file, const BakeOverview& overview,
-                  const nlohmann::ordered_json& bake, std::ostream& out);
+void print_tables(const BakeFile& file, const BakeOverview& overview, const OrderedJson& bake,
+                  std::ostream& out);
 
 }  // namespace clamor

@@ -14,7 +14,7 @@
 #include "common/text.h"
 #include "formats/gltf/level_import.h"
 #include "formats/level/surface_rules.h"
-#include "tools/program/json_values.h"
+#include "tools/analysis/json_values.h"
 #include "tools/program/terminal_output.h"
 #include "tools/program/text_format.h"
 

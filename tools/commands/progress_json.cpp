@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "tools/program/json_values.h"
+#include "tools/analysis/json_values.h"
 
 namespace clamor {
 

@@ -1,6 +1,6 @@
 // farm_status_json.cpp: the state of a farm for programs.
+#include "tools/analysis/json_values.h"
 #include "tools/farm/farm_status.h"
-#include "tools/program/json_values.h"
 
 namespace clamor {
 

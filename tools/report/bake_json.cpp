@@ -9,7 +9,7 @@
 #include "formats/bake_file/image_source.h"
 #include "formats/level/movable_part.h"
 #include "runtime/engine/signal_store.h"
-#include "tools/program/json_values.h"
+#include "tools/analysis/json_values.h"
 
 namespace clamor {
 

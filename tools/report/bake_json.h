@@ -2,14 +2,12 @@
 // documents the keys.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
-
+#include "tools/analysis/json_values.h"
 #include "tools/report/bake_overview.h"
 
 namespace clamor {
 
 // With `pages`, the JSON lists all pages; the Error names one that cannot be read.
-Result<nlohmann::ordered_json> bake_json(const BakeFile& file, const BakeOverview& overview,
-                                         bool pages);
+Result<OrderedJson> bake_json(const BakeFile& file, const BakeOverview& overview, bool pages);
 
 }  // namespace clamor

@@ -12,7 +12,7 @@
 #include "bake/report/lost_power.h"
 #include "common/sample_rate.h"
 #include "runtime/response/impulse_response.h"
-#include "tools/program/json_values.h"
+#include "tools/analysis/json_values.h"
 #include "tools/program/text_format.h"
 #include "tools/report/bake_json.h"
 #include "tools/report/level_findings.h"

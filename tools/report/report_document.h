@@ -7,8 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
+#include "tools/analysis/json_values.h"
 #include "tools/report/floor_map.h"
 #include "tools/report/room.h"
 #include "tools/report/room_response.h"
@@ -31,6 +30,6 @@ struct ReportContents {
 };
 
 // The Error names the file and the part of it that cannot be read.
-Result<nlohmann::ordered_json> report_document(const ReportContents& contents);
+Result<OrderedJson> report_document(const ReportContents& contents);
 
 }  // namespace clamor

@@ -16,7 +16,7 @@
 #include "formats/level/movable_part.h"
 #include "runtime/propagation/late_boost.h"
 #include "runtime/propagation/signal_weights.h"
-#include "tools/program/json_values.h"
+#include "tools/analysis/json_values.h"
 #include "tools/report/bake_overview.h"
 
 namespace clamor {

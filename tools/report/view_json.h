@@ -5,10 +5,9 @@
 #include <span>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 #include "common/bands.h"
 #include "common/result.h"
+#include "tools/analysis/json_values.h"
 #include "tools/report/floor_map.h"
 #include "tools/report/level_findings.h"
 #include "tools/report/room.h"
@@ -24,9 +23,9 @@ struct ViewLimits {
 };
 
 // Findings, map and listeners are relative to the level's origin, all else is in the file.
-Result<nlohmann::ordered_json> view_json(const Room& room, std::span<const LevelFinding> findings,
-                                         const FloorMap& map, std::span<const Vec3> listeners_m,
-                                         const ViewLimits& limits = {});
+Result<OrderedJson> view_json(const Room& room, std::span<const LevelFinding> findings,
+                              const FloorMap& map, std::span<const Vec3> listeners_m,
+                              const ViewLimits& limits = {});
 
 // The sources that the view holds: at most `count` of highest key, unscaled, and the highest key
 // that is missing. Image sources are not among them.
