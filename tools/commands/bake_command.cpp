@@ -37,7 +37,7 @@ std::optional<std::uint64_t> hash_from(const std::string& text) {
 
 // The words of options of the run.
 struct RunWords {
-  std::optional<std::string> shard, progress, memory, until, level_hash, expected_time;
+  std::optional<std::string> shard, progress, until, level_hash, expected_time;
   bool no_journal = false, watches = false;
 
   void add_options(Arguments& parser, BakeRunOptions& run);
@@ -59,10 +59,11 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
                 "line; changes nothing");
   parser.option("--threads", run.bake.threads,
                 "maximum number of threads, 0: all cores; does not change the output");
-  parser.option("--memory", memory,
-                "limit, as in 500MB or 2GB: what exceeds it is kept in temporary files beside "
-                "OUTPUT, and a bake that needs more even then is refused before it starts; does "
-                "not change the output");
+  parser.within("--threads", run.bake.threads, 0, 1024);
+  parser.bytes("--memory", run.bake.memory_bytes,
+               "limit, as in 500MB or 2GB: what exceeds it is kept in temporary files beside "
+               "OUTPUT, and a bake that needs more even then is refused before it starts; does "
+               "not change the output");
   parser.flag("--no-journal", no_journal,
               "do not write the traced paths to OUTPUT.journal, from which an interrupted bake "
               "continues");
@@ -85,8 +86,6 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
 // Turns the words into options. The Error is bad usage.
 Result<void> interpret(const RunWords& words, const BakeRequest& request, BakeRunOptions& run) {
   if (const auto complaint = request.complaint()) return Error(*complaint);
-  if (run.bake.threads < 0 || run.bake.threads > 1024)
-    return Error("--threads must lie between 0 and 1024");
   if (words.shard) {
     run.bake.shard = parse_shard(*words.shard);
     if (!run.bake.shard)
@@ -119,11 +118,6 @@ Result<void> interpret(const RunWords& words, const BakeRequest& request, BakeRu
   if (words.progress && !run.json_progress && !run.bake.tells_progress)
     return Error("--progress " + in_quotes(*words.progress) + " is neither json nor journal");
   if (run.bake.tells_progress && !words.shard) return Error("--progress journal is for shards");
-  if (words.memory) {
-    const auto bytes = parse_bytes(*words.memory);
-    if (!bytes.ok()) return Error("--memory " + bytes.error().message);
-    run.bake.memory_bytes = *bytes;
-  }
   if (words.no_journal && run.bake.keeps_journal)
     return Error("--keep-journal keeps what --no-journal does not write; give one of them");
   if (words.no_journal) run.bake.journal = "";
@@ -148,9 +142,8 @@ int run_bake(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.required("-o");
   add_bake_options(parser, request);
   words.add_options(parser, run);
+  parser.then([&] { return interpret(words, request, run); });
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  if (const auto right = interpret(words, request, run); !right.ok())
-    return parser.bad_usage(err, right.error().message);
   return words.watches ? run_watched_bake(request, run, err) : run_bake_request(request, run, err);
 }
 

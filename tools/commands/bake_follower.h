@@ -8,7 +8,7 @@
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/player/player.h"
-#include "tools/commands/mix_options.h"
+#include "tools/commands/sound_options.h"
 #include "tools/program/bake_file_watcher.h"
 
 namespace clamor {

@@ -12,7 +12,7 @@
 #include "tools/program/arguments.h"
 #include "tools/program/progress.h"
 #include "tools/program/quiet_option.h"
-#include "tools/program/terminal_output.h"
+#include "tools/program/text_format.h"
 
 namespace clamor {
 
@@ -40,14 +40,6 @@ Result<std::vector<std::uint32_t>> parse_voices(const std::string& text) {
     at = read.ptr;
     if (at == end) return counts;
   }
-}
-
-// Formats as "100 000".
-std::string grouped(double value) {
-  std::string digits = fmt::format("{:.0f}", value);
-  for (int at = static_cast<int>(digits.size()) - 3; at > 0; at -= 3)
-    digits.insert(static_cast<std::size_t>(at), " ");
-  return digits;
 }
 
 const char* curve_of(const MixMode& mode) {
@@ -298,6 +290,7 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
   parser.option("--voices", voices, "numbers of voices to mix at once, one column each");
   parser.option("--cpu-seconds", request.seconds, "minimum CPU time of each run");
   parser.option("--runs", request.runs, "runs of each figure; the best counts");
+  parser.within("--runs", request.runs, 1, 1000);
   parser.flag("--json", json, "print JSON, with medians as well");
   QuietOption quiet(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
@@ -305,8 +298,6 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
     return parser.bad_usage(err, "only the mixer can be measured, not " + in_quotes(what));
   if (!(request.seconds > 0 && request.seconds <= 60))
     return parser.bad_usage(err, "--cpu-seconds must lie above 0 and below 60");
-  if (request.runs < 1 || request.runs > 1000)
-    return parser.bad_usage(err, "--runs must lie between 1 and 1000");
   const auto counts = parse_voices(voices);
   if (!counts) return parser.bad_usage(err, counts.error().message);
   request.voices = *counts;
@@ -315,10 +306,7 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
     Progress progress(quiet.notes(err), "  timing");
     return measure_mixer(request, [&](double share) { progress.update(share, {}); });
   }();
-  if (!figures) {
-    print_error(err, "bench", figures.error().message);
-    return kBadInput;
-  }
+  if (!figures) return parser.end(err, figures.error());
   if (json)
     out << to_json(*figures).dump(2) << '\n';
   else

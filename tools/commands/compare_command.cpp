@@ -24,7 +24,6 @@
 #include "tools/program/progress.h"
 #include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
-#include "tools/program/terminal_output.h"
 
 namespace clamor {
 
@@ -37,7 +36,8 @@ constexpr int kMaxRolls = 10000, kMaxChannelsCompared = 2;
 constexpr std::size_t kMaxPointsInJson = 64;  // longer lists, such as moments, are left out
 
 struct Options {
-  std::string a, b, kind = "auto", rolls_folder, dry;
+  std::string a, b, rolls_folder, dry;
+  std::optional<SoundKind> kind;  // unset: that which both look like
   int null_rolls = 0;
   std::uint64_t seed = 1;
   bool json = false;
@@ -217,10 +217,11 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& notes)
   Result<Sound> b = read_alike(options.b, options.a, *a);
   if (!b) return b.error();
 
-  const bool response =
-      options.kind == "response" || (options.kind == "auto" && looks_like_impulse_response(*a) &&
-                                     looks_like_impulse_response(*b));
-  const SoundKind kind = response ? SoundKind::kImpulseResponse : SoundKind::kProgramme;
+  const bool decays =
+      !options.kind && looks_like_impulse_response(*a) && looks_like_impulse_response(*b);
+  const SoundKind kind =
+      options.kind.value_or(decays ? SoundKind::kImpulseResponse : SoundKind::kProgramme);
+  const bool response = kind == SoundKind::kImpulseResponse;
   ordered_json json;
   json["a"] = to_json(options.a, *a);
   json["b"] = to_json(options.b, *b);
@@ -278,9 +279,11 @@ int run_compare(std::span<const std::string> arguments, std::ostream& out, std::
                    "clamor compare exact.wav approximation.wav --null 100");
   parser.positional("A", options.a, "the reference: WAV, FLAC, Ogg or MP3");
   parser.positional("B", options.b, "the recording to compare with it");
-  parser.option("--as", options.kind,
+  parser.choice("--as", options.kind,
+                {{"auto", std::nullopt},
+                 {"programme", SoundKind::kProgramme},
+                 {"response", SoundKind::kImpulseResponse}},
                 "programme or response; auto: response if both begin at once and decay");
-  parser.words("--as", {"auto", "programme", "response"});
   parser.option("--null", options.null_rolls,
                 "for textures: pairs of noise to draw, 19 to 10000, 100 is enough; 0: none");
   parser.option("--seed", options.seed, "seed of --null");
@@ -292,20 +295,13 @@ int run_compare(std::span<const std::string> arguments, std::ostream& out, std::
   parser.flag("--json", options.json, "print JSON, with every octave, band and source");
   QuietOption quiet(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  if (options.kind != "auto" && options.kind != "programme" && options.kind != "response")
-    return parser.bad_usage(
-        err, "--as must be auto, programme or response, not " + in_quotes(options.kind));
   if (options.null_rolls != 0 && (options.null_rolls < kMinRolls || options.null_rolls > kMaxRolls))
     return parser.bad_usage(
         err, fmt::format("--null must be 0 or lie between {} and {}", kMinRolls, kMaxRolls));
   if (options.null_rolls != 0 && !options.rolls_folder.empty())
     return parser.bad_usage(err, "give either --null N or --rolls FOLDER");
   const ExitOnSignal stop("compare");
-  if (const Result<void> done = run(options, out, quiet.notes(err)); !done) {
-    print_error(err, "compare", done.error().message);
-    return kBadInput;
-  }
-  return kSuccess;
+  return parser.end(err, run(options, out, quiet.notes(err)));
 }
 
 }  // namespace clamor

@@ -12,7 +12,6 @@
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
 #include "tools/program/quiet_option.h"
-#include "tools/program/terminal_output.h"
 #include "tools/strategies/strategies.h"
 
 namespace clamor {
@@ -32,11 +31,13 @@ constexpr std::array<Known, 8> kExperiments = {{{"stadium", stadium_experiment},
                                                 {"probes", probes_experiment},
                                                 {"seeds", seeds_experiment}}};
 
-void add_options(Arguments& parser, ExperimentOptions& options, std::string& listener) {
-  parser.option("--listener", listener,
-                "X,Y,Z in metres [unset: amid the emitters, or 4 m in front of a single one]");
+void add_options(Arguments& parser, ExperimentOptions& options, std::optional<Listener>& listener) {
+  parser.listener("--listener", listener,
+                  "X,Y,Z in metres [unset: amid the emitters, or 4 m in front of a single one]");
   parser.option("--seconds", options.seconds, "stadium: duration of each rendering");
+  parser.within("--seconds", options.seconds, 0.5, 60);
   parser.option("--minutes", options.minutes, "motion: duration at each speed");
+  parser.within("--minutes", options.minutes, 0.1, 600);
   parser.option("--readings", options.readings, {1, 100'000},
                 "motion: readings of momentary loudness against all sources, at each speed");
   parser.option("--voices", options.voices, {1, kMaxVoices},
@@ -72,7 +73,8 @@ Result<void> run_and_write(Experiment* run, const std::string& name, const std::
 
 int run_experiment(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   ExperimentOptions options;
-  std::string name, folder, listener;
+  std::string name, folder;
+  std::optional<Listener> listener;
   Arguments parser(
       "experiment",
       "Repeats an experiment of the paper on a bake and writes the result beside the paper's "
@@ -112,25 +114,13 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   if (run == nullptr)
     return parser.bad_usage(err, "there is no experiment " + in_quotes(name) + "; the nearest is " +
                                      in_quotes(nearest_name(name, names)));
-  if (!listener.empty()) {
-    const auto pose = parse_listener(listener);
-    if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
-    options.listener_m = pose->position_m;
-  }
-  if (!(options.seconds >= 0.5 && options.seconds <= 60))
-    return parser.bad_usage(err, "--seconds must lie between 0.5 and 60");
-  if (!(options.minutes >= 0.1 && options.minutes <= 600))
-    return parser.bad_usage(err, "--minutes must lie between 0.1 and 600");
-
-  // Experiments know nothing of the level's origin, which all that they read is relative to.
-  if (options.listener_m)
+  if (listener) {
+    options.listener_m = listener->position_m;
+    // Experiments know nothing of the level's origin, which all that they read is relative to.
     if (const auto file = BakeFile::open(options.level); file.ok())
       *options.listener_m -= file->origin_m();
-  if (const auto done = run_and_write(run, name, folder, options, quiet.notes(err)); !done.ok()) {
-    print_error(err, "experiment", done.error().message);
-    return kBadInput;
   }
-  return kSuccess;
+  return parser.end(err, run_and_write(run, name, folder, options, quiet.notes(err)));
 }
 
 }  // namespace clamor

@@ -32,8 +32,9 @@ namespace clamor {
 
 namespace {
 
-int fail_farm(std::ostream& err, const std::string& command, const Error& error) {
-  print_error(err, command, error.message);
+int end_farm(std::ostream& err, const Result<void>& done) {
+  if (done.ok()) return kSuccess;
+  print_error(err, "farm", done.error().message);
   return kBadInput;
 }
 
@@ -88,24 +89,18 @@ Result<void> run_all_here(const std::string& output, const FarmScheduler& schedu
 // Hands out what is left to do: as lines to be run in any order, or in order to the end.
 enum class Lines { kInAnyOrder, kInOrder };
 
-int schedule(const std::string& output, const FarmScheduler& scheduler, Lines lines,
-             std::ostream& out, std::ostream& err) {
-  if (scheduler.local > 0) {
-    const auto done = run_all_here(output, scheduler, err);
-    return done.ok() ? kSuccess : fail_farm(err, "farm", done.error());
-  }
+Result<void> schedule(const std::string& output, const FarmScheduler& scheduler, Lines lines,
+                      std::ostream& out, std::ostream& err) {
+  if (scheduler.local > 0) return run_all_here(output, scheduler, err);
   const auto plan = load_own_plan(output);
-  if (!plan.ok()) return fail_farm(err, "farm", plan.error());
+  if (!plan.ok()) return plan.error();
   const FarmWork work = work_left(*plan);
   for (const std::string& problem : work.problems) fmt::print(err, "  again    {}\n", problem);
-  if (scheduler.slurm) {
-    const auto submitted = submit_to_slurm(*plan, work, out);
-    return submitted.ok() ? kSuccess : fail_farm(err, "farm", submitted.error());
-  }
+  if (scheduler.slurm) return submit_to_slurm(*plan, work, out);
   const bool all_traced = work.shards.empty();
   if (all_traced && work.waits) {
     if (!scheduler.quiet) fmt::print(err, "  waiting  the last shards are still running\n");
-    return kSuccess;
+    return {};
   }
   const bool to_the_end = lines == Lines::kInOrder && !work.waits;
   for (const FarmJob& job : work.shards) fmt::print(out, "{}\n", job.command);
@@ -117,7 +112,7 @@ int schedule(const std::string& output, const FarmScheduler& scheduler, Lines li
     fmt::print(err, "  then     {}   prints what is left: failed shards, and the merge\n",
                printable(plan->resume_command()));
   }
-  return kSuccess;
+  return {};
 }
 
 // Tells only the warnings of the level, and stages that take long.
@@ -137,9 +132,9 @@ class FarmPrinter final : public BakeObserver {
 
 struct FarmWords {
   BakeRequest request;
-  std::string output, program;
-  std::optional<std::string> memory, until;
-  int shards = 0, threads = 1, merged_at_once = 256;
+  FarmPlan plan;
+  std::optional<std::string> until;
+  BakeGoal goal;
   FarmScheduler scheduler;
 };
 
@@ -147,18 +142,20 @@ std::string absolute_path(const std::string& path) {
   return std::filesystem::absolute(path).lexically_normal().string();
 }
 
-Result<FarmPlan> make_plan(const FarmWords& words, const BakeGoal& goal, std::uint64_t memory_bytes,
-                           std::ostream& err) {
-  const auto target = OutputTarget::find(words.output);
+// Completes a plan whose words are known.
+Result<FarmPlan> make_plan(const FarmWords& words, std::ostream& err) {
+  FarmPlan plan = words.plan;
+  const auto target = OutputTarget::find(plan.output);
   if (!target.ok()) return target.error();
   if (target->is_stream())
     return Error(
-        words.output +
+        plan.output +
         ": machines share the folder beside the output; name a file, not a device or pipe");
   BakeRequest request = words.request;
+  plan.folder = std::filesystem::current_path().string();
   std::vector<std::string> in_lines = request.words();
-  in_lines.insert(in_lines.end(), {absolute_path(request.level_path), absolute_path(words.output),
-                                   words.program, std::filesystem::current_path().string()});
+  in_lines.insert(in_lines.end(), {absolute_path(request.level_path), absolute_path(plan.output),
+                                   plan.program, plan.folder});
   for (const std::string& word : in_lines)
     if (word.find('\n') != std::string::npos)
       return Error(in_quotes(word) +
@@ -166,10 +163,10 @@ Result<FarmPlan> make_plan(const FarmWords& words, const BakeGoal& goal, std::ui
   if (request.level_path.empty()) return Error("the level's name is empty; name a file to read");
   request.level_path = absolute_path(request.level_path);
   LevelBakeOptions options;
-  options.output = absolute_path(words.output);
+  options.output = absolute_path(plan.output);
   options.journal = "";
   options.reports_progress = false;
-  if (goal.error_db > 0) options.goal = goal;
+  if (words.goal.error_db > 0) options.goal = words.goal;
   FarmPrinter printer(err);
   LevelBake bake(request, options, printer);
   const auto start = std::chrono::steady_clock::now();
@@ -180,39 +177,31 @@ Result<FarmPlan> make_plan(const FarmWords& words, const BakeGoal& goal, std::ui
   const auto cost = bake.cost();
   if (!cost.ok()) return cost.error();
 
-  FarmPlan plan;
   plan.made_by = shard_program();
-  plan.program =
-      words.program.find('/') == std::string::npos ? words.program : absolute_path(words.program);
+  if (plan.program.find('/') != std::string::npos) plan.program = absolute_path(plan.program);
   if (plan.program.empty()) {
     std::error_code unknown;
     plan.program = std::filesystem::read_symlink("/proc/self/exe", unknown).string();
     if (unknown) plan.program = "clamor";
   }
-  plan.folder = std::filesystem::current_path().string();
   plan.level = request.level_path;
   plan.output = options.output;
   plan.level_hash = bake.level_hash();
   plan.options = request.words();
-  plan.shards = static_cast<std::uint32_t>(words.shards);
-  plan.merged_at_once = static_cast<std::uint32_t>(words.merged_at_once);
-  plan.threads = words.threads;
-  plan.memory_bytes = memory_bytes;
-  plan.goal_db = goal.error_db;
+  plan.goal_db = words.goal.error_db;
   plan.rounds.first_photons = cost->settings.photons;
   plan.rounds.first_sources = cost->settings.sources;
   plan.photons = cost->photons;
   plan.preparing_s = read_s + cost->preparing_s;
   plan.shard_s = plan.preparing_s;
   // At least one batch of photons goes to the largest shard, whatever their number.
-  const double of_shard =
-      std::ceil(static_cast<double>(cost->photons) / 1024 / words.shards) * 1024;
+  const double of_shard = std::ceil(static_cast<double>(cost->photons) / 1024 / plan.shards) * 1024;
   if (cost->photons_per_core_s > 0)
     plan.shard_s += std::min(of_shard, static_cast<double>(cost->photons)) /
-                    cost->photons_per_core_s / words.threads;
+                    cost->photons_per_core_s / plan.threads;
   plan.shard_memory_bytes =
       cost->shard_memory_bytes +
-      cost->thread_memory_bytes * static_cast<std::uint64_t>(words.threads - 1);
+      cost->thread_memory_bytes * static_cast<std::uint64_t>(plan.threads - 1);
   plan.merge_memory_bytes = cost->merge_memory_bytes;
   if (!words.scheduler.quiet)
     fmt::print(err,
@@ -255,7 +244,7 @@ int run_farm_status(std::span<const std::string> arguments, std::ostream& out, s
   parser.flag("--json", json, "print JSON");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto plan = FarmPlan::load(output);
-  if (!plan.ok()) return fail_farm(err, "farm status", plan.error());
+  if (!plan.ok()) return parser.end(err, plan.error());
   const FarmStatus status = status_of(*plan);
   if (json)
     out << status_json(*plan, status);
@@ -276,7 +265,7 @@ int run_farm_resume(std::span<const std::string> arguments, std::ostream& out, s
   parser.positional("output", output, "the output of the farm, as in hall.clamor");
   scheduler.add_options(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  return schedule(output, scheduler, Lines::kInOrder, out, err);
+  return end_farm(err, schedule(output, scheduler, Lines::kInOrder, out, err));
 }
 
 // Plans the next round of a farm with a goal, if the merged file is not good enough.
@@ -332,7 +321,7 @@ int run_farm_merge(std::span<const std::string> arguments, std::ostream& out, st
   parser.positional("output", output, "the output of the farm, as in hall.clamor");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
   const auto plan = load_own_plan(output);
-  if (!plan.ok()) return fail_farm(err, "farm merge", plan.error());
+  if (!plan.ok()) return parser.end(err, plan.error());
   std::optional<InFolder> in_folder;
   if (plan->names_files()) in_folder.emplace(plan->folder);
   // A scheduler that runs a merge again must not plan the round after the next.
@@ -356,13 +345,31 @@ int run_farm_merge(std::span<const std::string> arguments, std::ostream& out, st
                  {"--memory",
                   fmt::format("{}MB", std::max<std::uint64_t>(1, plan->memory_bytes / 1'000'000))});
   if (const int code = run_merge(words, out, err); code != kSuccess) return code;
-  if (plan->goal_db == 0) return kSuccess;
-  const auto next = plan_next_round(*plan, err);
-  return next.ok() ? kSuccess : fail_farm(err, "farm merge", next.error());
+  return plan->goal_db == 0 ? kSuccess : parser.end(err, plan_next_round(*plan, err));
+}
+
+// Checks the words, and reads the goal. The Error is bad usage.
+Result<void> interpret(FarmWords& words) {
+  if (const auto complaint = words.request.complaint()) return Error(*complaint);
+  if (words.scheduler.slurm && words.scheduler.local > 0)
+    return Error("give either --slurm or --local, not both");
+  if (!words.until) return {};
+  const auto wanted = BakeGoal::from(*words.until);
+  if (!wanted || wanted->error_db == 0)
+    return Error("--until " + in_quotes(*words.until) +
+                 " is no error like 0.5dB; a farm has no limit of time");
+  if (words.request.photons || words.request.sources)
+    return Error(
+        "--until sets the number of photons and sources, so it cannot be combined with --photons "
+        "or --sources");
+  words.goal = *wanted;
+  return {};
 }
 
 int run_farm_plan(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   FarmWords words;
+  FarmPlan& plan = words.plan;
+  plan.shards = 0;  // to be given
   Arguments parser(
       "farm",
       "Shares a bake out among machines that see the same folders. Prints one command a line, each "
@@ -375,51 +382,32 @@ int run_farm_plan(std::span<const std::string> arguments, std::ostream& out, std
       "clamor farm hall.glb -o hall.clamor --shards 64 | xargs -d '\\n' -n 1 -P 8 sh -c && clamor "
       "farm resume hall.clamor | sh");
   parser.positional("level", words.request.level_path, "the level, a .gltf or .glb file");
-  parser.option("-o,--output", words.output, "the bake file to write, as in hall.clamor");
+  parser.option("-o,--output", plan.output, "the bake file to write, as in hall.clamor");
   parser.required("-o");
-  parser.option("--shards", words.shards, {1, static_cast<int>(kMaxShards)},
+  parser.option("--shards", plan.shards, {1, static_cast<int>(kMaxShards)},
                 "number of shards; four for each process keep all busy to the end");
   parser.required("--shards");
   words.scheduler.add_options(parser);
-  parser.option("--threads", words.threads, {1, 1024}, "threads of each shard [1]");
-  parser.option("--merge-at-once", words.merged_at_once, {2, static_cast<int>(kMaxShards)},
+  parser.option("--threads", plan.threads, {1, 1024}, "threads of each shard [1]");
+  parser.option("--merge-at-once", plan.merged_at_once, {2, static_cast<int>(kMaxShards)},
                 "merge more shards than these in two steps [256]");
-  parser.option("--memory", words.memory, "limit of the merge, as in 500MB or 2GB");
+  parser.bytes("--memory", plan.memory_bytes, "limit of the merge, as in 500MB or 2GB");
   parser.option("--until", words.until,
                 "an error, as in 0.5dB: bake in rounds until the energy decay is known that well; "
                 "sets --photons and --sources");
-  parser.option("--program", words.program,
+  parser.option("--program", plan.program,
                 "path of clamor on the machines [unset: that of this program]");
   add_bake_options(parser, words.request);
+  parser.then([&words] { return interpret(words); });
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-
-  if (const auto complaint = words.request.complaint()) return parser.bad_usage(err, *complaint);
-  if (words.scheduler.slurm && words.scheduler.local > 0)
-    return parser.bad_usage(err, "give either --slurm or --local, not both");
-  BakeGoal goal;
-  if (words.until) {
-    const auto wanted = BakeGoal::from(*words.until);
-    if (!wanted || wanted->error_db == 0)
-      return parser.bad_usage(err, "--until " + in_quotes(*words.until) +
-                                       " is no error like 0.5dB; a farm has no limit of time");
-    if (words.request.photons || words.request.sources)
-      return parser.bad_usage(err,
-                              "--until sets the number of photons and sources, so it cannot be "
-                              "combined with --photons or --sources");
-    goal = *wanted;
-  }
-  std::uint64_t memory_bytes = 0;
-  if (words.memory) {
-    const auto bytes = parse_bytes(*words.memory);
-    if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);
-    memory_bytes = *bytes;
-  }
-  if (const auto right = check_ending(words.output, ".clamor", "bake files"); !right.ok())
-    return fail_farm(err, "farm", right.error());
-  const auto plan = make_plan(words, goal, memory_bytes, err);
-  if (!plan.ok()) return fail_farm(err, "farm", plan.error());
-  if (const auto kept = keep_plan(*plan); !kept.ok()) return fail_farm(err, "farm", kept.error());
-  return schedule(plan->output, words.scheduler, Lines::kInAnyOrder, out, err);
+  const auto plan_and_schedule = [&]() -> Result<void> {
+    if (auto right = check_ending(plan.output, ".clamor", "bake files"); !right.ok()) return right;
+    const auto made = make_plan(words, err);
+    if (!made.ok()) return made.error();
+    if (auto kept = keep_plan(*made); !kept.ok()) return kept;
+    return schedule(made->output, words.scheduler, Lines::kInAnyOrder, out, err);
+  };
+  return end_farm(err, plan_and_schedule());
 }
 
 }  // namespace

@@ -25,7 +25,7 @@
 #include "tools/commands/impulse_output.h"
 #include "tools/commands/place_warnings.h"
 #include "tools/commands/places_file.h"
-#include "tools/commands/strategy_options.h"
+#include "tools/commands/sound_options.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
@@ -45,8 +45,7 @@ struct Options {
   std::size_t sample = 0;  // sources chosen for each place; 0: as `strategy` says
   double seconds = 0;      // 0: until the last arrival has decayed
   StrategyOptions strategy;
-  bool json = false;
-  std::string visibility = "on";
+  bool json = false, visibility = true;
 };
 
 // The emitter that sounds.
@@ -72,7 +71,7 @@ class ResponseSource {
       auto room = Room::read(file_);
       if (!room) return room.error();
       room_ = std::move(*room);
-      if (options_.visibility != "on")
+      if (!options_.visibility)
         room_.surfaces = std::make_unique<OcclusionGeometry>(Mesh(), file_.materials());
       meter_.emplace(
           room_, Excitation{emitter_, "", free_field_energy_at_10m(file_.emitters()[emitter_])});
@@ -83,7 +82,7 @@ class ResponseSource {
     for (Source& source : all->sources) source.emitter = all->stored_as[source.emitter];
     sources_ = std::move(all->sources);
     Mesh mesh;
-    if (options_.visibility == "on" && uses_occlusion(options_.strategy.strategy)) {
+    if (options_.visibility && uses_occlusion(options_.strategy.strategy)) {
       Result<Mesh> read = read_mesh_at_rest(file_);
       if (!read) return read.error().in(options_.level);
       mesh = std::move(*read);
@@ -118,7 +117,7 @@ class Measurement {
         emitter_(file.emitters()[emitter]),
         number_(emitter),
         source_(file, options, emitter),
-        check_(file, options.visibility == "on"),
+        check_(file, options.visibility),
         notes_(notes),
         err_(err) {}
 
@@ -266,19 +265,16 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
                 "are numbered, as in 001");
   parser.option("--from", options.emitter, "name of the emitter that sounds [unset: the first]");
   parser.option("--seconds", options.seconds, "length of the waveform, at most 60; 0: all of it");
-  parser.option("--visibility", options.visibility, "on or off: occlusion of sources by surfaces");
-  parser.words("--visibility", {"on", "off"});
+  parser.within("--seconds", options.seconds, 0, kMaxResponse_s);
+  parser.choice("--visibility", options.visibility, {{"on", true}, {"off", false}},
+                "on or off: occlusion of sources by surfaces");
   parser.flag("--json", options.json, "print the parameters as JSON");
-  const StrategyArguments strategy(parser, "all");
+  options.strategy.strategy = "all";
+  add_strategy_options(parser, options.strategy);
   QuietOption quiet(parser);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  const auto chosen = strategy.read();
-  if (!chosen.ok()) return parser.bad_usage(err, chosen.error().message);
-  options.strategy = *chosen;
-  if (parser.given("--voices") && !parser.given("--strategy")) options.sample = chosen->voices;
-  if (options.visibility != "on" && options.visibility != "off")
-    return parser.bad_usage(err,
-                            "--visibility must be on or off, not " + in_quotes(options.visibility));
+  if (parser.given("--voices") && !parser.given("--strategy"))
+    options.sample = options.strategy.voices;
   if (listeners.empty() && places_file.empty())
     return parser.bad_usage(err, "say where to measure: --listener X,Y,Z or --places FILE");
   for (const std::string& listener : listeners) {
@@ -286,26 +282,22 @@ int run_impulse(std::span<const std::string> arguments, std::ostream& out, std::
     if (!pose.ok()) return parser.bad_usage(err, pose.error().message);
     options.places.push_back({pose->position_m, ""});
   }
-  if (!(options.seconds >= 0 && options.seconds <= kMaxResponse_s))
-    return parser.bad_usage(err, "--seconds must lie between 0 and 60");
-  const auto fail = [&err](const Error& error) {
-    print_error(err, "impulse", error.message);
-    return kBadInput;
-  };
   if (const auto added = add_places(places_file, options.places); !added)
-    return fail(added.error());
+    return parser.end(err, added);
   const auto output = ImpulseOutput::choose(path, options.places.size());
   if (!output.ok()) return parser.bad_usage(err, "-o: " + output.error().message);
-  if (const auto can = output->check(options.places, {options.level, places_file}); !can)
-    return fail(can.error());
-  const auto measured = measure_until_stopped(options, *output, quiet.notes(err), err);
-  if (!measured) return fail(measured.error());
-  {
-    const Interrupt until_written;
-    if (const auto written = output->finish(*measured); !written) return fail(written.error());
-  }
-  print_measured(*measured, options.json, out);
-  return kSuccess;
+  const auto measure_and_print = [&]() -> Result<void> {
+    if (auto can = output->check(options.places, {options.level, places_file}); !can) return can;
+    const auto measured = measure_until_stopped(options, *output, quiet.notes(err), err);
+    if (!measured) return measured.error();
+    {
+      const Interrupt until_written;
+      if (auto written = output->finish(*measured); !written) return written;
+    }
+    print_measured(*measured, options.json, out);
+    return {};
+  };
+  return parser.end(err, measure_and_print());
 }
 
 }  // namespace clamor

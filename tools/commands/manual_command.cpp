@@ -8,7 +8,6 @@
 #include "tools/program/arguments.h"
 #include "tools/program/completions.h"
 #include "tools/program/man_page.h"
-#include "tools/program/terminal_output.h"
 
 namespace clamor {
 
@@ -46,13 +45,10 @@ int run_manual(std::span<const CommandDescription> commands,
   for (const auto& some : {commands, subcommands})
     for (const CommandDescription& command : some)
       files.emplace_back("man/man1/" + man_page_name(command) + ".1", man_page(command));
-  for (const auto& [name, text] : files) {
-    if (const auto written = write(share / name, text); !written.ok()) {
-      print_error(err, "manual", written.error().message);
-      return kBadInput;
-    }
-  }
-  return kSuccess;
+  Result<void> written;
+  for (const auto& [name, text] : files)
+    if (written.ok()) written = write(share / name, text);
+  return parser.end(err, written);
 }
 
 }  // namespace clamor

@@ -12,15 +12,15 @@
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
 #include "tools/program/output_ending.h"
-#include "tools/program/terminal_output.h"
 
 namespace clamor {
 
 namespace {
 
 // Writes the shards to one file that is a shard itself.
-Result<void> join_shards(const std::vector<std::string>& shards, ShardNote together,
-                         const std::string& output, bool quiet, std::ostream& err) {
+Result<void> join_shards(const ShardNote& together, const BakeRunOptions& run, std::ostream& err) {
+  const std::vector<std::string>& shards = run.bake.shards;
+  const std::string& output = run.bake.output;
   InputFiles inputs;
   for (const std::string& shard : shards) inputs.add(shard);
   if (const auto safe = OutputTarget::find(output, inputs); !safe.ok()) return safe.error();
@@ -28,7 +28,7 @@ Result<void> join_shards(const std::vector<std::string>& shards, ShardNote toget
   if (auto same = check_level_hash(shards, together.level_hash, shards.front()); !same.ok())
     return same;
   if (auto joined = join_journals(shards, output, together.text()); !joined.ok()) return joined;
-  if (!quiet)
+  if (!run.quiet)
     fmt::print(err, "  wrote    {}: shards {} of {}\n", output, ranges_of(together.shards),
                together.count);
   return {};
@@ -40,7 +40,7 @@ int run_merge(std::span<const std::string> arguments, std::ostream& out, std::os
   BakeRunOptions run;
   run.command = "merge";
   run.bake.journal = "";
-  std::optional<std::string> level, memory;
+  std::optional<std::string> level;
   bool to_shard = false;
 
   Arguments parser(
@@ -57,35 +57,23 @@ int run_merge(std::span<const std::string> arguments, std::ostream& out, std::os
   parser.option("--level", level, "path of the level on this machine");
   parser.option("--threads", run.bake.threads,
                 "maximum number of threads, 0: all cores; does not change the output");
-  parser.option("--memory", memory,
-                "limit, as in 500MB or 2GB: what exceeds it is kept in temporary files beside "
-                "OUTPUT; does not change the output");
+  parser.within("--threads", run.bake.threads, 0, 1024);
+  parser.bytes("--memory", run.bake.memory_bytes,
+               "limit, as in 500MB or 2GB: what exceeds it is kept in temporary files beside "
+               "OUTPUT; does not change the output");
   parser.flag("--quiet", run.quiet, "print only warnings and errors");
   parser.flag("--strict", run.bake.strict,
               "treat warnings as errors: exit code 1, and nothing is written");
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  if (run.bake.threads < 0 || run.bake.threads > 1024)
-    return parser.bad_usage(err, "--threads must lie between 0 and 1024");
-  if (memory) {
-    const auto bytes = parse_bytes(*memory);
-    if (!bytes.ok()) return parser.bad_usage(err, "--memory " + bytes.error().message);
-    run.bake.memory_bytes = *bytes;
-  }
-  const auto fail = [&err](const Error& error) {
-    print_error(err, "merge", error.message);
-    return kBadInput;
-  };
   const auto note = note_of_shards(run.bake.shards);
-  if (!note.ok()) return fail(note.error());
-  if (to_shard) {
-    const auto joined = join_shards(run.bake.shards, *note, run.bake.output, run.quiet, err);
-    return joined.ok() ? kSuccess : fail(joined.error());
-  }
-  if (const auto all = check_all_there(*note); !all.ok()) return fail(all.error());
+  if (!note.ok()) return parser.end(err, note.error());
+  if (to_shard) return parser.end(err, join_shards(*note, run, err));
+  if (const auto all = check_all_there(*note); !all.ok()) return parser.end(err, all);
   auto request = request_from_note(note->request);
   if (!request)
-    return fail(Error(run.bake.shards[0] +
-                      ": the options that it was made with cannot be read; trace it again"));
+    return parser.end(err,
+                      Error(run.bake.shards[0] +
+                            ": the options that it was made with cannot be read; trace it again"));
   if (level) request->level_path = *level;
   return run_bake_request(*request, run, err);
 }

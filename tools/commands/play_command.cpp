@@ -19,15 +19,12 @@
 #include "tools/analysis/spectrogram.h"
 #include "tools/commands/bake_follower.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/device_options.h"
 #include "tools/commands/keyboard_walk.h"
-#include "tools/commands/mix_options.h"
-#include "tools/commands/output_options.h"
 #include "tools/commands/place_warnings.h"
 #include "tools/commands/play_history.h"
 #include "tools/commands/play_status.h"
 #include "tools/commands/play_summary.h"
-#include "tools/commands/strategy_options.h"
+#include "tools/commands/sound_options.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/stage_notice.h"
@@ -44,56 +41,12 @@ using Clock = std::chrono::steady_clock;
 constexpr int kFrame_ms = 20, kMovingFrame_ms = 5;           // of the display
 constexpr auto kFileCheck = std::chrono::milliseconds(500);  // for another bake in its place
 
-// The words of the command line.
 struct PlayRequest {
-  std::string level, listener, walk_path, report_folder;
+  std::string level, walk_path, report_folder;
+  std::optional<Listener> listener;  // at the start
   bool follows = false;
-  DeviceArguments device;
   PlayerOptions options;
-
-  void add_options(Arguments& parser);
-  void add_output_options(Arguments& parser);
 };
-
-void PlayRequest::add_options(Arguments& parser) {
-  parser.positional("bake", level, "the bake file");
-  parser.option(
-      "--listener", listener,
-      "start position X,Y,Z[,YAW[,PITCH]] in metres and degrees [unset: in front of the first "
-      "emitter]");
-  parser.option("--walk", walk_path, "follow the path in PATH.json instead");
-  parser.option("--seconds", options.seconds,
-                "duration; 0: until Q, Ctrl-C or the end of the walk");
-  device.add_device_options(parser);
-}
-
-void PlayRequest::add_output_options(Arguments& parser) {
-  parser.flag("--follow", follows,
-              "when the file is replaced by another bake, crossfade to that; unset: print a note "
-              "and play the old one to the end");
-  device.add_recording_options(parser);
-  parser.option("--report", report_folder,
-                "at the end, write loudness, voices and load over time to this folder, as HTML, "
-                "JSON and CSV; with --record also a spectrogram");
-}
-
-// Turns the words into player options. The Error is bad usage.
-Result<void> interpret(PlayRequest& request, const StrategyArguments& strategy,
-                       const MixArguments& mix, const OutputArguments& output) {
-  PlayerOptions& options = request.options;
-  if (auto read = read_player_options(strategy, mix, output, request.device, options); !read.ok())
-    return read;
-  if (!request.listener.empty() && !request.walk_path.empty())
-    return Error("give either --listener or --walk");
-  if (!(options.seconds >= 0 && options.seconds <= 864000))
-    return Error("--seconds must lie between 0 and 864000");
-  if (!request.listener.empty()) {
-    const auto listener = parse_listener(request.listener);
-    if (!listener.ok()) return listener.error();
-    options.listener = *listener;
-  }
-  return {};
-}
 
 // Opens the bake and reads all other input files, then checks that no output replaces one of them.
 Result<BakeFile> read_inputs(PlayRequest& request, const MixArguments& mix,
@@ -109,7 +62,9 @@ Result<BakeFile> read_inputs(PlayRequest& request, const MixArguments& mix,
   if (const auto read = mix.read_script(options.auralizer, file->signal_count(), inputs);
       !read.ok())
     return read.error();
-  if (request.listener.empty()) {
+  if (request.listener) {
+    options.listener = *request.listener;
+  } else {
     options.listener = in_front_of_first(file->emitters());
     options.listener.position_m += file->origin_m();
   }
@@ -202,11 +157,15 @@ std::optional<Spectrogram> spectrogram_of_file(const std::string& path, std::ost
 }
 
 // Plays, then prints the summary and writes the report.
-Result<void> play(const PlayRequest& request, BakeFile file, const MixArguments& mix,
-                  const std::string& output_note, std::ostream& err) {
+Result<void> play(PlayRequest& request, const MixArguments& mix, const OutputArguments& output,
+                  std::ostream& err) {
+  auto file = read_inputs(request, mix, output);
+  if (!file.ok()) return file.error();
   const PlayerOptions& options = request.options;
+  print_place_warnings(*file, options.walk.value_or(Walk::standing(options.listener)),
+                       options.seconds, options.auralizer, err);
   const Interrupt interrupt;
-  const auto playing = std::make_shared<const BakeFile>(std::move(file));
+  const auto playing = std::make_shared<const BakeFile>(std::move(*file));
   BakeFollower follower(playing, request.follows, mix);
   StageNotice notice(err);
   notice.begin("preparing the level's surfaces");
@@ -214,7 +173,8 @@ Result<void> play(const PlayRequest& request, BakeFile file, const MixArguments&
   notice.end();
   if (!player.ok()) return player.error();
   fmt::print(err, "playing {} on {}\n", request.level, describe((*player)->statistics().output));
-  if (!output_note.empty()) fmt::print(err, "{}\n", output_note);
+  if (const std::string note = output.default_output_note(); !note.empty())
+    fmt::print(err, "{}\n", note);
   if (const SoundStatistics sounds = (*player)->statistics().auralizer.sounds; sounds.all_bytes > 0)
     fmt::print(err, "{}\n", sounds_line(sounds));
   if (const auto started = (*player)->start(); !started.ok()) return started;
@@ -246,32 +206,38 @@ Result<void> play(const PlayRequest& request, BakeFile file, const MixArguments&
 
 int run_play(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   PlayRequest request;
+  PlayerOptions& options = request.options;
   Arguments parser("play",
                    "Plays a bake in real time. In a terminal, the arrow keys or WASD walk and "
                    "turn.",
                    "clamor play hall.clamor --listener 0,1.7,3,180 --voices 2000");
-  request.add_options(parser);
-  const StrategyArguments strategy(parser);
-  const MixArguments mix(parser);
-  request.add_output_options(parser);
-  const OutputArguments output(parser);
+  parser.positional("bake", request.level, "the bake file");
+  parser.listener(
+      "--listener", request.listener,
+      "start position X,Y,Z[,YAW[,PITCH]] in metres and degrees [unset: in front of the first "
+      "emitter]");
+  parser.option("--walk", request.walk_path, "follow the path in PATH.json instead");
+  parser.option("--seconds", options.seconds,
+                "duration; 0: until Q, Ctrl-C or the end of the walk");
+  parser.within("--seconds", options.seconds, 0, 864000);
+  DeviceArguments device(options);
+  device.add_device_options(parser);
+  MixArguments mix(parser, options.auralizer);
+  parser.flag("--follow", request.follows,
+              "when the file is replaced by another bake, crossfade to that; unset: print a note "
+              "and play the old one to the end");
+  device.add_recording_options(parser);
+  parser.option("--report", request.report_folder,
+                "at the end, write loudness, voices and load over time to this folder, as HTML, "
+                "JSON and CSV; with --record also a spectrogram");
+  OutputArguments output(parser, options.auralizer.output);
+  parser.then([&] {
+    if (request.listener && !request.walk_path.empty())
+      return Result<void>(Error("give either --listener or --walk"));
+    return device.interpret();
+  });
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  if (const auto right = interpret(request, strategy, mix, output); !right.ok())
-    return parser.bad_usage(err, right.error().message);
-
-  const auto fail = [&err](const Error& error) {
-    print_error(err, "play", error.message);
-    return kBadInput;
-  };
-  auto file = read_inputs(request, mix, output);
-  if (!file.ok()) return fail(file.error());
-  const PlayerOptions& options = request.options;
-  print_place_warnings(*file, options.walk.value_or(Walk::standing(options.listener)),
-                       options.seconds, options.auralizer, err);
-  if (const auto played = play(request, std::move(*file), mix, output.default_output_note(), err);
-      !played.ok())
-    return fail(played.error());
-  return kSuccess;
+  return parser.end(err, play(request, mix, output, err));
 }
 
 }  // namespace clamor

@@ -15,10 +15,8 @@
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/player/render.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/mix_options.h"
-#include "tools/commands/output_options.h"
 #include "tools/commands/place_warnings.h"
-#include "tools/commands/strategy_options.h"
+#include "tools/commands/sound_options.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/progress.h"
@@ -33,62 +31,28 @@ namespace {
 
 double decibels(double amplitude) { return 20 * std::log10(std::max(amplitude, 1e-10)); }
 
-// The words of the command line, and what they mean.
 struct RenderRequest {
-  std::string level, output, listener, walk_path, format;
+  std::string level, output, walk_path, format;
+  std::optional<Listener> listener;
   double seconds = 0;
   AuralizerOptions options;
   Walk walk;
   SampleFormat samples = SampleFormat::kFloat32;
-
-  void add_options(Arguments& parser);
-  void add_output_options(Arguments& parser);
 };
 
-void RenderRequest::add_options(Arguments& parser) {
-  parser.positional("bake", level, "the bake file");
-  parser.option("-o,--output", output,
-                "the .wav or .flac file to write; or a device or pipe such as /dev/stdout, as WAV");
-  parser.required("-o");
-  parser.option("--listener", listener,
-                "position X,Y,Z[,YAW[,PITCH]] in metres and degrees; yaw 0 looks along -Z");
-  parser.option("--walk", walk_path, "follow the path in PATH.json instead");
-  parser.option("--seconds", seconds, "duration [unset: the length of the walk, or 10]");
-}
-
-void RenderRequest::add_output_options(Arguments& parser) {
-  parser.option("--format", format,
-                "sample format: float, 32, 24 or 16 [unset: float, or 24 for .flac]");
-  parser.words("--format", {"float", "32", "24", "16"});
-}
-
-// Turns the words into options. The Error is bad usage.
-Result<void> interpret(RenderRequest& request, const StrategyArguments& strategy,
-                       const MixArguments& mix, const OutputArguments& output) {
-  AuralizerOptions& options = request.options;
-  const auto chosen = strategy.read();
-  if (!chosen.ok()) return chosen.error();
-  use(*chosen, options);
-  if (request.listener.empty() == request.walk_path.empty())
+// Checks what depends on several options. The Error is bad usage.
+Result<void> interpret(const Arguments& parser, RenderRequest& request) {
+  if (request.listener.has_value() != request.walk_path.empty())
     return Error("give either --listener X,Y,Z or --walk PATH.json");
   const auto samples = sample_format(request.format, request.output);
   if (!samples.ok()) return Error("--format: " + samples.error().message);
   request.samples = *samples;
-  options.limit = *samples != SampleFormat::kFloat32;
-  if (auto read = mix.read(options); !read.ok()) return read;
-  const auto format = output.read();
-  if (!format.ok()) return format.error();
-  options.output = *format;
-  if (const auto right = check_sound_file(request.output, format->channels()); !right.ok())
+  if (!parser.given("--limiter")) request.options.limit = *samples != SampleFormat::kFloat32;
+  if (const auto right = check_sound_file(request.output, request.options.output.channels());
+      !right.ok())
     return Error("-o: " + right.error().message);
-  options.wait_for_pages = true;
-  if (!(request.seconds >= 0 && request.seconds <= 86400))
-    return Error("--seconds must lie between 0 and 86400");
-  if (!request.listener.empty()) {
-    const auto listener = parse_listener(request.listener);
-    if (!listener.ok()) return listener.error();
-    request.walk = Walk::standing(*listener);
-  }
+  request.options.wait_for_pages = true;
+  if (request.listener) request.walk = Walk::standing(*request.listener);
   return {};
 }
 
@@ -179,16 +143,19 @@ void print_warnings(const RenderRequest& request, const RenderSink& sink,
                                    statistics.bad_voices));
 }
 
-Result<void> render_to_file(RenderRequest& request, BakeFile file, const std::string& output_note,
-                            std::ostream& notes, std::ostream& err) {
+Result<void> render_to_file(RenderRequest& request, const MixArguments& mix,
+                            const OutputArguments& output, std::ostream& notes, std::ostream& err) {
+  auto file = read_inputs(request, mix, output);
+  if (!file.ok()) return file.error();
   AuralizerOptions& options = request.options;
+  print_place_warnings(*file, request.walk, request.seconds, options, err);
   const Interrupt interrupt;
   const Error stopped("stopped; nothing was written. Run the same command again.");
   std::optional<StopDeadline> deadline("clamor render: " + stopped.message);
   options.stop = &Interrupt::requested();
   StageNotice notice(notes);
   notice.begin("preparing the level's surfaces");
-  auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(file)), options);
+  auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
   if (!auralizer.ok()) return auralizer.error().in(request.level);
   const OutputFormat& format = options.output;
   auto wav = WavWriter::create(request.output, format.channels(), kSampleRate_hz, request.samples,
@@ -206,7 +173,8 @@ Result<void> render_to_file(RenderRequest& request, BakeFile file, const std::st
   deadline.reset();
   if (!rendered.ok()) return rendered;
   if (const auto finished = wav->finish(); !finished.ok()) return finished;
-  print_summary(request, sink, frames, (*auralizer)->statistics(), output_note, notes);
+  print_summary(request, sink, frames, (*auralizer)->statistics(), output.default_output_note(),
+                notes);
   print_warnings(request, sink, (*auralizer)->statistics(), err);
   return {};
 }
@@ -219,28 +187,24 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
                    "Renders what a listener hears, standing or walking, to a WAV or FLAC file at "
                    "48 kHz: the same mix as 'clamor play', faster than real time.",
                    "clamor render hall.clamor -o hall.wav --listener 0,1.7,3,180 --seconds 10");
-  request.add_options(parser);
-  const StrategyArguments strategy(parser);
-  const MixArguments mix(parser);
-  const OutputArguments output(parser);
+  parser.positional("bake", request.level, "the bake file");
+  parser.option("-o,--output", request.output,
+                "the .wav or .flac file to write; or a device or pipe such as /dev/stdout, as WAV");
+  parser.required("-o");
+  parser.listener("--listener", request.listener,
+                  "position X,Y,Z[,YAW[,PITCH]] in metres and degrees; yaw 0 looks along -Z");
+  parser.option("--walk", request.walk_path, "follow the path in PATH.json instead");
+  parser.option("--seconds", request.seconds, "duration [unset: the length of the walk, or 10]");
+  parser.within("--seconds", request.seconds, 0, 86400);
+  MixArguments mix(parser, request.options);
+  OutputArguments output(parser, request.options.output);
   QuietOption quiet(parser);
-  request.add_output_options(parser);
+  parser.option("--format", request.format,
+                "sample format: float, 32, 24 or 16 [unset: float, or 24 for .flac]");
+  parser.words("--format", {"float", "32", "24", "16"});
+  parser.then([&] { return interpret(parser, request); });
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  if (const auto right = interpret(request, strategy, mix, output); !right.ok())
-    return parser.bad_usage(err, right.error().message);
-
-  const auto fail = [&err](const Error& error) {
-    print_error(err, "render", error.message);
-    return kBadInput;
-  };
-  auto file = read_inputs(request, mix, output);
-  if (!file.ok()) return fail(file.error());
-  print_place_warnings(*file, request.walk, request.seconds, request.options, err);
-  if (const auto rendered = render_to_file(request, std::move(*file), output.default_output_note(),
-                                           quiet.notes(err), err);
-      !rendered.ok())
-    return fail(rendered.error());
-  return kSuccess;
+  return parser.end(err, render_to_file(request, mix, output, quiet.notes(err), err));
 }
 
 }  // namespace clamor

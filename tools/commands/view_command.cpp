@@ -9,10 +9,9 @@
 
 #include "tools/commands/bake_arguments.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/device_options.h"
+#include "tools/commands/sound_options.h"
 #include "tools/program/arguments.h"
 #include "tools/program/output_ending.h"
-#include "tools/program/terminal_output.h"
 #include "tools/view/view_script.h"
 #include "tools/view/view_session.h"
 #ifdef CLAMOR_HAS_WINDOW
@@ -23,12 +22,10 @@ namespace clamor {
 
 namespace {
 
-// The words of the command line.
 struct ViewRequest {
-  std::string listener, at, script;
+  std::string script;
   double scale = 0;
   ViewOptions options;
-  DeviceArguments device;
 };
 
 #ifdef CLAMOR_HAS_WINDOW
@@ -105,6 +102,7 @@ Result<void> run_window(ViewRequest&, const MixArguments&, const OutputArguments
 int run_view(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
   ViewRequest request;
   ViewOptions& options = request.options;
+  std::optional<Listener> at;
   Arguments parser("view",
                    "Opens a window to walk through a level or a bake, to listen, and to edit "
                    "materials and emitters; the level is baked again in the background after each "
@@ -114,49 +112,33 @@ int run_view(std::span<const std::string> arguments, std::ostream& out, std::ost
   parser.option("-o,--output", options.output,
                 "also write the bake of the saved level to this file");
   parser.option("--compare", options.compare, "another bake, to switch to at the same place");
-  parser.option(
-      "--listener", request.listener,
+  parser.listener(
+      "--listener", options.listener,
       "start position X,Y,Z[,YAW[,PITCH]] in metres and degrees [unset: in front of the first "
       "emitter]");
-  parser.option("--at", request.at,
-                "place X,Y,Z to look at and to mark, as bake and inspect print it");
+  parser.listener("--at", at, "place X,Y,Z to look at and to mark, as bake and inspect print it");
   parser.option("--threads", options.threads, "threads of bakes, 0: all cores");
   parser.option("--scale", request.scale,
                 "size of texts and panels, as in 1.5 [0: that of the monitor]");
   parser.option("--script", request.script,
                 "play input events from this file, as tools/view/view_script.h describes them");
   add_bake_options(parser, options.request);
-  const StrategyArguments strategy(parser);
-  const MixArguments mix(parser);
-  request.device.add_device_options(parser);
-  request.device.add_recording_options(parser);
-  const OutputArguments output(parser);
+  MixArguments mix(parser, options.player.auralizer);
+  DeviceArguments device(options.player);
+  device.add_device_options(parser);
+  device.add_recording_options(parser);
+  OutputArguments output(parser, options.player.auralizer.output);
+  parser.then([&]() -> Result<void> {
+    if (const auto complaint = options.request.complaint()) return Error(*complaint);
+    if (!(request.scale == 0 || (request.scale >= 0.5 && request.scale <= 4)))
+      return Error("--scale must lie between 0.5 and 4");
+    if (auto right = device.interpret(); !right.ok() || options.output.empty()) return right;
+    return check_ending(options.output, ".clamor", "bake files");
+  });
   if (const auto code = parser.parse(arguments, out, err)) return *code;
-  if (const auto complaint = options.request.complaint()) return parser.bad_usage(err, *complaint);
-  if (const auto right = read_player_options(strategy, mix, output, request.device, options.player);
-      !right.ok())
-    return parser.bad_usage(err, right.error().message);
-  options.strategy = *strategy.read();
-  if (!options.output.empty())
-    if (const auto right = check_ending(options.output, ".clamor", "bake files"); !right.ok())
-      return parser.bad_usage(err, right.error().message);
-  if (!(request.scale == 0 || (request.scale >= 0.5 && request.scale <= 4)))
-    return parser.bad_usage(err, "--scale must lie between 0.5 and 4");
-  if (!request.listener.empty()) {
-    const auto listener = parse_listener(request.listener);
-    if (!listener.ok()) return parser.bad_usage(err, listener.error().message);
-    options.listener = *listener;
-  }
-  if (!request.at.empty()) {
-    const auto at = parse_listener(request.at);
-    if (!at.ok()) return parser.bad_usage(err, "--at: " + at.error().message);
-    options.at_m = at->position_m;
-  }
-  if (const auto shown = run_window(request, mix, output, out); !shown.ok()) {
-    print_error(err, "view", shown.error().message);
-    return kBadInput;
-  }
-  return kSuccess;
+  options.strategy = mix.strategy();
+  if (at) options.at_m = at->position_m;
+  return parser.end(err, run_window(request, mix, output, out));
 }
 
 }  // namespace clamor

@@ -1,13 +1,16 @@
 #include "tools/program/arguments.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <deque>
 #include <map>
 #include <numbers>
 #include <ostream>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "common/text.h"
 #include "tools/program/exit_codes.h"
@@ -17,9 +20,12 @@
 namespace clamor {
 
 struct Arguments::State {
-  std::string command, example, color = "auto";
+  std::string command, example;
+  ColourUse colours = ColourUse::kAuto;
   CLI::App app;
   std::map<std::string, std::vector<std::string>> words;  // by CLI11's name of the option
+  std::deque<std::string> texts;                          // that are interpreted later
+  std::vector<std::function<Result<void>()>> interpreters;
 };
 
 Arguments::Arguments(const std::string& command, const std::string& purpose,
@@ -29,52 +35,47 @@ Arguments::Arguments(const std::string& command, const std::string& purpose,
   state_->example = example;
   state_->app.description(purpose);
   state_->app.set_help_flag("-h,--help", "print this help");
-  option("--color", state_->color,
+  choice("--color", state_->colours,
+         {{"auto", ColourUse::kAuto}, {"always", ColourUse::kAlways}, {"never", ColourUse::kNever}},
          "colours of warnings and errors: auto (on terminals, unless NO_COLOR is set), always or "
          "never");
-  words("--color", {"auto", "always", "never"});
 }
 
 Arguments::~Arguments() = default;
 
-void Arguments::positional(const std::string& name, std::string& value, const std::string& help) {
+template <class T>
+void Arguments::positional(const std::string& name, T& value, const std::string& help) {
   state_->app.add_option(name, value, help)->required();
 }
-void Arguments::positional(const std::string& name, std::vector<std::string>& values,
-                           const std::string& help) {
-  state_->app.add_option(name, values, help)->required();
-}
+template void Arguments::positional(const std::string&, std::string&, const std::string&);
+template void Arguments::positional(const std::string&, std::vector<std::string>&,
+                                    const std::string&);
+
 void Arguments::flag(const std::string& name, bool& value, const std::string& help) {
   state_->app.add_flag(name, value, help);
 }
-void Arguments::option(const std::string& name, std::string& value, const std::string& help) {
-  state_->app.add_option(name, value, help)->capture_default_str();
+
+template <class T>
+void Arguments::option(const std::string& name, T& value, const std::string& help) {
+  CLI::Option* const option = state_->app.add_option(name, value, help);
+  if constexpr (std::is_same_v<T, std::vector<std::string>>)
+    option->expected(1)
+        ->allow_extra_args(false)  // the next word belongs to something else
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  else if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>)
+    option->capture_default_str();
 }
-void Arguments::option(const std::string& name, std::optional<std::string>& value,
-                       const std::string& help) {
-  state_->app.add_option(name, value, help);
-}
-void Arguments::option(const std::string& name, std::vector<std::string>& value,
-                       const std::string& help) {
-  state_->app.add_option(name, value, help)
-      ->expected(1)
-      ->allow_extra_args(false)  // the next word belongs to something else
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-}
-void Arguments::option(const std::string& name, double& value, const std::string& help) {
-  state_->app.add_option(name, value, help)->capture_default_str();
-}
-void Arguments::option(const std::string& name, std::optional<double>& value,
-                       const std::string& help) {
-  state_->app.add_option(name, value, help);
-}
-void Arguments::option(const std::string& name, int& value, const std::string& help) {
-  state_->app.add_option(name, value, help)->capture_default_str();
-}
-void Arguments::option(const std::string& name, std::uint64_t& value, const std::string& help) {
-  state_->app.add_option(name, value, help)->capture_default_str();
-}
-void Arguments::option(const std::string& name, int& value, Range range, const std::string& help) {
+template void Arguments::option(const std::string&, std::string&, const std::string&);
+template void Arguments::option(const std::string&, std::optional<std::string>&,
+                                const std::string&);
+template void Arguments::option(const std::string&, std::vector<std::string>&, const std::string&);
+template void Arguments::option(const std::string&, double&, const std::string&);
+template void Arguments::option(const std::string&, std::optional<double>&, const std::string&);
+template void Arguments::option(const std::string&, int&, const std::string&);
+template void Arguments::option(const std::string&, std::uint64_t&, const std::string&);
+
+template <class T>
+void Arguments::option(const std::string& name, T& value, Range range, const std::string& help) {
   const auto check = [range](const std::string& text) -> std::string {
     int number = 0;
     const char* const end = text.data() + text.size();
@@ -84,8 +85,68 @@ void Arguments::option(const std::string& name, int& value, Range range, const s
     return fmt::format("{} is not a whole number between {} and {}", in_quotes(text), range.min,
                        range.max);
   };
-  state_->app.add_option(name, value, help)->capture_default_str()->check(check);
+  option(name, value, help);
+  state_->app.get_option(name)->type_name("INT")->check(check);
 }
+template void Arguments::option(const std::string&, int&, Range, const std::string&);
+template void Arguments::option(const std::string&, std::uint32_t&, Range, const std::string&);
+template void Arguments::option(const std::string&, std::size_t&, Range, const std::string&);
+
+void Arguments::text(const std::string& name, const std::string& usual, const std::string& help,
+                     std::function<Result<void>(const std::string&)> read) {
+  std::string& word = state_->texts.emplace_back(usual);
+  option(name, word, help);
+  then([this, name, &word, read = std::move(read)] {
+    return given(name) ? read(word) : Result<void>();
+  });
+}
+
+void Arguments::choice(const std::string& name, const std::string& usual,
+                       const std::vector<std::string>& words, const std::string& help,
+                       std::function<void(std::size_t)> choose) {
+  const auto read = [name, words, choose = std::move(choose)](const std::string& word) {
+    const auto found = std::ranges::find(words, word);
+    if (found != words.end()) {
+      choose(static_cast<std::size_t>(found - words.begin()));
+      return Result<void>();
+    }
+    const auto but_last = std::span(words).first(words.size() - 1);
+    return Result<void>(
+        Error(fmt::format("{} must be {} or {}, not {}", name, fmt::join(but_last, ", "),
+                          words.back(), in_quotes(word))));
+  };
+  text(name, usual, help, read);
+  this->words(name, words);
+}
+
+void Arguments::bytes(const std::string& name, std::uint64_t& value, const std::string& help) {
+  text(name, "", help, [name, &value](const std::string& word) -> Result<void> {
+    const auto bytes = parse_bytes(word);
+    if (!bytes.ok()) return Error(name + " " + bytes.error().message);
+    value = *bytes;
+    return {};
+  });
+}
+
+void Arguments::listener(const std::string& name, std::optional<Listener>& value,
+                         const std::string& help) {
+  text(name, "", help, [name, &value](const std::string& word) -> Result<void> {
+    if (word.empty()) return {};
+    const auto read = parse_listener(word);
+    if (!read.ok()) return name == "--listener" ? read.error() : read.error().in(name);
+    value = *read;
+    return {};
+  });
+}
+
+void Arguments::then(std::function<Result<void>()> interpret) {
+  state_->interpreters.push_back(std::move(interpret));
+}
+
+Error Arguments::outside(const std::string& name, double low, double high) {
+  return Error(fmt::format("{} must lie between {} and {}", name, low, high));
+}
+
 void Arguments::required(const std::string& name) { state_->app.get_option(name)->required(); }
 void Arguments::words(const std::string& name, std::vector<std::string> words) {
   state_->words[state_->app.get_option(name)->get_name()] = std::move(words);
@@ -155,14 +216,12 @@ std::optional<int> Arguments::parse(std::span<const std::string> words, std::ost
   }
   try {
     state_->app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
-    const std::string& color = state_->color;
-    if (color != "auto" && color != "always" && color != "never")
-      return bad_usage(err, "--color must be auto, always or never, not " + in_quotes(color));
-    for (std::ostream* const stream : {&out, &err})
-      use_colours(*stream, color == "auto"     ? ColourUse::kAuto
-                           : color == "always" ? ColourUse::kAlways
-                                               : ColourUse::kNever);
-    return std::nullopt;
+    Result<void> interpreted;
+    for (const auto& interpret : state_->interpreters)
+      if (interpreted.ok()) interpreted = interpret();
+    for (std::ostream* const stream : {&out, &err}) use_colours(*stream, state_->colours);
+    if (interpreted.ok()) return std::nullopt;
+    return bad_usage(err, interpreted.error().message);
   } catch (const CLI::CallForHelp&) {
     out << help_text(description(), columns_of(out));
     return kSuccess;
@@ -199,6 +258,12 @@ int Arguments::bad_usage(std::ostream& err, const std::string& problem) const {
   print_error(err, state_->command,
               fmt::format("{}; see 'clamor {} --help'", clause, state_->command));
   return kBadUsage;
+}
+
+int Arguments::end(std::ostream& err, const Result<void>& done) const {
+  if (done.ok()) return kSuccess;
+  print_error(err, state_->command, done.error().message);
+  return kBadInput;
 }
 
 Result<Listener> parse_listener(const std::string& text) {

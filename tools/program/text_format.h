@@ -18,8 +18,9 @@ inline std::string shortened(const std::string& name, std::size_t width) {
 }
 
 // Formats as "16 416".
-inline std::string grouped(std::uint64_t number) {
-  std::string digits = std::to_string(number);
+template <class Number>
+std::string grouped(Number number) {
+  std::string digits = std::to_string(std::llround(number));
   for (std::size_t i = digits.size(); i > 3; i -= 3) digits.insert(i - 3, " ");
   return digits;
 }

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/program/text_format.h"
 #include "tools/report/level_findings.h"
 #include "tools/view/window/controls.h"
 
@@ -23,20 +24,13 @@ void begin_panel(const char* name, ImVec2 at, ImVec2 size, ImGuiWindowFlags flag
   ImGui::Begin(name, nullptr, kFixed | flags);
 }
 
-std::string with_blanks(std::uint64_t number) {
-  std::string text = std::to_string(number);
-  for (int i = static_cast<int>(text.size()) - 3; i > 0; i -= 3)
-    text.insert(static_cast<std::size_t>(i), " ");
-  return text;
-}
-
 // What the bakes in the background are doing, in a few words.
 std::string bake_line(const ViewSession& session) {
   const ProgressiveBake::Status status = session.baking();
   const auto& newest = session.newest_bake();
   std::string line;
   if (newest && newest->error.empty())
-    line = fmt::format("{} bake, {} sources{}", newest->stage, with_blanks(newest->sources),
+    line = fmt::format("{} bake, {} sources{}", newest->stage, grouped(newest->sources),
                        newest->decay_error_db > 0
                            ? fmt::format(", decay known to {:.2f} dB", newest->decay_error_db)
                            : "");
