@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "bake/bake_cache.h"
-#include "bake/journal/shard_set.h"
+#include "bake/journal/shard_note.h"
 #include "bake/report/level_report.h"
 #include "bake/trace/scene.h"
 #include "common/counted_texts.h"

@@ -158,30 +158,15 @@ bool JournalFile::is_being_written() const {
 }
 
 bool JournalFile::read_at(std::uint64_t offset, std::span<std::byte> out) const {
-  std::size_t done = 0;
-  while (done < out.size()) {
-    const ssize_t got = retry_on_eintr([&] {
-      return ::pread(descriptor_, out.data() + done, out.size() - done,
-                     static_cast<off_t>(offset + done));
-    });
-    if (got <= 0) return false;
-    done += static_cast<std::size_t>(got);
-  }
-  return true;
+  return transfer_all(out.size(), [&](std::size_t at, std::size_t left) {
+    return ::pread(descriptor_, out.data() + at, left, static_cast<off_t>(offset + at));
+  });
 }
 
 bool JournalFile::write_at(std::uint64_t offset, std::span<const std::byte> data) const {
-  std::size_t done = 0;
-  while (done < data.size()) {
-    const ssize_t put = retry_on_eintr([&] {
-      return ::pwrite(descriptor_, data.data() + done, data.size() - done,
-                      static_cast<off_t>(offset + done));
-    });
-    if (put == 0) errno = ENOSPC;  // disk full, on file systems that do not report it
-    if (put <= 0) return false;
-    done += static_cast<std::size_t>(put);
-  }
-  return true;
+  return transfer_all(data.size(), [&](std::size_t at, std::size_t left) {
+    return ::pwrite(descriptor_, data.data() + at, left, static_cast<off_t>(offset + at));
+  });
 }
 
 bool JournalFile::cut(std::uint64_t length) const {
@@ -206,8 +191,6 @@ Error JournalFile::unwritten() const {
 Result<void> JournalFile::sync() {
   return sync_file() ? Result<void>() : Result<void>(unwritten());
 }
-
-std::uint64_t JournalFile::first() { return sizeof(FileHeader); }
 
 std::vector<std::byte> JournalFile::beginning() {
   const FileHeader header;
@@ -299,7 +282,7 @@ Result<void> JournalFile::truncate_at(std::uint64_t offset) {
 }
 
 Result<void> JournalFile::keep_only(std::span<const std::uint64_t> records, bool in_any_case) {
-  std::uint64_t kept = first();
+  std::uint64_t kept = sizeof(FileHeader);
   for (const std::uint64_t record : records)
     if (const auto end = after(record)) kept += *end - record;
   if (!in_any_case && 2 * kept >= bytes_) return {};

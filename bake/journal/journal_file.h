@@ -49,12 +49,19 @@ class JournalFile {
   // Bytes at the end that belong to no complete record and were left out by truncate_at().
   std::uint64_t cut_bytes() const { return cut_bytes_; }
 
-  // Offset of the first record, and of the successor of the record at `offset`; nothing at the end
-  // of the file.
-  static std::uint64_t first();
+  // Calls visit(offset) for each complete record, in their order; returns where the last one ends.
+  template <class Visit>
+  std::uint64_t for_each(const Visit& visit) const {
+    std::uint64_t offset = beginning().size();
+    while (const auto end = after(offset)) {
+      visit(offset);
+      offset = *end;
+    }
+    return offset;
+  }
+
   // What a file starts with, before its first record.
   static std::vector<std::byte> beginning();
-  std::optional<std::uint64_t> after(std::uint64_t offset) const;
 
   // The number of runs of the record at `offset`, without reading its bytes; 0 if it has none.
   std::uint32_t count_at(std::uint64_t offset) const;
@@ -90,6 +97,8 @@ class JournalFile {
  private:
   using Clock = std::chrono::steady_clock;
 
+  // The offset after the record at `offset`; nothing if that is incomplete.
+  std::optional<std::uint64_t> after(std::uint64_t offset) const;
   bool read_at(std::uint64_t offset, std::span<std::byte> out) const;
   bool write_at(std::uint64_t offset, std::span<const std::byte> data) const;
   bool cut(std::uint64_t length) const;

@@ -5,10 +5,12 @@
 #include <locale>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "bake/journal/run_key.h"
+#include "bake/journal/trace_journal.h"
 #include "common/version.h"
 
 namespace clamor {
@@ -17,26 +19,22 @@ namespace {
 
 constexpr std::string_view kProgressTag = "progress ";
 
-// A number up to `end_letter`, which is removed with it.
-std::optional<std::uint64_t> number_up_to(std::string_view& text, char end_letter, int base = 10) {
+// The number that the whole text is.
+std::optional<std::uint64_t> number_of(std::string_view text, int base = 10) {
   std::uint64_t number = 0;
   const char* const end = text.data() + text.size();
   const auto [rest, wrong] = std::from_chars(text.data(), end, number, base);
-  if (wrong != std::errc() || rest == end || *rest != end_letter) return std::nullopt;
-  text.remove_prefix(static_cast<std::size_t>(rest - text.data()) + 1);
-  return number;
+  return wrong == std::errc() && rest == end ? std::optional(number) : std::nullopt;
 }
 
-std::optional<std::vector<std::uint32_t>> shards_of(std::string_view ranges, std::uint32_t count) {
+std::optional<std::vector<std::uint32_t>> shards_of(const std::string& ranges,
+                                                    std::uint32_t count) {
   std::vector<std::uint32_t> shards;
-  while (!ranges.empty()) {
-    const std::size_t end = std::min(ranges.find(','), ranges.size());
-    std::string one(ranges.substr(0, end));
-    ranges.remove_prefix(std::min(end + 1, ranges.size()));
-    std::string_view rest = one += ';';
-    const auto alone = number_up_to(rest, ';');
-    const auto first = alone ? alone : number_up_to(rest, '-');
-    const auto last = alone ? alone : number_up_to(rest, ';');
+  std::istringstream parts(ranges);
+  for (std::string part; std::getline(parts, part, ',');) {
+    const std::size_t dash = part.find('-');
+    const auto first = number_of(part.substr(0, dash));
+    const auto last = dash == std::string::npos ? first : number_of(part.substr(dash + 1));
     if (!first || !last || *first == 0 || *first > *last || *last > count ||
         (!shards.empty() && *first <= shards.back() + 1u))
       return std::nullopt;
@@ -69,33 +67,23 @@ std::string ShardNote::text() const {
 
 std::optional<ShardNote> ShardNote::from(const std::string& text) {
   ShardNote note;
-  std::string_view left = text;
-  const auto line = [&left]() -> std::optional<std::string> {
-    const std::size_t end = left.find('\n');
-    if (end == std::string_view::npos) return std::nullopt;
-    std::string found(left.substr(0, end));
-    left.remove_prefix(end + 1);
-    return found;
-  };
-  const auto program = line();
-  const auto hash = number_up_to(left, '\n', 16);
-  const auto part = line(), state = line();
-  if (!program || !hash || !part || !state || (*state != "complete" && *state != "begun"))
+  std::istringstream lines(text);
+  std::string hash_text, part, state;
+  for (std::string* const line : {&note.program, &hash_text, &part, &state})
+    if (!std::getline(lines, *line) || lines.eof()) return std::nullopt;
+  const auto hash = number_of(hash_text, 16);
+  const std::size_t slash = part.find('/');
+  if (!hash || (state != "complete" && state != "begun") || slash == std::string::npos)
     return std::nullopt;
-  const std::size_t slash = part->find('/');
-  if (slash == std::string::npos) return std::nullopt;
-  std::string after = part->substr(slash + 1) + ";";
-  std::string_view count_text = after;
-  const auto count = number_up_to(count_text, ';');
+  const auto count = number_of(part.substr(slash + 1));
   if (!count || *count == 0 || *count > kMaxShards) return std::nullopt;
   note.count = static_cast<std::uint32_t>(*count);
-  const auto shards = shards_of(std::string_view(*part).substr(0, slash), note.count);
+  auto shards = shards_of(part.substr(0, slash), note.count);
   if (!shards) return std::nullopt;
-  note.program = *program;
+  note.shards = std::move(*shards);
   note.level_hash = *hash;
-  note.shards = *shards;
-  note.is_complete = *state == "complete";
-  note.request = std::string(left);
+  note.is_complete = state == "complete";
+  note.request = text.substr(static_cast<std::size_t>(lines.tellg()));
   return note;
 }
 
@@ -126,6 +114,83 @@ std::optional<ShardProgress> ShardProgress::from(const std::string& text) {
     progress.error_db = error_db;
   }
   return progress;
+}
+
+namespace {
+
+Result<ShardNote> note_of(const std::string& path) {
+  const auto summary = JournalSummary::of(path);
+  if (!summary.ok()) return summary.error();
+  if (!summary->note)
+    return Error(path +
+                 ": is not a shard, or its bake was stopped before it began; make it with 'clamor "
+                 "bake --shard I/N'");
+  const ShardNote& note = *summary->note;
+  if (note.program != shard_program())
+    return Error(path + ": was made by " + note.program + ", but this is " + shard_program() +
+                 "; trace it again with this version, or merge with that one");
+  if (!note.is_complete)
+    return Error(fmt::format(
+        "{}: {} before its end, so photons of it are in none of the shards; {}", path,
+        summary->is_being_written ? "is still being traced and not" : "was stopped or cut short",
+        summary->is_being_written ? "wait for it" : "run its command again, which continues it"));
+  return note;
+}
+
+}  // namespace
+
+Result<ShardNote> note_of_shards(const std::vector<std::string>& paths) {
+  ShardNote together;
+  for (const std::string& path : paths) {
+    const auto note = note_of(path);
+    if (!note.ok()) return note.error();
+    if (path == paths.front()) {
+      together = *note;
+      continue;
+    }
+    if (note->options() != together.options())
+      return Error(path + ": was made with other options than " + paths.front() +
+                   "; the shards of one bake may differ only in --shard and -o");
+    if (note->count != together.count)
+      return Error(
+          fmt::format("{}: is of {} shards, but {} is of {}; make all with the same N of "
+                      "'--shard I/N'",
+                      path, note->count, paths.front(), together.count));
+    together.shards.insert(together.shards.end(), note->shards.begin(), note->shards.end());
+  }
+  std::sort(together.shards.begin(), together.shards.end());
+  together.shards.erase(std::unique(together.shards.begin(), together.shards.end()),
+                        together.shards.end());
+  return together;
+}
+
+Result<void> check_all_there(const ShardNote& together) {
+  std::vector<std::uint32_t> missing;
+  for (std::uint32_t shard = 0, at = 0; shard < together.count; ++shard)
+    if (at < together.shards.size() && together.shards[at] == shard)
+      ++at;
+    else
+      missing.push_back(shard);
+  if (missing.empty()) return {};
+  return Error(
+      fmt::format("{} of {} {} in none of the shards that were given; trace {}, or name "
+                  "the missing files",
+                  ranges_of(missing), together.count, missing.size() == 1 ? "is" : "are",
+                  missing.size() == 1 ? "it" : "them"));
+}
+
+Result<void> check_level_hash(const std::vector<std::string>& paths, std::uint64_t level_hash,
+                              const std::string& level_path) {
+  for (const std::string& path : paths) {
+    const auto summary = JournalSummary::of(path);
+    if (!summary.ok()) return summary.error();
+    if (summary->note && summary->note->level_hash != level_hash)
+      return Error(fmt::format(
+          "{}: is stale: it was traced from a level with the content hash {:016x}, but that of {} "
+          "and its files is {:016x}; trace it again, or restore the level",
+          path, summary->note->level_hash, level_path, level_hash));
+  }
+  return {};
 }
 
 }  // namespace clamor

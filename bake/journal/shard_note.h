@@ -1,4 +1,5 @@
-// shard_note.h: what a shard says about itself, as texts in its journal.
+// shard_note.h: what a shard says about itself, as texts in its journal, and whether shards belong
+// together.
 //
 // The note tells what the shard belongs to, so that a foreign, stale or unfinished one is found
 // before it is merged. The progress tells how far its bake is. Neither contains a time of day, so
@@ -9,6 +10,8 @@
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "common/result.h"
 
 namespace clamor {
 
@@ -48,5 +51,17 @@ struct ShardProgress {
   std::string text() const;
   static std::optional<ShardProgress> from(const std::string& text);
 };
+
+// The note of what the shards are together. Fails with the name of the first that is no shard or
+// incomplete, or that another version made, or with other options than the first. Does not read
+// the runs: open_shard() in bake.cpp checks their checksums.
+Result<ShardNote> note_of_shards(const std::vector<std::string>& paths);
+
+// Fails if a shard of the bake is missing.
+Result<void> check_all_there(const ShardNote& together);
+
+// Fails with the name of the first shard that was traced from another state of the level.
+Result<void> check_level_hash(const std::vector<std::string>& paths, std::uint64_t level_hash,
+                              const std::string& level_path);
 
 }  // namespace clamor

@@ -120,10 +120,21 @@ struct TraceJournal::State {
     return record.ok() ? Result<void>() : Result<void>(record.error());
   }
 
-  // Collects the keys of all records and truncates an incomplete last one.
+  // Opens the file, collects the keys of all records and leaves out an incomplete last one.
+  static Result<TraceJournal> open(const std::string& path, std::size_t materials,
+                                   std::size_t portals, bool only_read) {
+    auto state = std::make_unique<State>();
+    state->materials = materials;
+    state->portals = portals;
+    state->only_read = only_read;
+    const auto opened = only_read ? state->file.open_to_read(path) : state->file.open(path);
+    if (!opened.ok()) return opened.error();
+    if (const auto indexed = state->index(); !indexed.ok()) return indexed.error();
+    return TraceJournal(std::move(state));
+  }
+
   Result<void> index() {
-    std::uint64_t offset = JournalFile::first();
-    while (const auto end = file.after(offset)) {
+    const std::uint64_t end = file.for_each([&](std::uint64_t offset) {
       const auto record = file.read(offset);
       const auto runs = record ? runs_of(*record) : std::nullopt;
       if (!runs) {
@@ -138,10 +149,9 @@ struct TraceJournal::State {
         }
       }
       for (std::uint32_t i = 0; runs && i < runs->size(); ++i) places[(*runs)[i].key] = {offset, i};
-      offset = *end;
-    }
+    });
     file.release();
-    return file.truncate_at(offset);
+    return file.truncate_at(end);
   }
 };
 
@@ -152,23 +162,12 @@ TraceJournal::~TraceJournal() = default;
 
 Result<TraceJournal> TraceJournal::open(const std::string& path, std::size_t materials,
                                         std::size_t portals) {
-  auto state = std::make_unique<State>();
-  state->materials = materials;
-  state->portals = portals;
-  if (const auto opened = state->file.open(path); !opened.ok()) return opened.error();
-  if (const auto indexed = state->index(); !indexed.ok()) return indexed.error();
-  return TraceJournal(std::move(state));
+  return State::open(path, materials, portals, false);
 }
 
 Result<TraceJournal> TraceJournal::open_to_read(const std::string& path, std::size_t materials,
                                                 std::size_t portals) {
-  auto state = std::make_unique<State>();
-  state->materials = materials;
-  state->portals = portals;
-  state->only_read = true;
-  if (const auto opened = state->file.open_to_read(path); !opened.ok()) return opened.error();
-  if (const auto indexed = state->index(); !indexed.ok()) return indexed.error();
-  return TraceJournal(std::move(state));
+  return State::open(path, materials, portals, true);
 }
 
 void TraceJournal::tell_progress() {
@@ -287,21 +286,17 @@ Result<JournalSummary> JournalSummary::of(const std::string& path) {
   JournalSummary summary;
   // The lock comes first: a process that ends meanwhile has then written its last note already.
   summary.is_being_written = file.is_being_written();
-  std::uint64_t offset = JournalFile::first();
-  while (const auto end = file.after(offset)) {
-    if (file.count_at(offset) == 0) {
-      const auto record = file.read(offset);
-      if (const auto text = record ? text_of(*record) : std::nullopt) {
-        if (const auto progress = ShardProgress::from(*text))
-          summary.progress = progress;
-        else
-          summary.note = ShardNote::from(*text);
-      }
-    }
-    offset = *end;
-  }
-  summary.bytes = offset;
-  summary.cut_bytes = file.bytes() - offset;
+  summary.bytes = file.for_each([&](std::uint64_t offset) {
+    if (file.count_at(offset) != 0) return;
+    const auto record = file.read(offset);
+    const auto text = record ? text_of(*record) : std::nullopt;
+    if (!text) return;
+    if (const auto progress = ShardProgress::from(*text))
+      summary.progress = progress;
+    else
+      summary.note = ShardNote::from(*text);
+  });
+  summary.cut_bytes = file.bytes() - summary.bytes;
   return summary;
 }
 
@@ -312,20 +307,20 @@ template <class Use>
 Result<void> for_each_record(const std::string& path, const Use& use) {
   JournalFile file;
   if (const auto opened = file.open_to_read(path); !opened.ok()) return opened;
-  std::uint64_t offset = JournalFile::first();
-  while (const auto end = file.after(offset)) {
-    const std::uint64_t at = std::exchange(offset, *end);
-    const auto record = file.stored(at);
-    if (!record)
-      return Error(path + ": the record at byte " + std::to_string(at) +
+  Result<void> done;
+  const std::uint64_t end = file.for_each([&](std::uint64_t offset) {
+    if (!done.ok()) return;
+    if (const auto record = file.stored(offset))
+      done = use(file.count_at(offset), *record);
+    else
+      done = Error(path + ": the record at byte " + std::to_string(offset) +
                    " fails its checksum; run the shard's command again, which mends it");
-    if (auto used = use(file.count_at(at), *record); !used.ok()) return used;
-  }
-  if (offset != file.bytes())
-    return Error(path + ": is cut short after " + std::to_string(offset) + " of " +
+  });
+  if (done.ok() && end != file.bytes())
+    return Error(path + ": is cut short after " + std::to_string(end) + " of " +
                  std::to_string(file.bytes()) +
                  " bytes; run the shard's command again, which mends it");
-  return {};
+  return done;
 }
 
 }  // namespace

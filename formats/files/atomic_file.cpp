@@ -106,27 +106,17 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) {
 }
 
 Result<void> AtomicFile::write(std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written =
-        retry_on_eintr([&] { return ::write(descriptor_, bytes.data(), bytes.size()); });
-    // A write of 0 bytes means that the disk is full.
-    if (written <= 0) return failed(path_, "write", written < 0 ? errno : ENOSPC);
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  return {};
+  const bool done = transfer_all(bytes.size(), [&](std::size_t at, std::size_t left) {
+    return ::write(descriptor_, bytes.data() + at, left);
+  });
+  return done ? Result<void>() : Result<void>(failed(path_, "write", errno));
 }
 
 Result<void> AtomicFile::write_at(std::size_t offset, std::span<const std::byte> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t written = retry_on_eintr([&] {
-      return ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-    });
-    // A write of 0 bytes means that the disk is full.
-    if (written <= 0) return failed(path_, "write", written < 0 ? errno : ENOSPC);
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-    offset += static_cast<std::size_t>(written);
-  }
-  return {};
+  const bool done = transfer_all(bytes.size(), [&](std::size_t at, std::size_t left) {
+    return ::pwrite(descriptor_, bytes.data() + at, left, static_cast<off_t>(offset + at));
+  });
+  return done ? Result<void>() : Result<void>(failed(path_, "write", errno));
 }
 
 // Copies the temporary to the stream; later writes go to the stream directly.
@@ -173,6 +163,13 @@ void sync_folder_of(const std::string& path) {
   if (folder < 0) return;
   retry_on_eintr([&] { return ::fsync(folder); });
   ::close(folder);
+}
+
+Result<void> write_file(const std::string& path, std::string_view text) {
+  auto file = AtomicFile::create(path);
+  if (!file.ok()) return file.error();
+  if (auto written = file->write(std::as_bytes(std::span(text))); !written.ok()) return written;
+  return file->commit();
 }
 
 }  // namespace clamor

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "common/result.h"
 #include "formats/files/byte_sink.h"
@@ -53,6 +54,9 @@ class AtomicFile final : public ByteSink {
   int descriptor_ = -1;
   bool has_appeared_ = false;
 };
+
+// Writes a file that holds this text.
+Result<void> write_file(const std::string& path, std::string_view text);
 
 // Makes a new name in the folder of `path` survive a power cut, where the file system supports it.
 // Failures are ignored.

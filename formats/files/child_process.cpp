@@ -25,35 +25,24 @@ namespace {
 
 constexpr int kNoMemory = 3;  // exit code
 
-// Calls some(bytes, count), which returns how many bytes it transferred, until all are.
-template <class Byte, class Some>
-bool all_of(Byte* bytes, std::size_t count, const Some& some) {
-  while (count > 0) {
-    const ssize_t done = retry_on_eintr([&] { return some(bytes, count); });
-    if (done <= 0) return false;
-    bytes += done;
-    count -= static_cast<std::size_t>(done);
-  }
-  return true;
-}
-
 bool write_all(int to, const void* bytes, std::size_t count) {
-  return all_of(static_cast<const char*>(bytes), count,
-                [to](const char* next, std::size_t left) { return ::write(to, next, left); });
+  return transfer_all(count, [&](std::size_t at, std::size_t left) {
+    return ::write(to, static_cast<const char*>(bytes) + at, left);
+  });
 }
 
 using Clock = std::chrono::steady_clock;
 
 // Returns false at the deadline.
 bool read_all(int from, void* bytes, std::size_t count, Clock::time_point deadline) {
-  return all_of(static_cast<char*>(bytes), count, [&](char* next, std::size_t left) -> ssize_t {
+  return transfer_all(count, [&](std::size_t at, std::size_t left) -> ssize_t {
     const auto wait = std::chrono::ceil<std::chrono::milliseconds>(deadline - Clock::now());
     pollfd ready{from, POLLIN, 0};
     if (const ssize_t count_ready =
             ::poll(&ready, 1, static_cast<int>(std::max<std::int64_t>(wait.count(), 0)));
         count_ready <= 0)
       return count_ready;
-    return ::read(from, next, left);
+    return ::read(from, static_cast<char*>(bytes) + at, left);
   });
 }
 

@@ -123,13 +123,6 @@ OrderedJson to_json(const ReportTable& table) {
   return json;
 }
 
-Result<void> write_file(const std::string& path, const std::string& content) {
-  auto file = AtomicFile::create(path);
-  if (!file.ok()) return file.error();
-  if (auto written = file->write(std::as_bytes(std::span(content))); !written.ok()) return written;
-  return file->commit();
-}
-
 }  // namespace
 
 std::string page_of_document(const OrderedJson& document, const std::string& scripts) {

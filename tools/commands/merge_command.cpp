@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
-#include "bake/journal/shard_set.h"
+#include "bake/journal/shard_note.h"
 #include "bake/journal/trace_journal.h"
 #include "formats/files/output_target.h"
 #include "tools/commands/bake_arguments.h"

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <filesystem>
 #include <span>
+#include <type_traits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -32,6 +34,41 @@ std::string megabytes_up(std::uint64_t bytes) {
   return std::to_string((bytes + 999'999) / 1'000'000) + "MB";
 }
 
+template <class... F>
+struct Overloads : F... {
+  using F::operator()...;
+};
+template <class... F>
+Overloads(F...) -> Overloads<F...>;
+
+// Calls visit(key, value) for each text, list of words and hash of farm.json, and visit(key, value,
+// most) for each number, in the order of the file.
+template <class Plan, class Visit>
+void for_each_field(Plan& plan, const Visit& visit) {
+  constexpr double kMost = 1e15;
+  visit("made_by", plan.made_by);
+  visit("program", plan.program);
+  visit("folder", plan.folder);
+  visit("level", plan.level);
+  visit("output", plan.output);
+  visit("level_hash", plan.level_hash);
+  visit("options", plan.options);
+  visit("shards", plan.shards, kMaxShards);
+  visit("merged_at_once", plan.merged_at_once, kMaxShards);
+  visit("threads", plan.threads, 1024);
+  visit("memory_bytes", plan.memory_bytes, kMost);
+  visit("until_db", plan.goal_db, 1e6);
+  visit("round", plan.rounds.round, 1000);
+  visit("times", plan.rounds.times, kMost);
+  visit("first_photons", plan.rounds.first_photons, kMost);
+  visit("first_sources", plan.rounds.first_sources, kMost);
+  visit("photons", plan.photons, kMost);
+  visit("shard_s", plan.shard_s, kMost);
+  visit("preparing_s", plan.preparing_s, kMost);
+  visit("shard_memory_bytes", plan.shard_memory_bytes, kMost);
+  visit("merge_memory_bytes", plan.merge_memory_bytes, kMost);
+}
+
 // The options of the shards of this round, in the form of their notes.
 std::string note_options(const FarmPlan& plan) {
   std::string options;
@@ -54,34 +91,22 @@ Result<FarmPlan> FarmPlan::load(const std::string& output) {
   if (!json.ok()) return json.error();
   JsonFields fields(*json, path);
   FarmPlan plan;
-  const auto text = [&fields](const char* key) { return fields.string(key).value_or(""); };
-  const auto whole = [&fields](const char* key, double most) {
-    return static_cast<std::uint64_t>(fields.number(key, 0, most).value_or(0));
-  };
-  plan.made_by = text("made_by");
-  plan.program = text("program");
-  plan.folder = text("folder");
-  plan.level = text("level");
-  plan.output = text("output");
-  const std::string hash = text("level_hash");
-  std::from_chars(hash.data(), hash.data() + hash.size(), plan.level_hash, 16);
-  if (const Json* options = fields.any("options"); options != nullptr && options->array())
-    for (const Json& word : *options->array())
-      if (word.string()) plan.options.push_back(*word.string());
-  plan.shards = static_cast<std::uint32_t>(whole("shards", kMaxShards));
-  plan.merged_at_once = static_cast<std::uint32_t>(whole("merged_at_once", kMaxShards));
-  plan.threads = static_cast<int>(whole("threads", 1024));
-  plan.memory_bytes = whole("memory_bytes", 1e15);
-  plan.goal_db = fields.number("until_db", 0, 1e6).value_or(0);
-  plan.rounds.round = static_cast<int>(whole("round", 1000));
-  plan.rounds.times = whole("times", 1e15);
-  plan.rounds.first_photons = whole("first_photons", 1e15);
-  plan.rounds.first_sources = whole("first_sources", 1e15);
-  plan.photons = whole("photons", 1e15);
-  plan.shard_s = fields.number("shard_s", 0, 1e15).value_or(0);
-  plan.preparing_s = fields.number("preparing_s", 0, 1e15).value_or(0);
-  plan.shard_memory_bytes = whole("shard_memory_bytes", 1e15);
-  plan.merge_memory_bytes = whole("merge_memory_bytes", 1e15);
+  for_each_field(
+      plan,
+      Overloads{[&](const char* key, std::string& text) { text = fields.string(key).value_or(""); },
+                [&](const char* key, std::vector<std::string>& words) {
+                  if (const Json* list = fields.any(key); list != nullptr && list->array())
+                    for (const Json& word : *list->array())
+                      if (word.string()) words.push_back(*word.string());
+                },
+                [&](const char* key, auto& number, double most) {
+                  number = static_cast<std::remove_reference_t<decltype(number)>>(
+                      fields.number(key, 0, most).value_or(0));
+                },
+                [&](const char* key, std::uint64_t& hash) {
+                  const std::string digits = fields.string(key).value_or("");
+                  std::from_chars(digits.data(), digits.data() + digits.size(), hash, 16);
+                }});
   if (const auto right = fields.result(); !right.ok()) return right.error();
   if (plan.shards == 0 || plan.threads == 0 || plan.rounds.times == 0 || plan.level.empty() ||
       plan.output.empty())
@@ -92,35 +117,21 @@ Result<FarmPlan> FarmPlan::load(const std::string& output) {
 Result<void> FarmPlan::save() const {
   std::error_code ignored;  // creating the file reports it
   std::filesystem::create_directories(folder_of(output), ignored);
-  Json::Array words;
-  for (const std::string& word : options) words.emplace_back(word);
-  const auto number = [](auto value) { return Json(static_cast<double>(value)); };
-  Json::Object plan{{"made_by", Json(made_by)},
-                    {"program", Json(program)},
-                    {"folder", Json(folder)},
-                    {"level", Json(level)},
-                    {"output", Json(output)},
-                    {"level_hash", Json(in_hex(level_hash))},
-                    {"options", Json(std::move(words))},
-                    {"shards", number(shards)},
-                    {"merged_at_once", number(merged_at_once)},
-                    {"threads", number(threads)},
-                    {"memory_bytes", number(memory_bytes)},
-                    {"until_db", number(goal_db)},
-                    {"round", number(rounds.round)},
-                    {"times", number(rounds.times)},
-                    {"first_photons", number(rounds.first_photons)},
-                    {"first_sources", number(rounds.first_sources)},
-                    {"photons", number(photons)},
-                    {"shard_s", number(shard_s)},
-                    {"preparing_s", number(preparing_s)},
-                    {"shard_memory_bytes", number(shard_memory_bytes)},
-                    {"merge_memory_bytes", number(merge_memory_bytes)}};
-  auto file = AtomicFile::create(folder_of(output) + "/farm.json");
-  if (!file.ok()) return file.error();
-  const std::string text = dump_json(Json(std::move(plan))) + "\n";
-  if (auto written = file->write(std::as_bytes(std::span(text))); !written.ok()) return written;
-  return file->commit();
+  Json::Object plan;
+  for_each_field(*this, Overloads{[&](const char* key, const std::string& text) {
+                                    plan.emplace_back(key, Json(text));
+                                  },
+                                  [&](const char* key, const std::vector<std::string>& words) {
+                                    plan.emplace_back(
+                                        key, Json(Json::Array(words.begin(), words.end())));
+                                  },
+                                  [&](const char* key, auto number, double) {
+                                    plan.emplace_back(key, Json(static_cast<double>(number)));
+                                  },
+                                  [&](const char* key, std::uint64_t hash) {
+                                    plan.emplace_back(key, Json(in_hex(hash)));
+                                  }});
+  return write_file(folder_of(output) + "/farm.json", dump_json(Json(std::move(plan))) + "\n");
 }
 
 void FarmPlan::go_to(const BakeRounds& later) {
@@ -228,19 +239,8 @@ std::string FarmPlan::short_hash() const {
 }
 
 const char* name_of(ShardState::Is is) {
-  switch (is) {
-    case ShardState::Is::kWaiting:
-      return "waiting";
-    case ShardState::Is::kRunning:
-      return "running";
-    case ShardState::Is::kLost:
-      return "lost";
-    case ShardState::Is::kDone:
-      return "done";
-    case ShardState::Is::kWrong:
-      break;
-  }
-  return "wrong";
+  constexpr const char* kNames[] = {"waiting", "running", "lost", "done", "wrong"};
+  return kNames[static_cast<std::size_t>(is)];
 }
 
 ShardState state_of_shard(const FarmPlan& plan, std::uint32_t shard, bool checks_all) {

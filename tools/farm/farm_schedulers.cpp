@@ -152,11 +152,7 @@ std::string script_head(const FarmPlan& plan, const std::string& kind, const Slu
 Result<std::string> submit(const FarmPlan& plan, const std::string& name,
                            const std::string& script) {
   const std::string path = FarmPlan::folder_of(plan.output) + "/" + name + ".sh";
-  auto file = AtomicFile::create(path);
-  if (!file.ok()) return file.error();
-  if (auto written = file->write(std::as_bytes(std::span(script))); !written.ok())
-    return written.error();
-  if (auto done = file->commit(); !done.ok()) return done.error();
+  if (auto written = write_file(path, script); !written.ok()) return written.error();
   const ProgramOutput output =
       run_program("sbatch --parsable --chdir=" + shell_quoted(FarmPlan::folder_of(plan.output)) +
                   " " + shell_quoted(path));

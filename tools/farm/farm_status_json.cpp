@@ -21,25 +21,23 @@ std::string status_json(const FarmPlan& plan, const FarmStatus& status) {
     }
     shards.push_back(std::move(one));
   }
-  const OrderedJson json{{"output", plan.output},
-                         {"merged", status.is_merged},
-                         {"round", plan.rounds.round},
-                         {"until_db", plan.goal_db > 0 ? OrderedJson(plan.goal_db) : OrderedJson()},
-                         {"counts",
-                          {{"total", plan.shards},
-                           {"done", status.count(Is::kDone)},
-                           {"running", status.count(Is::kRunning)},
-                           {"lost", status.count(Is::kLost)},
-                           {"waiting", status.count(Is::kWaiting)},
-                           {"wrong", status.count(Is::kWrong)}}},
-                         {"photons", status.photons},
-                         {"photons_total", plan.photons},
-                         {"photons_per_s", status.photons_per_s},
-                         {"seconds_left", as_json(status.seconds_left)},
-                         {"error_db", as_json(status.error_db)},
-                         {"bytes", status.bytes},
-                         {"preparing_s", plan.preparing_s},
-                         {"shards", std::move(shards)}};
+  OrderedJson counts{{"total", plan.shards}};
+  for (const Is is : {Is::kDone, Is::kRunning, Is::kLost, Is::kWaiting, Is::kWrong})
+    counts[name_of(is)] = status.count(is);
+  const OrderedJson json{
+      {"output", plan.output},
+      {"merged", status.is_merged},
+      {"round", plan.rounds.round},
+      {"until_db", plan.goal_db > 0 ? OrderedJson(plan.goal_db) : OrderedJson()},
+      {"counts", std::move(counts)},
+      {"photons", status.photons},
+      {"photons_total", plan.photons},
+      {"photons_per_s", status.photons_per_s},
+      {"seconds_left", as_json(status.seconds_left)},
+      {"error_db", as_json(status.error_db)},
+      {"bytes", status.bytes},
+      {"preparing_s", plan.preparing_s},
+      {"shards", std::move(shards)}};
   return json_text(json) + "\n";
 }
 
