@@ -15,12 +15,10 @@
 #include "tools/commands/bake_summary.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/level_inspection.h"
-#include "tools/commands/progress_json.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/output_ending.h"
 #include "tools/program/progress.h"
 #include "tools/program/stage_notice.h"
-#include "tools/program/stop_deadline.h"
 #include "tools/program/terminal_output.h"
 #include "tools/program/text_format.h"
 #include "tools/report/level_findings.h"
@@ -28,10 +26,6 @@
 namespace clamor {
 
 namespace {
-
-double share_of(std::uint64_t part, std::uint64_t whole_of_it) {
-  return whole_of_it > 0 ? static_cast<double>(part) / static_cast<double>(whole_of_it) : 0;
-}
 
 std::string probe_line(const ProbePlacement& probes) {
   const std::size_t automatic = probes.positions_m.size() - probes.hand_placed;
@@ -161,20 +155,11 @@ Result<void> write_file(LevelBake& bake, const BakeRunOptions& run, BakePrinter&
   const auto written = bake.write();
   printer.end_stage();
   if (!written.ok()) return written;
-  const BakeContents& contents = bake.contents();
-  const BakeReport& report = bake.report();
   if (run.json_progress)
-    fmt::print(err, "{}\n",
-               outcome_json({.sources = contents.source_count() + report.instanced_sources,
-                             .photons = report.photons,
-                             .photons_reused = report.photons_reused,
-                             .error_db = contents.statistics.decay.error_db,
-                             .seconds = printer.seconds(),
-                             .goal_reached = bake.missed_goal().empty(),
-                             .warnings = bake.warnings()}));
+    fmt::print(err, "{}\n", outcome_json(bake, printer.seconds()));
   else if (!run.quiet)
-    print_bake_summary(contents, report, run.bake.output, bake.journal(), bake.removed_journal(),
-                       printer.seconds(), err);
+    print_bake_summary(bake.contents(), bake.report(), run.bake.output, bake.journal(),
+                       bake.removed_journal(), printer.seconds(), err);
   return {};
 }
 

@@ -16,9 +16,7 @@
 #include "common/text.h"
 #include "common/version.h"
 #include "tools/commands/commands.h"
-#include "tools/program/help.h"
 #include "tools/program/interrupt.h"
-#include "tools/program/printable_stream.h"
 #include "tools/program/terminal_output.h"
 
 namespace clamor {
@@ -74,35 +72,27 @@ std::string help(std::size_t columns) {
              columns);
 }
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 3> kFarmCommands = {{
-    {"status", "says how far a farm is"},
-    {"resume", "prints, runs or submits what a farm lacks"},
-    {"merge", "merges the shards of a farm"},
+constexpr std::array<Command, 3> kFarmCommands = {{
+    {"status", "", "says how far a farm is", run_farm},
+    {"resume", "", "prints, runs or submits what a farm lacks", run_farm},
+    {"merge", "", "merges the shards of a farm", run_farm},
 }};
 
-// Asks the commands of a farm for the options that they declare.
-std::vector<CommandDescription> subcommand_descriptions() {
-  std::vector<CommandDescription> commands;
-  for (const auto& [name, summary] : kFarmCommands) {
-    DescriptionStream described;
-    const std::string word(name);
-    run_farm(std::span(&word, 1), described, described);
-    described.description.summary = summary;
-    commands.push_back(std::move(described.description));
-  }
-  return commands;
-}
-
-// Asks each command for the options that it declares.
+// Asks each command for the options that it declares; those of the farm take their names.
 std::vector<CommandDescription> descriptions() {
-  std::vector<CommandDescription> commands;
-  for (const Command& command : kCommands) {
+  std::vector<CommandDescription> all;
+  const auto ask = [&all](const Command& command, std::span<const std::string> words) {
     DescriptionStream described;
-    command.run({}, described, described);
+    command.run(words, described, described);
     described.description.summary = command.summary;
-    commands.push_back(std::move(described.description));
+    all.push_back(std::move(described.description));
+  };
+  for (const Command& command : kCommands) ask(command, {});
+  for (const Command& command : kFarmCommands) {
+    const std::string name(command.name);
+    ask(command, std::span(&name, 1));
   }
-  return commands;
+  return all;
 }
 
 int run_command(std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
@@ -119,8 +109,7 @@ int run_command(std::span<const std::string> arguments, std::ostream& out, std::
     out << "clamor " << kVersion << '\n';
     return kSuccess;
   }
-  if (name == "manual")
-    return run_manual(descriptions(), subcommand_descriptions(), arguments.subspan(1), out, err);
+  if (name == "manual") return run_manual(descriptions(), arguments.subspan(1), out, err);
   std::vector<std::string> names;
   for (const Command& command : kCommands) {
     if (command.name == name) return command.run(arguments.subspan(1), out, err);

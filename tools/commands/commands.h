@@ -29,10 +29,9 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
 int run_materials(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 int run_devices(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
 
-// Writes the man pages and completions of these commands, and the man pages of their subcommands.
-int run_manual(std::span<const CommandDescription> commands,
-               std::span<const CommandDescription> subcommands,
-               std::span<const std::string> arguments, std::ostream& out, std::ostream& err);
+// Writes the man pages and completions of these commands and their subcommands.
+int run_manual(std::span<const CommandDescription> commands, std::span<const std::string> arguments,
+               std::ostream& out, std::ostream& err);
 
 // Runs the whole program; `arguments` excludes the program's name.
 int run_clamor(std::span<const std::string> arguments, std::ostream& out, std::ostream& err);

@@ -104,7 +104,7 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
   add_options(parser, options, listener);
   QuietOption quiet(parser);
   std::vector<std::string> names;
-  for (const Known& known : kExperiments) names.emplace_back(known.name);
+  for (const auto& [known, experiment] : kExperiments) names.emplace_back(known);
   parser.words("experiment", names);
   if (const auto code = parser.parse(arguments, out, err)) return *code;
 

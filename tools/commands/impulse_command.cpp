@@ -9,13 +9,16 @@
 
 #include <fmt/format.h>
 
+#include "common/bands.h"
 #include "common/cpu_time.h"
+#include "common/printable.h"
 #include "common/sample_rate.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/expanded_sources.h"
 #include "formats/bake_file/mesh_at_rest.h"
 #include "formats/level/emitter.h"
+#include "formats/level/level_origin.h"
 #include "formats/level/mesh.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/response/impulse_response.h"
@@ -60,11 +63,18 @@ Result<std::uint32_t> emitter_of(const Options& options, const std::vector<Emitt
   return std::uint32_t{0};
 }
 
-// Gives the arrivals at a place of the world. Reads the file once for all places.
-class ResponseSource {
+// Measures at one place of the world after another. Reads the file once for all.
+class Measurement {
  public:
-  ResponseSource(const BakeFile& file, const Options& options, std::uint32_t emitter)
-      : file_(file), options_(options), emitter_(emitter) {}
+  Measurement(const Options& options, const BakeFile& file, std::uint32_t emitter,
+              std::ostream& notes, std::ostream& err)
+      : options_(options),
+        file_(file),
+        emitter_(file.emitters()[emitter]),
+        number_(emitter),
+        check_(file, options.visibility),
+        notes_(notes),
+        err_(err) {}
 
   Result<void> read() {
     if (options_.sample > 0) {
@@ -73,8 +83,7 @@ class ResponseSource {
       room_ = std::move(*room);
       if (!options_.visibility)
         room_.surfaces = std::make_unique<OcclusionGeometry>(Mesh(), file_.materials());
-      meter_.emplace(
-          room_, Excitation{emitter_, "", free_field_energy_at_10m(file_.emitters()[emitter_])});
+      meter_.emplace(room_, Excitation{number_, "", free_field_energy_at_10m(emitter_)});
       return {};
     }
     Result<ExpandedSources> all = read_expanded_sources(file_);
@@ -91,43 +100,11 @@ class ResponseSource {
     return {};
   }
 
-  std::vector<Arrival> arrivals_at(const Vec3& listener_m) const {
-    if (meter_) return meter_->measure(listener_m, options_.sample).arrivals;
-    return sampled_response(options_.strategy, sources_, file_.emitters(), file_.materials(),
-                            file_.settings().air, listener_m - file_.origin_m(), emitter_,
-                            LateBoost(file_.statistics().decay, sources_.size()), &*surfaces_);
-  }
-
- private:
-  const BakeFile& file_;
-  const Options& options_;
-  std::uint32_t emitter_;
-  std::vector<Source> sources_;
-  std::optional<OcclusionGeometry> surfaces_;
-  Room room_;  // with a number of sources, instead of those two
-  std::optional<RoomMeter> meter_;
-};
-
-// Measures at one place after another.
-class Measurement {
- public:
-  Measurement(const Options& options, const BakeFile& file, std::uint32_t emitter,
-              std::ostream& notes, std::ostream& err)
-      : options_(options),
-        emitter_(file.emitters()[emitter]),
-        number_(emitter),
-        source_(file, options, emitter),
-        check_(file, options.visibility),
-        notes_(notes),
-        err_(err) {}
-
-  Result<void> read() { return source_.read(); }
-
   Result<MeasuredPlace> measure(const NamedPlace& place) {
     MeasuredPlace measured;
     measured.place = place;
     measured.warning = check_.listener_warning(Walk::standing({place.at_m}), {.emitter = number_});
-    const std::vector<Arrival> arrivals = source_.arrivals_at(place.at_m);
+    const std::vector<Arrival> arrivals = arrivals_at(place.at_m);
     if (arrivals.empty() && !measured.warning)
       measured.warning = "nothing of " + in_quotes(emitter_.name) +
                          " reaches the listener. Move --listener inside the level.";
@@ -162,6 +139,13 @@ class Measurement {
  private:
   static constexpr std::size_t kShownWarnings = 5;
 
+  std::vector<Arrival> arrivals_at(const Vec3& listener_m) const {
+    if (meter_) return meter_->measure(listener_m, options_.sample).arrivals;
+    return sampled_response(options_.strategy, sources_, file_.emitters(), file_.materials(),
+                            file_.settings().air, listener_m - file_.origin_m(), number_,
+                            LateBoost(file_.statistics().decay, sources_.size()), &*surfaces_);
+  }
+
   void warn(const MeasuredPlace& measured) {
     if (++warned_ > kShownWarnings) return;
     const bool is_alone = options_.places.size() == 1;
@@ -169,9 +153,13 @@ class Measurement {
   }
 
   const Options& options_;
+  const BakeFile& file_;
   const Emitter& emitter_;
   const std::uint32_t number_;
-  ResponseSource source_;
+  std::vector<Source> sources_;
+  std::optional<OcclusionGeometry> surfaces_;
+  Room room_;  // with a number of sources, instead of those two
+  std::optional<RoomMeter> meter_;
   PlaceCheck check_;
   std::ostream& notes_;
   std::ostream& err_;

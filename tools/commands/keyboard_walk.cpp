@@ -10,6 +10,14 @@ namespace {
 
 constexpr double kStep_m = 0.4;  // per key
 constexpr double kTurn_rad = 10 * std::numbers::pi / 180;
+struct Step {
+  Key key;
+  double ahead = 0, right = 0, up = 0, turn_left = 0;
+};
+constexpr Step kSteps[] = {{Key::kForward, 1},           {Key::kBack, -1},
+                           {Key::kRight, 0, 1},          {Key::kLeft, 0, -1},
+                           {Key::kUp, 0, 0, 1},          {Key::kDown, 0, 0, -1},
+                           {Key::kTurnLeft, 0, 0, 0, 1}, {Key::kTurnRight, 0, 0, 0, -1}};
 constexpr double kGlide_s = 0.15, kTurnGlide_s = 0.05;  // time constants
 constexpr double kMaxAdvance_s = 0.02;                  // so that a first step is not a jump
 
@@ -23,34 +31,10 @@ Listener KeyboardWalk::at(const Place& place) const {
 void KeyboardWalk::press(Key key) {
   const Vec3 up(0, 1, 0), forward = normalize(cross(up, at(target_).right()));
   const Vec3 right = cross(forward, up);
-  switch (key) {
-    case Key::kForward:
-      target_.position_m += kStep_m * forward;
-      break;
-    case Key::kBack:
-      target_.position_m -= kStep_m * forward;
-      break;
-    case Key::kLeft:
-      target_.position_m -= kStep_m * right;
-      break;
-    case Key::kRight:
-      target_.position_m += kStep_m * right;
-      break;
-    case Key::kTurnLeft:
-      target_.turn_rad += kTurn_rad;
-      break;
-    case Key::kTurnRight:
-      target_.turn_rad -= kTurn_rad;
-      break;
-    case Key::kUp:
-      target_.position_m += kStep_m * up;
-      break;
-    case Key::kDown:
-      target_.position_m -= kStep_m * up;
-      break;
-    case Key::kNone:
-    case Key::kQuit:
-      break;
+  for (const Step& step : kSteps) {
+    if (step.key != key) continue;
+    target_.position_m += kStep_m * (step.ahead * forward + step.right * right + step.up * up);
+    target_.turn_rad += kTurn_rad * step.turn_left;
   }
 }
 

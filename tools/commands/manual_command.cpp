@@ -6,8 +6,6 @@
 
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
-#include "tools/program/completions.h"
-#include "tools/program/man_page.h"
 
 namespace clamor {
 
@@ -25,9 +23,8 @@ Result<void> write(const std::filesystem::path& path, const std::string& text) {
 
 }  // namespace
 
-int run_manual(std::span<const CommandDescription> commands,
-               std::span<const CommandDescription> subcommands,
-               std::span<const std::string> arguments, std::ostream& out, std::ostream& err) {
+int run_manual(std::span<const CommandDescription> commands, std::span<const std::string> arguments,
+               std::ostream& out, std::ostream& err) {
   std::string folder;
   Arguments parser("manual",
                    "Writes man pages and completions for bash, zsh and fish to the folders where "
@@ -39,12 +36,11 @@ int run_manual(std::span<const CommandDescription> commands,
   const std::filesystem::path share(folder);
   std::vector<std::pair<std::string, std::string>> files = {
       {"man/man1/clamor.1", man_page(commands)},
-      {"bash-completion/completions/clamor", bash_completion(commands, subcommands)},
-      {"zsh/site-functions/_clamor", zsh_completion(commands, subcommands)},
-      {"fish/vendor_completions.d/clamor.fish", fish_completion(commands, subcommands)}};
-  for (const auto& some : {commands, subcommands})
-    for (const CommandDescription& command : some)
-      files.emplace_back("man/man1/" + man_page_name(command) + ".1", man_page(command));
+      {"bash-completion/completions/clamor", bash_completion(commands)},
+      {"zsh/site-functions/_clamor", zsh_completion(commands)},
+      {"fish/vendor_completions.d/clamor.fish", fish_completion(commands)}};
+  for (const CommandDescription& command : commands)
+    files.emplace_back("man/man1/" + man_page_name(command) + ".1", man_page(command));
   Result<void> written;
   for (const auto& [name, text] : files)
     if (written.ok()) written = write(share / name, text);

@@ -17,15 +17,14 @@
 #include "runtime/player/player_statistics.h"
 #include "runtime/realtime/thread_cpu_usage.h"
 #include "tools/analysis/spectrogram.h"
-#include "tools/commands/bake_follower.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/keyboard_walk.h"
 #include "tools/commands/place_warnings.h"
 #include "tools/commands/play_history.h"
 #include "tools/commands/play_status.h"
-#include "tools/commands/play_summary.h"
 #include "tools/commands/sound_options.h"
 #include "tools/program/arguments.h"
+#include "tools/program/bake_file_watcher.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal.h"
@@ -47,6 +46,60 @@ struct PlayRequest {
   bool follows = false;
   PlayerOptions options;
 };
+
+// Notices that the bake was replaced while it plays, and switches to the new one if wanted.
+class BakeFollower {
+ public:
+  // `follows`: switch to the new file; otherwise only report it. `mix` must outlive the follower.
+  BakeFollower(std::shared_ptr<const BakeFile> file, bool follows, const MixArguments& mix)
+      : file_(std::move(file)), watcher_(*file_), follows_(follows), mix_(mix) {}
+
+  // Checks the file system and reports each change once. Returns true if another bake plays
+  // from now on.
+  bool check(Player& player, AuralizerOptions options, std::ostream& err);
+
+ private:
+  Result<void> switch_to_new(Player& player, AuralizerOptions& options);
+
+  std::shared_ptr<const BakeFile> file_;
+  BakeFileWatcher watcher_;
+  const bool follows_;
+  const MixArguments& mix_;
+};
+
+bool BakeFollower::check(Player& player, AuralizerOptions options, std::ostream& err) {
+  const BakeFileWatcher::Change change = watcher_.check();
+  if (change == BakeFileWatcher::Change::kNone) return false;
+  const bool is_replaced = change == BakeFileWatcher::Change::kReplaced;
+  const std::string what =
+      fmt::format("{} was {}", file_->path(), is_replaced ? "replaced" : "overwritten");
+  if (!follows_) {
+    fmt::print(err, "{} on disk; {}. 'clamor play --follow' switches to the new one\n", what,
+               is_replaced ? "the old one keeps playing"
+                           : "the parts of the old one in memory keep playing");
+    return false;
+  }
+  const Result<void> switched = switch_to_new(player, options);
+  if (switched.ok())
+    fmt::print(err, "{} on disk; the new one plays\n", what);
+  else
+    fmt::print(err, "{} on disk, but the old one keeps playing: {}\n", what,
+               switched.error().message);
+  return switched.ok();
+}
+
+Result<void> BakeFollower::switch_to_new(Player& player, AuralizerOptions& options) {
+  auto opened = BakeFile::open(file_->path(), mix_.access());
+  if (!opened.ok()) return opened.error();
+  InputFiles inputs;  // compared with the outputs when the program started
+  if (const auto read = mix_.read_script(options, opened->signal_count(), inputs); !read.ok())
+    return read;
+  auto file = std::make_shared<const BakeFile>(std::move(*opened));
+  if (const auto replaced = player.replace(file, options); !replaced.ok()) return replaced;
+  file_ = std::move(file);
+  watcher_.plays(*file_);
+  return {};
+}
 
 // Opens the bake and reads all other input files, then checks that no output replaces one of them.
 Result<BakeFile> read_inputs(PlayRequest& request, const MixArguments& mix,

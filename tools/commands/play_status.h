@@ -1,16 +1,17 @@
-// play_status.h: what clamor play prints while it plays.
+// play_status.h: what clamor play prints while it plays and at the end.
 #pragma once
 
 #include <iosfwd>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "common/listener.h"
-#include "runtime/mixing/limiter.h"
 #include "runtime/output/supervised_output.h"
 #include "runtime/player/player.h"
 #include "runtime/player/player_statistics.h"
 #include "runtime/streaming/sound_statistics.h"
+#include "tools/commands/play_history.h"
 
 namespace clamor {
 
@@ -20,12 +21,6 @@ std::string describe(const OutputStatistics& output);
 
 // "sounds: 43.2 MB decoded, all of which fits into memory", or how much of it fits.
 std::string sounds_line(const SoundStatistics& sounds);
-
-// "--memory 90MB", with which all sounds fit.
-std::string memory_for_all(const SoundStatistics& sounds);
-
-// " (limited by 2.1 dB)" once the limiter has worked, otherwise "".
-std::string limited_note(const Limiter::Work& limited);
 
 // Time, voices, levels, place (as --listener takes it) and load, the most important first.
 std::vector<std::string> status_fields(const PlayerStatistics& now, const Listener& listener,
@@ -48,5 +43,9 @@ class PlayNotices {
   std::ostream& err_;
   bool had_device_ = true, file_failed_ = false;
 };
+
+// Prints what was played, the device, CPU use, overload, and what was streamed.
+void print_play_summary(const PlayerStatistics& played, const PlayHistory& history,
+                        std::span<const ThreadCpuUsage> threads, std::ostream& err);
 
 }  // namespace clamor

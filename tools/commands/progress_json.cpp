@@ -1,20 +1,18 @@
-#include "tools/commands/progress_json.h"
-
+// progress_json.cpp: progress of a bake as JSON lines, for build systems.
 #include <algorithm>
 
 #include <fmt/format.h>
 
+#include "bake/report/level_report.h"
+#include "formats/bake_file/bake_contents.h"
 #include "tools/analysis/json_values.h"
+#include "tools/commands/bake_run.h"
 
 namespace clamor {
-
-namespace {
 
 double share_of(std::uint64_t part, std::uint64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0;
 }
-
-}  // namespace
 
 std::string level_json(const LevelReport& report) {
   const LevelOpenings& openings = report.openings;
@@ -47,12 +45,14 @@ std::string progress_json(const BakeProgress& done, double seconds,
       seconds_left ? fmt::format("{:.3f}", *seconds_left) : "null");
 }
 
-std::string outcome_json(const BakeOutcome& outcome) {
+std::string outcome_json(const LevelBake& bake, double seconds) {
+  const BakeReport& report = bake.report();
   return fmt::format(
       "{{\"stage\": \"done\", \"sources\": {}, \"photons\": {}, \"photons_reused\": {}, "
       "\"error_db\": {:.3f}, \"goal_reached\": {}, \"warnings\": {}, \"seconds\": {:.3f}}}",
-      outcome.sources, outcome.photons, outcome.photons_reused, outcome.error_db,
-      outcome.goal_reached, outcome.warnings, outcome.seconds);
+      bake.contents().source_count() + report.instanced_sources, report.photons,
+      report.photons_reused, static_cast<double>(bake.contents().statistics.decay.error_db),
+      bake.missed_goal().empty(), bake.warnings(), seconds);
 }
 
 }  // namespace clamor

@@ -22,7 +22,6 @@
 #include "tools/program/progress.h"
 #include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
-#include "tools/program/stop_deadline.h"
 #include "tools/program/terminal_output.h"
 
 namespace clamor {

@@ -14,7 +14,6 @@
 
 #include "common/text.h"
 #include "tools/program/exit_codes.h"
-#include "tools/program/help.h"
 #include "tools/program/terminal_output.h"
 
 namespace clamor {

@@ -72,7 +72,7 @@ class Arguments {
   // A value of this option outside these bounds is bad usage.
   template <class T>
   void within(const std::string& name, const T& value, double low, double high) {
-    then([this, name, &value, low, high] {
+    then([name, &value, low, high] {
       const auto given = static_cast<double>(value);
       return given >= low && given <= high ? Result<void>() : outside(name, low, high);
     });

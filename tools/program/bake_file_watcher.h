@@ -7,6 +7,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "formats/bake_file/bake_file.h"
 
@@ -22,7 +23,14 @@ class BakeFileWatcher {
       : path_(playing.path()), playing_(playing.version()), reported_(playing_), seen_(playing_) {}
 
   // Checks the file system, which may block. Reports each version once.
-  Change check();
+  Change check() {
+    const std::optional<FileVersion> now = file_version(path_);
+    const bool is_settled = now == std::exchange(seen_, now);
+    if (!now || !is_settled || *now == reported_) return Change::kNone;
+    reported_ = *now;
+    if (*now == playing_) return Change::kNone;
+    return now->is_same_file(playing_) ? Change::kOverwritten : Change::kReplaced;
+  }
 
   // Sets the file that plays from now on, opened under the original path.
   void plays(const BakeFile& file) { seen_ = reported_ = playing_ = file.version(); }

@@ -1,5 +1,4 @@
-#include "tools/program/completions.h"
-
+// completions.cpp: completions for bash, zsh and fish.
 #include <algorithm>
 #include <map>
 #include <string_view>
@@ -7,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "tools/program/command_description.h"
 #include "tools/program/shell_quote.h"
 
 namespace clamor {
@@ -36,10 +36,10 @@ std::string last_word(const CommandDescription& command) {
 }
 
 // The last words of the subcommands of each command, separated by blanks.
-std::map<std::string, std::string> words_of_commands(
-    std::span<const CommandDescription> subcommands) {
+std::map<std::string, std::string> words_of_commands(std::span<const CommandDescription> commands) {
   std::map<std::string, std::string> words;
-  for (const CommandDescription& command : subcommands) {
+  for (const CommandDescription& command : commands) {
+    if (!command.is_subcommand()) continue;
     std::string& of_command = words[first_word(command)];
     of_command += (of_command.empty() ? "" : " ") + last_word(command);
   }
@@ -48,7 +48,7 @@ std::map<std::string, std::string> words_of_commands(
 
 // A pattern of a shell's case for a command's name.
 std::string case_of(const CommandDescription& command) {
-  return command.name.find(' ') == std::string::npos ? command.name : "'" + command.name + "'";
+  return command.is_subcommand() ? "'" + command.name + "'" : command.name;
 }
 
 // zsh's _arguments ends a description at a bracket or colon, unless a backslash is before it.
@@ -86,11 +86,9 @@ std::string zsh_specifications(const CommandDescription& command) {
 
 }  // namespace
 
-std::string bash_completion(std::span<const CommandDescription> commands,
-                            std::span<const CommandDescription> subcommands) {
+std::string bash_completion(std::span<const CommandDescription> commands) {
   std::string names, cases, selections;
-  for (const CommandDescription& command : commands) names += command.name + " ";
-  const auto words_after = words_of_commands(subcommands);
+  const auto words_after = words_of_commands(commands);
   for (const auto& [command, words] : words_after)
     selections += fmt::format(
         "  if [[ $command == {0} ]]; then\n"
@@ -100,7 +98,8 @@ std::string bash_completion(std::span<const CommandDescription> commands,
         "    done\n"
         "  fi\n",
         command, words);
-  const auto add_case = [&](const CommandDescription& command) {
+  for (const CommandDescription& command : commands) {
+    if (!command.is_subcommand()) names += command.name + " ";
     std::string options, values;
     for (const OptionDescription& option : command.options) {
       options += fmt::format("{}{}", options.empty() ? "" : " ", fmt::join(option.names, " "));
@@ -114,9 +113,7 @@ std::string bash_completion(std::span<const CommandDescription> commands,
       cases += "      ((COMP_CWORD == 2)) && words='" + found->second + "'\n";
     if (!values.empty()) cases += "      case $previous in\n" + values + "      esac\n";
     cases += "      ;;\n";
-  };
-  for (const auto& some : {commands, subcommands})
-    for (const CommandDescription& command : some) add_case(command);
+  }
   return "# bash completion for clamor\n"
          "_clamor() {\n"
          "  local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD - 1]}\n"
@@ -141,16 +138,15 @@ std::string bash_completion(std::span<const CommandDescription> commands,
          "complete -o bashdefault -o default -F _clamor clamor\n";
 }
 
-std::string zsh_completion(std::span<const CommandDescription> commands,
-                           std::span<const CommandDescription> subcommands) {
+std::string zsh_completion(std::span<const CommandDescription> commands) {
   std::string names, cases, selections;
-  for (const CommandDescription& command : commands)
-    names += "    " + shell_quoted(command.name + ":" + zsh_escaped(command.summary)) + "\n";
-  for (const auto& some : {commands, subcommands})
-    for (const CommandDescription& command : some)
-      cases +=
-          fmt::format("    {}) _arguments{} ;;\n", case_of(command), zsh_specifications(command));
-  for (const auto& [command, words] : words_of_commands(subcommands))
+  for (const CommandDescription& command : commands) {
+    if (!command.is_subcommand())
+      names += "    " + shell_quoted(command.name + ":" + zsh_escaped(command.summary)) + "\n";
+    cases +=
+        fmt::format("    {}) _arguments{} ;;\n", case_of(command), zsh_specifications(command));
+  }
+  for (const auto& [command, words] : words_of_commands(commands))
     selections += fmt::format(
         "  if [[ $command == {0} ]]; then\n"
         "    if ((CURRENT == 2)); then\n"
@@ -183,14 +179,13 @@ std::string zsh_completion(std::span<const CommandDescription> commands,
          "_clamor \"$@\"\n";
 }
 
-std::string fish_completion(std::span<const CommandDescription> commands,
-                            std::span<const CommandDescription> subcommands) {
+std::string fish_completion(std::span<const CommandDescription> commands) {
   std::string text = "# fish completion for clamor\n";
   const std::string first = "complete -c clamor -n __fish_use_subcommand ";
   text += first + "-f -l help -d 'print all commands'\n";
   text += first + "-f -l version -d 'print the version'\n";
   const std::string seen = "__fish_seen_subcommand_from ";
-  const auto words_after = words_of_commands(subcommands);
+  const auto words_after = words_of_commands(commands);
   // Adds the words and options of a command, where a condition holds.
   const auto add = [&text](const CommandDescription& command, const std::string& condition) {
     const std::string within = "complete -c clamor -n '" + condition + "'";
@@ -210,15 +205,17 @@ std::string fish_completion(std::span<const CommandDescription> commands,
     }
   };
   for (const CommandDescription& command : commands) {
+    if (command.is_subcommand()) continue;
     text += first + fmt::format("-f -a {} -d {}\n", command.name, shell_quoted(command.summary));
     std::string others;  // words by which the line is that of another command
     if (const auto found = words_after.find(command.name); found != words_after.end())
       others = found->second;
-    for (const CommandDescription& other : subcommands)
-      if (last_word(other) == command.name) others = first_word(other);
+    for (const CommandDescription& other : commands)
+      if (other.is_subcommand() && last_word(other) == command.name) others = first_word(other);
     add(command, (others.empty() ? "" : "not " + seen + others + "; and ") + seen + command.name);
   }
-  for (const CommandDescription& command : subcommands) {
+  for (const CommandDescription& command : commands) {
+    if (!command.is_subcommand()) continue;
     const std::string parent = first_word(command);
     text += "complete -c clamor -n 'not " + seen + words_after.at(parent) + "; and " + seen +
             parent + "' -a " + last_word(command) + " -d " + shell_quoted(command.summary) + "\n";

@@ -1,8 +1,8 @@
-#include "tools/program/help.h"
-
+// help.cpp: the text of --help.
 #include <sstream>
 #include <vector>
 
+#include "tools/program/command_description.h"
 #include "tools/program/terminal_output.h"
 
 namespace clamor {

@@ -1,8 +1,11 @@
 #include "tools/program/interrupt.h"
 
 #include <cassert>
+#include <chrono>
+#include <condition_variable>
 #include <csignal>
 #include <ctime>
+#include <mutex>
 
 #include <poll.h>
 #include <unistd.h>
@@ -22,6 +25,10 @@ std::string sentence;  // message of ExitOnSignal; constant while its handler is
 // GNU timeout and job schedulers signal a program and then its process group, so that it gets two
 // signals for one request.
 constexpr std::int64_t kOneRequestMs = 500;
+
+// Of StopDeadline.
+constexpr auto kLooksForInterrupt = std::chrono::milliseconds(50);
+constexpr auto kToEnd = std::chrono::milliseconds(600);
 
 void on_signal(int number) {
   const std::int64_t now = clock_of_signals.load()();
@@ -97,5 +104,22 @@ ExitOnSignal::ExitOnSignal(const std::string& command) {
              ": stopped; nothing was written\n";
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) signals_.handle(number, stop_at_once);
 }
+
+StopDeadline::StopDeadline(const std::string& sentence)
+    : thread_([line = sentence + "\n"](const std::stop_token& ended) {
+        std::mutex mutex;
+        std::condition_variable_any never;
+        std::unique_lock lock(mutex);
+        const auto wait = [&](std::chrono::milliseconds time) {
+          never.wait_for(lock, ended, time, [] { return false; });
+          return !ended.stop_requested();
+        };
+        while (!Interrupt::requested())
+          if (!wait(kLooksForInterrupt)) return;
+        if (!wait(kToEnd)) return;
+        const ssize_t ignored = ::write(STDERR_FILENO, line.data(), line.size());
+        (void)ignored;
+        ::_exit(kInterrupted);
+      }) {}
 
 }  // namespace clamor

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <string>
+#include <thread>
 
 #include <signal.h>
 
@@ -65,6 +66,22 @@ class ExitOnSignal {
 
  private:
   SavedSignalHandlers signals_;
+};
+
+// Ends an interrupted command within a second, whatever it is doing.
+//
+// Commands poll Interrupt::requested() where they can. Some steps take long and cannot be stopped:
+// Embree builds the BVH of a large level, a system call waits for a disk, a forged file keeps a
+// loop busy. So a thread waits, and if the command has not ended in time, ends the program as a
+// kill would: unfinished outputs stay as temporary files, and journals keep what was traced.
+class StopDeadline {
+ public:
+  // Active during its lifetime; needs an Interrupt. The sentence is printed when it ends the
+  // program.
+  explicit StopDeadline(const std::string& sentence);
+
+ private:
+  std::jthread thread_;
 };
 
 }  // namespace clamor

@@ -1,5 +1,4 @@
-#include "tools/program/man_page.h"
-
+// man_page.cpp: man pages in the macros of roff.
 #include <algorithm>
 #include <cctype>
 #include <string_view>
@@ -7,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "common/version.h"
+#include "tools/program/command_description.h"
 
 namespace clamor {
 
@@ -121,15 +121,15 @@ std::string man_page(std::span<const CommandDescription> commands) {
       "Clamor traces sound through a level once, stores its emitters and reflections in one file, "
       "and plays that file from where a listener stands.\n"
       ".SH COMMANDS\n";
-  for (const CommandDescription& command : commands)
+  std::string others;
+  for (const CommandDescription& command : commands) {
+    if (command.is_subcommand()) continue;
     page += fmt::format(".TP\n\\fBclamor {}\\fR\n{}\n", command.name, roff(command.summary));
+    others += fmt::format("{}.BR clamor\\-{} (1)", others.empty() ? "" : ",\n", command.name);
+  }
   page += kExitStatus;
   page += example("clamor bake level.glb -o level.clamor && clamor play level.clamor");
-  page += ".SH SEE ALSO\n";
-  for (const CommandDescription& command : commands)
-    page += fmt::format(".BR clamor\\-{} (1){}\n", command.name,
-                        &command == &commands.back() ? "" : ",");
-  return page;
+  return page + ".SH SEE ALSO\n" + others + "\n";
 }
 
 }  // namespace clamor

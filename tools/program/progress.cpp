@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "tools/program/printable_stream.h"
 #include "tools/program/terminal_output.h"
 
 namespace clamor {

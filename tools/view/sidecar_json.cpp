@@ -91,12 +91,10 @@ Json json_of(const Material& material) {
 }
 
 Json json_of(const ListenerSpec& listener, const Vec3& origin_m) {
-  Json::Object values;
-  values.emplace_back("name", Json(listener.name));
-  values.emplace_back("at", vector(listener.at_m + origin_m));
-  values.emplace_back("yaw", number(listener.yaw_deg));
-  values.emplace_back("pitch", number(listener.pitch_deg));
-  return Json(std::move(values));
+  return Json(Json::Object{{"name", Json(listener.name)},
+                           {"at", vector(listener.at_m + origin_m)},
+                           {"yaw", number(listener.yaw_deg)},
+                           {"pitch", number(listener.pitch_deg)}});
 }
 
 void write_portal(Json& entry, const PortalSpec& spec, const Vec3& origin_m) {

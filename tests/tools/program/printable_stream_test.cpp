@@ -1,5 +1,5 @@
 // Tests that names with control sequences reach no output of any command.
-#include "tools/program/printable_stream.h"
+#include "tools/program/terminal_output.h"
 
 #include <sstream>
 

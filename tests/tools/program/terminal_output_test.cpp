@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/program/printable_stream.h"
 #include "tools/program/progress.h"
 
 namespace clamor {

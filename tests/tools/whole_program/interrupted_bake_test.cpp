@@ -15,7 +15,6 @@
 #include "tests/sanitized.h"
 #include "tests/tools/run_clamor.h"
 #include "tools/program/interrupt.h"
-#include "tools/program/stop_deadline.h"
 
 namespace clamor {
 namespace {
