@@ -1,5 +1,5 @@
 // level_doors.h: the doors of a level, as the window opens and closes them: its movable parts, and
-// the portals that no part opens.
+// the portals that no part opens; and the rectangles of doorways, for new portals.
 //
 // A part that is moved turns about its pivot or slides, from where the level has it to where its
 // motion ends; the level does not say how, so that is guessed from its shape and may be changed.
@@ -8,10 +8,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "common/vec.h"
+#include "formats/level/mesh.h"
 #include "formats/level/movable_part.h"
 #include "formats/level/portal.h"
 
@@ -33,18 +36,13 @@ PartPose moved(const PartPose& rest, const PartMotion& motion, double share);
 
 class LevelDoors {
  public:
-  struct Part {
+  // A part, or a portal that has no parts.
+  struct Door {
     std::string name;
-    Vec3 rest_m{};  // in the world
-    PartMotion motion;
-    double share = 0, target = 0;  // of the motion
-    bool operator==(const Part&) const = default;
-  };
-  struct Opening {
-    std::string name;
-    Vec3 centre_m{};  // in the world
-    double openness = 1, target = 1;
-    bool operator==(const Opening&) const = default;
+    Vec3 place_m{};                // in the world, where the level has it
+    double share = 0, target = 0;  // of a part's motion, or of a portal that is open
+    PartMotion motion{};
+    bool operator==(const Door&) const = default;
   };
 
   // Takes over the parts and portals of a level. Those that were there before, by name and place,
@@ -52,8 +50,8 @@ class LevelDoors {
   void update(std::span<const MovablePart> parts, std::span<const Portal> portals,
               const Vec3& origin_m);
 
-  const std::vector<Part>& parts() const { return parts_; }
-  const std::vector<Opening>& portals() const { return portals_; }
+  const std::vector<Door>& parts() const { return parts_; }
+  const std::vector<Door>& portals() const { return portals_; }
 
   // They move to it within a second.
   void move_part(std::size_t part, double share) { parts_[part].target = share; }
@@ -69,8 +67,23 @@ class LevelDoors {
   std::vector<float> openness_of(std::span<const Portal> portals, const Vec3& origin_m) const;
 
  private:
-  std::vector<Part> parts_, told_parts_;  // told: by the last advance()
-  std::vector<Opening> portals_, told_portals_;
+  std::vector<Door> parts_, portals_;
+  std::vector<Door> told_parts_, told_portals_;  // by the last advance()
 };
+
+// The opening that someone at `eye_m` looks through: a hole in a wall ahead, up to 8 m away and 6 m
+// wide and high, in the middle of the wall's thickness. Nothing if there is no such wall. Some
+// hundred rays, each linear in the number of triangles: a click has time.
+std::optional<Portal> doorway_ahead(const Mesh& mesh, const Vec3& eye_m, const Vec3& direction);
+
+// A rectangle of the size of a door, ahead of someone at `eye_m` who stands.
+Portal usual_doorway(const Vec3& eye_m, const Vec3& direction);
+
+// The rectangle that a part fills where the level has it: across its thinnest side.
+Portal doorway_of(const MovablePart& part);
+
+// The edge of a portal, and slats across it, the more the further it is closed. Two points for each
+// line.
+std::vector<Vec3f> lines_of(const Portal& portal, double openness);
 
 }  // namespace clamor

@@ -197,6 +197,11 @@ PickedTriangle pick(const Mesh& mesh, const Vec3& origin_m, const Vec3& directio
   return picked;
 }
 
+double free_m(const Mesh& mesh, const Vec3& from_m, const Vec3& direction, double most_m) {
+  const PickedTriangle hit = pick(mesh, from_m, direction);
+  return hit.triangle == SIZE_MAX ? most_m : std::min(most_m, hit.distance_m);
+}
+
 std::size_t pick_point(std::span<const Vec3> points_m, const Vec3& origin_m, const Vec3& direction,
                        double limit_m) {
   constexpr double kRadius_m = 0.15, kRadius_rad = 0.02;

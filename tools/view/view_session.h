@@ -83,9 +83,9 @@ class ViewSession {
   std::uint64_t shape_revision() const { return shape_revision_; }
   // How often the bake that was opened was replaced by another one.
   int followed() const { return followed_; }
-  const std::vector<Material>& materials() const;
-  const std::vector<Emitter>& emitters() const;
-  const std::vector<ListenerSpec>& listeners() const;
+  const std::vector<Material>& materials() const { return shown().materials; }
+  const std::vector<Emitter>& emitters() const { return shown().emitters; }
+  const std::vector<ListenerSpec>& listeners() const { return shown().listeners; }
   const std::vector<MovablePart>& parts() const;
   const std::vector<Portal>& portals() const { return portals_; }
   std::vector<std::size_t> parts_of(std::size_t portal) const;  // that open and close it
@@ -174,6 +174,7 @@ class ViewSession {
   using Clock = std::chrono::steady_clock;
 
   explicit ViewSession(ViewOptions options) : options_(std::move(options)) {}
+  const LevelState& shown() const { return level_ ? level_->now() : baked_; }
   Result<void> start_baking();
   Result<void> open_bake();
   Result<void> take_level_of(const BakeFile& file);
@@ -205,10 +206,8 @@ class ViewSession {
   std::vector<ShadedVertex> part_vertices_;
   std::vector<Vec3> part_middles_m_;
   std::uint64_t door_revision_ = 0;
-  std::vector<Material> baked_materials_;  // without a level
-  std::vector<Emitter> baked_emitters_;
+  LevelState baked_;  // without a level
   std::vector<MovablePart> baked_parts_;
-  std::vector<ListenerSpec> no_listeners_;
   WalkCamera camera_;
   Selection selection_;
   std::vector<Vec3f> outline_;

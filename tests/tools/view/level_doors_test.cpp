@@ -6,7 +6,6 @@
 #include "formats/bake_file/geometry_section.h"
 #include "tests/door_level.h"
 #include "tests/runtime/door_leaf.h"
-#include "tools/view/door_shapes.h"
 
 namespace clamor::testing {
 namespace {
@@ -45,7 +44,7 @@ TEST(LevelDoors, StayAsOpenAsTheyWereWhileTheLevelIsEdited) {
   }
   far.centre_m.x = 9.5;  // and the first one is removed
   doors.update(parts, std::vector{far}, Vec3(0));
-  EXPECT_EQ(doors.portals()[0].openness, 0);
+  EXPECT_EQ(doors.portals()[0].share, 0);
   EXPECT_EQ(doors.parts()[0].share, 1);
   // A bake of the level as it was before the edit, whose origin is elsewhere.
   Portal before = far;

@@ -7,7 +7,6 @@
 #include "tests/box_level.h"
 #include "tests/box_mesh.h"
 #include "tools/view/view_script.h"
-#include "tools/view/viewpoint.h"
 #include "tools/view/voice_display.h"
 #include "tools/view/walk_camera.h"
 

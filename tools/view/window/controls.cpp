@@ -14,9 +14,6 @@ namespace clamor {
 
 namespace {
 
-constexpr std::array<const char*, kBandCount> kBandNames = {"63", "125", "250", "500",
-                                                            "1k", "2k",  "4k",  "8k"};
-
 float height_of(float value, CurveScale scale) {
   if (scale == CurveScale::kShare) return std::clamp(value, 0.0f, 1.0f);
   return std::clamp(std::log10(1 + value) / std::log10(1 + kMirrorExponent), 0.0f, 1.0f);
@@ -37,19 +34,15 @@ std::string text_of(float value, CurveScale scale) {
 
 }  // namespace
 
-void ControlPlaces::add(const std::string& label) {
-  const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
-  centres_[label] = {(low.x + high.x) / 2, (low.y + high.y) / 2};
-}
-
-std::optional<ImVec2> ControlPlaces::centre_of(const std::string& label) const {
-  const auto it = centres_.find(label);
-  return it == centres_.end() ? std::nullopt : std::optional(it->second);
-}
-
-ControlPlaces& control_places() {
-  static ControlPlaces places;
+std::map<std::string, ImVec2>& control_places() {
+  static std::map<std::string, ImVec2> places;
   return places;
+}
+
+bool placed(const std::string& label, bool result) {
+  const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
+  control_places()[label] = {(low.x + high.x) / 2, (low.y + high.y) / 2};
+  return result;
 }
 
 bool button(const char* label, float width, bool is_on, bool is_enabled) {
@@ -63,14 +56,28 @@ bool button(const char* label, float width, bool is_on, bool is_enabled) {
   ImGui::EndDisabled();
   if (is_on) ImGui::PopStyleColor(3);
   const std::string text = label;
-  control_places().add(text.substr(0, text.find("##")));
-  return pressed;
+  return placed(text.substr(0, text.find("##")), pressed);
 }
 
-void caption(const char* text) {
+void caption(const std::string& text) {
   ImGui::PushStyleColor(ImGuiCol_Text, theme::kDimText);
-  ImGui::TextUnformatted(text);
+  ImGui::TextUnformatted(text.c_str());
   ImGui::PopStyleColor();
+}
+
+void wrapped_caption(const std::string& text) {
+  ImGui::PushTextWrapPos();
+  caption(text);
+  ImGui::PopTextWrapPos();
+}
+
+void draw_label(ImDrawList& draw, const ImVec2& at, ImU32 colour, const std::string& text,
+                float scale) {
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  draw.AddRectFilled({at.x - 5 * scale, at.y - 2 * scale - size.y / 2},
+                     {at.x + size.x + 5 * scale, at.y + size.y / 2 + 2 * scale},
+                     IM_COL32(20, 22, 25, 170), 4 * scale);
+  draw.AddText({at.x, at.y - size.y / 2}, colour, text.c_str());
 }
 
 bool band_curve(const char* label, Bands& values, CurveScale scale, float height, bool is_enabled) {
@@ -79,7 +86,7 @@ bool band_curve(const char* label, Bands& values, CurveScale scale, float height
   caption(label);
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   ImGui::InvisibleButton(label, {width, height + line + 4});
-  control_places().add(label);
+  placed(label);
   const bool is_active = ImGui::IsItemActive() && is_enabled, is_over = ImGui::IsItemHovered();
   const ImVec2 mouse = ImGui::GetIO().MousePos;
   const float column = width / static_cast<float>(kBandCount);
@@ -128,7 +135,7 @@ void polar_plot(const char* label, std::span<const PolarCurve> curves, float siz
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   const float height = has_floor ? size * 0.56f : size;
   ImGui::Dummy({size, height});
-  control_places().add(label);
+  placed(label);
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   const float reach = size / 2 - 6;
   const ImVec2 centre{corner.x + size / 2,

@@ -2,8 +2,8 @@
 // plots.
 #pragma once
 
+#include <array>
 #include <map>
-#include <optional>
 #include <span>
 #include <string>
 
@@ -13,24 +13,26 @@
 
 namespace clamor {
 
-// Where controls were drawn in this frame.
-class ControlPlaces {
- public:
-  void begin_frame() { centres_.clear(); }
-  // Call after an item has been drawn.
-  void add(const std::string& label);
-  std::optional<ImVec2> centre_of(const std::string& label) const;
+// The centres of the controls that were drawn in this frame, by their labels.
+std::map<std::string, ImVec2>& control_places();
 
- private:
-  std::map<std::string, ImVec2> centres_;
-};
-ControlPlaces& control_places();
+// Remembers the place of the item that was drawn last by its label, and returns `result`, as in
+// placed("Strategy", ImGui::BeginCombo(...)).
+bool placed(const std::string& label, bool result = false);
 
 // As ImGui::Button(); `width` 0 fits the label.
 bool button(const char* label, float width = 0, bool is_on = false, bool is_enabled = true);
 
-// A caption in dim text.
-void caption(const char* text);
+// A caption in dim text, on one line or as many as it takes.
+void caption(const std::string& text);
+void wrapped_caption(const std::string& text);
+
+// Text at a place of the picture, on a dark ground.
+void draw_label(ImDrawList& draw, const ImVec2& at, ImU32 colour, const std::string& text,
+                float scale);
+
+inline constexpr std::array<const char*, kBandCount> kBandNames = {"63", "125", "250", "500",
+                                                                   "1k", "2k",  "4k",  "8k"};
 
 // Values over the eight bands that the mouse draws, from 0 to 1, or exponents from 0 to a mirror on
 // a logarithmic scale. Returns whether one has changed.

@@ -52,6 +52,13 @@ WindowLayout WindowLayout::of(float width, float height, float scale) {
           scale};
 }
 
+bool WindowLayout::place(const WalkCamera& camera, const Vec3& point_m, ImVec2& at) const {
+  double x = 0, y = 0;
+  if (!camera.project(point_m, aspect(), x, y)) return false;
+  at = {static_cast<float>(x) * view_width(), toolbar + static_cast<float>(y) * view_height()};
+  return true;
+}
+
 std::size_t Panels::gesture() {
   if (!was_dragging_) ++gestures_;
   was_dragging_ = true;
@@ -68,9 +75,7 @@ void Panels::draw(const WindowLayout& layout, const VoiceDisplay& voices) {
   draw_questions();
 }
 
-void Panels::save() {
-  if (auto saved = session_.save(); !saved.ok()) problem_ = saved.error().message;
-}
+void Panels::save() { tell(session_.save()); }
 
 void Panels::ask_to_quit() {
   if (session_.is_editable() && !session_.level().is_saved())
@@ -112,7 +117,7 @@ void Panels::draw_toolbar(const WindowLayout& layout) {
   const float line_width = ImGui::CalcTextSize(line.c_str()).x;
   ImGui::SameLine(std::max(ImGui::GetCursorPosX(), layout.width - line_width - 14 * scale_));
   ImGui::AlignTextToFramePadding();
-  caption(line.c_str());
+  caption(line);
   ImGui::End();
 }
 
@@ -120,28 +125,18 @@ void Panels::draw_side(const WindowLayout& layout) {
   begin_panel("side", {layout.view_width(), layout.toolbar},
               {layout.side, layout.height - layout.toolbar});
   if (ImGui::BeginTabBar("tabs")) {
-    const bool edit = ImGui::BeginTabItem("Edit");
-    control_places().add("Edit");
-    if (edit) {
-      draw_edit();
+    const auto tab = [this](const char* label, const char* title, void (Panels::*draw)()) {
+      if (!placed(label, ImGui::BeginTabItem(title))) return;
+      (this->*draw)();
       ImGui::EndTabItem();
-    }
-    const bool listen = ImGui::BeginTabItem("Listen");
-    control_places().add("Listen");
-    if (listen) {
-      draw_listen();
-      ImGui::EndTabItem();
-    }
+    };
+    tab("Edit", "Edit", &Panels::draw_edit);
+    tab("Listen", "Listen", &Panels::draw_listen);
     const auto& found = session_.findings();
     const auto wrong = std::ranges::count_if(found, is_warning);
     const std::string title =
         wrong == 0 ? "Findings###findings" : fmt::format("Findings ({})###findings", wrong);
-    const bool findings = ImGui::BeginTabItem(title.c_str());
-    control_places().add("Findings");
-    if (findings) {
-      draw_findings();
-      ImGui::EndTabItem();
-    }
+    tab("Findings", title.c_str(), &Panels::draw_findings);
     ImGui::EndTabBar();
   }
   ImGui::End();
@@ -151,7 +146,7 @@ void Panels::draw_bottom(const WindowLayout& layout, const VoiceDisplay& voices)
   begin_panel("bottom", {0, layout.height - layout.bottom}, {layout.view_width(), layout.bottom},
               ImGuiWindowFlags_NoScrollbar);
   const float height = ImGui::GetContentRegionAvail().y;
-  draw_meters(150 * scale_, height, voices);
+  draw_meters(150 * scale_, height);
   ImGui::SameLine(0, 20 * scale_);
   ImGui::BeginGroup();
   draw_figures(voices);
@@ -180,44 +175,38 @@ void Panels::draw_questions() {
         name, nullptr,
         ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoSavedSettings);
   };
+  // A button that also closes the question.
+  const auto answer = [](const char* label) {
+    const bool is_given = button(label);
+    if (is_given) ImGui::CloseCurrentPopup();
+    return is_given;
+  };
   if (begin("Unsaved work")) {
     ImGui::TextWrapped("The last session ended without saving. Its changes to %s are still there.",
                        session_.title().c_str());
-    if (button("Recover")) {
-      if (auto recovered = session_.recover(); !recovered.ok())
-        problem_ = recovered.error().message;
-      ImGui::CloseCurrentPopup();
-    }
+    if (answer("Recover")) tell(session_.recover());
     ImGui::SameLine();
-    if (button("Discard")) {
-      session_.level().discard_autosave();
-      ImGui::CloseCurrentPopup();
-    }
+    if (answer("Discard")) session_.level().discard_autosave();
     ImGui::EndPopup();
   }
   if (begin("Leave?")) {
     ImGui::TextWrapped("There are changes that are not saved.");
-    if (button("Save and leave")) {
+    if (answer("Save and leave")) {
       save();
       quits_ = problem_.empty();
-      ImGui::CloseCurrentPopup();
     }
     ImGui::SameLine();
-    if (button("Discard and leave")) {
+    if (answer("Discard and leave")) {
       session_.level().discard_autosave();
       quits_ = true;
-      ImGui::CloseCurrentPopup();
     }
     ImGui::SameLine();
-    if (button("Stay")) ImGui::CloseCurrentPopup();
+    answer("Stay");
     ImGui::EndPopup();
   }
   if (begin("Problem")) {
     ImGui::TextWrapped("%s", problem_.c_str());
-    if (button("Close")) {
-      problem_.clear();
-      ImGui::CloseCurrentPopup();
-    }
+    if (answer("Close")) problem_.clear();
     ImGui::EndPopup();
   }
 }

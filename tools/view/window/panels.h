@@ -21,6 +21,9 @@ struct WindowLayout {
   static WindowLayout of(float width, float height, float scale);
   float view_width() const { return width - side; }
   float view_height() const { return height - toolbar - bottom; }
+  double aspect() const { return static_cast<double>(view_width() / view_height()); }
+  // Where a point of the level is drawn; false if it is behind.
+  bool place(const WalkCamera& camera, const Vec3& point_m, ImVec2& at) const;
 };
 
 class Panels {
@@ -46,12 +49,9 @@ class Panels {
   void draw_marks(const WindowLayout& layout) const;
   void draw_questions();
 
-  // panels_findings.cpp
-  void draw_findings();
-  void draw_place_mark(const WindowLayout& layout) const;
-
   // panels_lists.cpp
   void draw_edit();
+  void draw_findings();
   void draw_lists();
   void draw_sound_files();
 
@@ -75,11 +75,15 @@ class Panels {
 
   // panels_listen.cpp
   void draw_listen();
-  void draw_meters(float width, float height, const VoiceDisplay& voices);
+  void draw_meters(float width, float height);
   void draw_figures(const VoiceDisplay& voices);
   void draw_spectrogram(float width, float height);
 
   std::size_t gesture();
+  // Shows the Error of what was asked for, if there is one.
+  void tell(const Result<void>& done) {
+    if (!done.ok()) problem_ = done.error().message;
+  }
 
   ViewSession& session_;
   const Fonts fonts_;

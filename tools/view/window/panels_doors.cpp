@@ -7,7 +7,6 @@
 
 #include "formats/level/material_presets.h"
 #include "formats/level/movable_part.h"
-#include "tools/view/door_shapes.h"
 #include "tools/view/window/controls.h"
 #include "tools/view/window/panels.h"
 
@@ -19,12 +18,6 @@ using Kind = Selection::Kind;
 
 std::string name_of(const std::string& name, const char* kind, std::size_t index) {
   return name.empty() ? fmt::format("{} {}", kind, index + 1) : name;
-}
-
-void wrapped_caption(const std::string& text) {
-  ImGui::PushTextWrapPos();
-  caption(text.c_str());
-  ImGui::PopTextWrapPos();
 }
 
 }  // namespace
@@ -42,13 +35,12 @@ bool Panels::draw_doors() {
     const float width = ImGui::CalcTextSize("Close").x + 2 * ImGui::GetStyle().FramePadding.x;
     ImGui::PushID(static_cast<int>(lines));
     ImGui::AlignTextToFramePadding();
-    const bool chosen = ImGui::Selectable(
-        fmt::format("{}##door", name).c_str(), false, 0,
-        {ImGui::GetContentRegionAvail().x - width - ImGui::GetStyle().ItemSpacing.x, 0});
-    control_places().add("door " + name);
+    const float rest = ImGui::GetContentRegionAvail().x - width - ImGui::GetStyle().ItemSpacing.x;
+    const bool chosen =
+        placed("door " + name, ImGui::Selectable((name + "##door").c_str(), false, 0, {rest, 0}));
     ImGui::SameLine(ImGui::GetContentRegionMax().x - width);
     if (button(action, width)) session_.set_open(door, !is_open);
-    control_places().add(fmt::format("{} {}", action, name));
+    placed(fmt::format("{} {}", action, name));
     ImGui::PopID();
     if (chosen) session_.select(door);
     return chosen;
@@ -59,10 +51,10 @@ bool Panels::draw_doors() {
     if (session_.parts_of(p).empty() &&
         line({Kind::kPortal, p, 0}, name_of(session_.portals()[p].name, "portal", p)))
       return true;
-  if (lines > kMostLines) caption(fmt::format("and {} more", lines - kMostLines).c_str());
+  if (lines > kMostLines) caption(fmt::format("and {} more", lines - kMostLines));
   if (lines == 0 && !session_.is_editable()) caption("There are none.");
   if (session_.is_editable() && button("Add portal here")) {
-    if (auto added = session_.add_portal(); !added.ok()) problem_ = added.error().message;
+    tell(session_.add_portal());
     return true;
   }
   if (lines == 0 && session_.is_editable())
@@ -77,17 +69,16 @@ bool Panels::drag_share(const char* label, double& share) {
   auto percent = static_cast<float>(100 * share);
   caption(label);
   ImGui::SetNextItemWidth(-1);
-  const bool changed = ImGui::SliderFloat("##share", &percent, 0, 100, "%.0f %%");
-  control_places().add(label);
-  if (changed) share = static_cast<double>(percent) / 100;
-  return changed;
+  if (!placed(label, ImGui::SliderFloat("##share", &percent, 0, 100, "%.0f %%"))) return false;
+  share = static_cast<double>(percent) / 100;
+  return true;
 }
 
 void Panels::draw_part() {
   const std::size_t index = session_.selection().index;
   const Selection self = session_.selection();
   const MovablePart& part = session_.parts()[index];
-  const LevelDoors::Part door = session_.doors().parts()[index];
+  const LevelDoors::Door door = session_.doors().parts()[index];
   if (draw_heading(name_of(part.name, "part", index))) return session_.select({});
   double share = door.target;
   if (drag_share("Moved from where the level has it", share))
@@ -98,15 +89,14 @@ void Panels::draw_part() {
   auto turn_deg = static_cast<float>(motion.turn_deg);
   caption("Turns about its pivot by, degrees");
   ImGui::SetNextItemWidth(-1);
-  bool changed = ImGui::DragFloat("##turn", &turn_deg, 1, -360, 360, "%.0f");
-  control_places().add("Turns by");
+  bool changed = placed("Turns by", ImGui::DragFloat("##turn", &turn_deg, 1, -360, 360, "%.0f"));
   motion.turn_deg = static_cast<double>(turn_deg);
   caption("Shifts by, m");
   constexpr double kMost_m = 1000, kLeast_m = -kMost_m;
   ImGui::SetNextItemWidth(-1);
-  changed |= ImGui::DragScalarN("##shift", ImGuiDataType_Double, &motion.shift_m.x, 3, 0.02f,
-                                &kLeast_m, &kMost_m, "%.2f");
-  control_places().add("Shifts by");
+  changed |=
+      placed("Shifts by", ImGui::DragScalarN("##shift", ImGuiDataType_Double, &motion.shift_m.x, 3,
+                                             0.02f, &kLeast_m, &kMost_m, "%.2f"));
   if (changed) session_.doors().set_motion(index, motion);
   wrapped_caption("How it moves is for listening here, and is not saved: the game moves it.");
   ImGui::Spacing();
@@ -114,17 +104,16 @@ void Panels::draw_part() {
   for (const std::uint16_t material :
        std::set<std::uint16_t>(part.mesh.materials.begin(), part.mesh.materials.end())) {
     const std::string& name = session_.materials()[material].name;
-    const bool chosen = ImGui::Selectable(fmt::format("{}##m{}", name, material).c_str());
-    control_places().add("material " + name);
-    if (chosen) return session_.select({Kind::kSurface, material, kNoTriangle});
+    if (placed("material " + name,
+               ImGui::Selectable(fmt::format("{}##m{}", name, material).c_str())))
+      return session_.select({Kind::kSurface, material, kNoTriangle});
   }
   ImGui::Spacing();
   draw_portals_of_part(index);
   if (!session_.is_editable()) return;
   const std::string why = session_.level().why_movable_fixed(part.name);
   if (button("Fix in place", 0, false, why.empty()))
-    if (auto set = session_.set_movable(std::string(part.name), false); !set.ok())
-      problem_ = set.error().message;
+    tell(session_.set_movable(std::string(part.name), false));
   if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
     ImGui::SetTooltip(
         "%s", why.empty() ? "The bake traces it as a surface of the level again" : why.c_str());
@@ -138,13 +127,11 @@ void Panels::draw_portals_of_part(std::size_t part) {
     if (!has_portal) caption("Opens and closes the portal");
     has_portal = true;
     const std::string name = name_of(session_.portals()[p].name, "portal", p);
-    const bool chosen = ImGui::Selectable(fmt::format("{}##p{}", name, p).c_str());
-    control_places().add("portal " + name);
-    if (chosen) session_.select({Kind::kPortal, p, 0});
+    if (placed("portal " + name, ImGui::Selectable(fmt::format("{}##p{}", name, p).c_str())))
+      session_.select({Kind::kPortal, p, 0});
   }
   if (!session_.is_editable() || has_portal) return;
-  if (button("Add portal in its doorway"))
-    if (auto added = session_.add_portal(part); !added.ok()) problem_ = added.error().message;
+  if (button("Add portal in its doorway")) tell(session_.add_portal(part));
 }
 
 void Panels::draw_portal() {
@@ -176,8 +163,8 @@ bool Panels::edit_parts_of(std::size_t portal, PartPatterns& patterns) {
   const auto opening = session_.parts_of(portal);
   caption("Parts that open and close it");
   bool by_place = !patterns.has_value();
-  bool changed = ImGui::Checkbox("the parts of its name or place", &by_place);
-  control_places().add("the parts of its name or place");
+  constexpr const char* kByPlace = "the parts of its name or place";
+  bool changed = placed(kByPlace, ImGui::Checkbox(kByPlace, &by_place));
   std::set<std::string> chosen, names;
   for (const std::size_t part : opening) chosen.insert(parts[part].name);
   for (const MovablePart& part : parts) names.insert(part.name);
@@ -186,9 +173,7 @@ bool Panels::edit_parts_of(std::size_t portal, PartPatterns& patterns) {
   for (const std::string& name : names) {
     if (name.empty() || ++lines > kMostNames) continue;
     bool opens = chosen.contains(name);
-    const bool toggled = ImGui::Checkbox(fmt::format("{}##opens", name).c_str(), &opens);
-    control_places().add("opened by " + name);
-    if (!toggled) continue;
+    if (!placed("opened by " + name, ImGui::Checkbox((name + "##opens").c_str(), &opens))) continue;
     changed = true;
     by_place = false;
     if (opens)
@@ -220,45 +205,38 @@ void Panels::edit_portal(std::size_t index) {
     spec.portal.name.copy(portal_name_.data(), portal_name_.size() - 1);
   }
   ImGui::SetNextItemWidth(-1);
-  if (ImGui::InputText("##name", portal_name_.data(), portal_name_.size())) {
-    spec.portal.name = portal_name_.data();
-    changed = true;
-  }
-  control_places().add("Name");
+  changed |= placed("Name", ImGui::InputText("##name", portal_name_.data(), portal_name_.size()));
+  if (changed) spec.portal.name = portal_name_.data();
   Vec3 centre_m = spec.portal.centre_m, facing = normal_of(spec.portal);
   auto width_m = static_cast<float>(2 * length(spec.portal.half_u_m));
   auto height_m = static_cast<float>(2 * length(spec.portal.half_v_m));
   caption("Position of its middle, m");
-  bool shaped = drag_place(centre_m);
-  control_places().add("Position");
+  bool shaped = placed("Position", drag_place(centre_m));
   shaped |= drag_direction(facing);
   caption("Width and height, m");
   const float half = (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x) / 2;
   ImGui::SetNextItemWidth(half);
-  shaped |= ImGui::DragFloat("##width", &width_m, 0.01f, 0.05f, 1000, "%.2f");
-  control_places().add("Width");
+  shaped |= placed("Width", ImGui::DragFloat("##width", &width_m, 0.01f, 0.05f, 1000, "%.2f"));
   ImGui::SameLine();
   ImGui::SetNextItemWidth(half);
-  shaped |= ImGui::DragFloat("##height", &height_m, 0.01f, 0.05f, 1000, "%.2f");
-  control_places().add("Height");
-  if (shaped) {
-    const std::string name = spec.portal.name;
-    const bool is_baked_closed = spec.portal.is_baked_closed;
-    spec.portal = facing_portal(centre_m, facing, static_cast<double>(width_m),
-                                static_cast<double>(height_m));
-    spec.portal.name = name;
-    spec.portal.is_baked_closed = is_baked_closed;
-    changed = true;
-  }
+  shaped |= placed("Height", ImGui::DragFloat("##height", &height_m, 0.01f, 0.05f, 1000, "%.2f"));
+  // Another rectangle of the same portal.
+  const auto reshape = [&portal = spec.portal](Portal rectangle) {
+    rectangle.name = portal.name;
+    rectangle.is_baked_closed = portal.is_baked_closed;
+    portal = std::move(rectangle);
+  };
+  if (shaped)
+    reshape(facing_portal(centre_m, facing, static_cast<double>(width_m),
+                          static_cast<double>(height_m)));
+  changed |= shaped;
   at_once |= edit_parts_of(index, spec.parts);
-  at_once |= ImGui::Checkbox("Bake it closed, too", &spec.portal.is_baked_closed);
-  control_places().add("Bake it closed, too");
+  constexpr const char* kClosed = "Bake it closed, too";
+  at_once |= placed(kClosed, ImGui::Checkbox(kClosed, &spec.portal.is_baked_closed));
   if (spec.portal.is_baked_closed) {
     ImGui::SetNextItemWidth(-1);
-    const bool is_open =
-        ImGui::BeginCombo("##closed", spec.material.c_str(), ImGuiComboFlags_HeightLarge);
-    control_places().add("Material of the closed portal");
-    if (is_open) {
+    if (placed("Material of the closed portal",
+               ImGui::BeginCombo("##closed", spec.material.c_str(), ImGuiComboFlags_HeightLarge))) {
       for (const std::string& name : MaterialPresets::built_in().names())
         if (ImGui::Selectable(name.c_str(), name == spec.material)) {
           spec.material = name;
@@ -270,10 +248,7 @@ void Panels::edit_portal(std::size_t index) {
   if (button("Fit to the opening ahead")) {
     const Listener here = session_.camera().listener();
     if (const auto fitted = doorway_ahead(session_.mesh(), here.position_m, here.forward())) {
-      const Portal before = spec.portal;
-      spec.portal = *fitted;
-      spec.portal.name = before.name;
-      spec.portal.is_baked_closed = before.is_baked_closed;
+      reshape(*fitted);
       at_once = true;
     } else {
       session_.say(
@@ -294,20 +269,19 @@ void Panels::draw_nodes() {
   const std::vector<std::string> nodes = session_.nodes_of(session_.selection().triangle);
   if (nodes.empty()) return;
   ImGui::SetNextItemWidth(-1);
-  const bool is_open = ImGui::BeginCombo("##movable", "Make a door of it: choose its node");
-  control_places().add("Make a door of it");
-  if (!is_open) return;
+  if (!placed("Make a door of it",
+              ImGui::BeginCombo("##movable", "Make a door of it: choose its node")))
+    return;
   std::string chosen;
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     if (nodes[n].empty()) continue;
-    if (ImGui::Selectable(fmt::format("{}##n{}", nodes[n], n).c_str())) chosen = nodes[n];
-    control_places().add("node " + nodes[n]);
+    if (placed("node " + nodes[n], ImGui::Selectable(fmt::format("{}##n{}", nodes[n], n).c_str())))
+      chosen = nodes[n];
   }
   if (std::ranges::all_of(nodes, [](const std::string& name) { return name.empty(); }))
     caption("The node has no name, by which the sidecar could name it.");
   ImGui::EndCombo();
-  if (chosen.empty()) return;
-  if (auto set = session_.set_movable(chosen, true); !set.ok()) problem_ = set.error().message;
+  if (!chosen.empty()) tell(session_.set_movable(chosen, true));
 }
 
 }  // namespace clamor

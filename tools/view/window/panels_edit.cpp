@@ -20,8 +20,10 @@ namespace {
 using std::numbers::pi;
 
 constexpr std::size_t kAngles = 180;
-constexpr std::array<const char*, kBandCount> kBandLabels = {"63 Hz", "125 Hz", "250 Hz", "500 Hz",
-                                                             "1 kHz", "2 kHz",  "4 kHz",  "8 kHz"};
+std::string band_label(std::size_t band) {
+  const std::string name = kBandNames[band];
+  return name.ends_with('k') ? name.substr(0, 1) + " kHz" : name + " Hz";
+}
 constexpr double kIncidence_rad = pi / 4;
 
 double db_of(double gain) { return gain > 0 ? 20 * std::log10(gain) : -80; }
@@ -65,9 +67,9 @@ float polar_width(float scale) { return 220 * scale; }
 // The band of a polar plot.
 void band_buttons(std::size_t& band, float width) {
   ImGui::SetNextItemWidth(width);
-  if (!ImGui::BeginCombo("##band", kBandLabels[band])) return;
+  if (!ImGui::BeginCombo("##band", band_label(band).c_str())) return;
   for (std::size_t b = 0; b < kBandCount; ++b)
-    if (ImGui::Selectable(kBandLabels[b], b == band)) band = b;
+    if (ImGui::Selectable(band_label(b).c_str(), b == band)) band = b;
   ImGui::EndCombo();
 }
 
@@ -92,23 +94,19 @@ void Panels::draw_surface() {
     const std::string& preset = session_.level().now().presets[index];
     caption("Preset");
     ImGui::SetNextItemWidth(-1);
-    const bool is_open = ImGui::BeginCombo(
-        "##preset", preset.empty() ? "own values" : preset.c_str(), ImGuiComboFlags_HeightLarge);
-    control_places().add("Preset");
-    if (is_open) {
+    const char* const shown = preset.empty() ? "own values" : preset.c_str();
+    if (placed("Preset", ImGui::BeginCombo("##preset", shown, ImGuiComboFlags_HeightLarge))) {
       caption("absorbs at 125 Hz and 1 kHz");
       for (const std::string& name : MaterialPresets::built_in().names()) {
-        const bool chosen = ImGui::Selectable(name.c_str(), name == preset);
-        control_places().add("preset " + name);
+        const bool chosen =
+            placed("preset " + name, ImGui::Selectable(name.c_str(), name == preset));
         if (const auto values = MaterialPresets::built_in().get(name); values.ok()) {
           const std::string absorbs =
               fmt::format("{:.2f}  {:.2f}", values->absorption[1], values->absorption[4]);
           ImGui::SameLine(ImGui::GetContentRegionMax().x - ImGui::CalcTextSize(absorbs.c_str()).x);
-          caption(absorbs.c_str());
+          caption(absorbs);
         }
-        if (chosen)
-          if (auto set = session_.level().set_preset(index, name); !set.ok())
-            problem_ = set.error().message;
+        if (chosen) tell(session_.level().set_preset(index, name));
       }
       ImGui::EndCombo();
     }
@@ -147,11 +145,7 @@ void Panels::draw_emitter() {
   const std::string why =
       session_.is_editable() ? session_.level().why_fixed(index) : std::string();
   const bool edits = session_.is_editable() && why.empty();
-  if (!why.empty()) {
-    ImGui::PushTextWrapPos();
-    caption(why.c_str());
-    ImGui::PopTextWrapPos();
-  }
+  if (!why.empty()) wrapped_caption(why);
   ImGui::BeginDisabled(!edits);
   bool changed = false, at_once = false;
   caption("Position, m");
@@ -163,20 +157,16 @@ void Panels::draw_emitter() {
   }
   changed |= drag_direction(emitter.axis);
   const Vec3 to_me = here.position_m - emitter.position_m;
-  if (button("Face me") && length(to_me) > 1e-6) {
-    emitter.axis = normalize(to_me);
+  const auto turn = [&](const char* label, const Vec3& axis) {
+    if (!button(label) || !(length(axis) > 1e-6)) return;
+    emitter.axis = normalize(axis);
     changed = at_once = true;
-  }
+  };
+  turn("Face me", to_me);
   ImGui::SameLine();
-  if (button("Face away") && length(to_me) > 1e-6) {
-    emitter.axis = normalize(-to_me);
-    changed = at_once = true;
-  }
+  turn("Face away", -to_me);
   ImGui::SameLine();
-  if (button("Turn round")) {
-    emitter.axis = Vec3(-emitter.axis.x, emitter.axis.y, -emitter.axis.z);
-    changed = at_once = true;
-  }
+  turn("Turn round", Vec3(-emitter.axis.x, emitter.axis.y, -emitter.axis.z));
   caption("Gain, dB at 1 m");
   auto gain_db = static_cast<float>(db_of(emitter.gain));
   ImGui::SetNextItemWidth(-1);
@@ -207,8 +197,7 @@ bool Panels::drag_direction(Vec3& direction) const {
   auto pitch = static_cast<float>(std::asin(std::clamp(direction.y, -1.0, 1.0)) * 180 / pi);
   const float half = (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x) / 2;
   ImGui::SetNextItemWidth(half);
-  bool turned = ImGui::DragFloat("##yaw", &yaw, 1, -180, 180, "%.0f");
-  control_places().add("Turn");
+  bool turned = placed("Turn", ImGui::DragFloat("##yaw", &yaw, 1, -180, 180, "%.0f"));
   ImGui::SameLine();
   ImGui::SetNextItemWidth(half);
   turned |= ImGui::DragFloat("##pitch", &pitch, 1, -89, 89, "%.0f");

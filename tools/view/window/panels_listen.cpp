@@ -13,8 +13,6 @@ namespace clamor {
 
 namespace {
 
-constexpr std::array<const char*, kBandCount> kColumns = {"63", "125", "250", "500",
-                                                          "1k", "2k",  "4k",  "8k"};
 constexpr std::array<const char*, kSoundParts> kPartNames = {"Direct", "Early", "Late"};
 constexpr std::array<const char*, kSoundParts> kPartNotes = {
     "the emitters themselves", "at most 80 ms behind", "all that follows"};
@@ -61,14 +59,12 @@ void Panels::draw_listen() {
   if (voices_wanted_ == 0) voices_wanted_ = static_cast<int>(strategy.voices);
   ImGui::SetNextItemWidth(-1);
   ImGui::SliderInt("##voices", &voices_wanted_, 1, 20000, "%d", ImGuiSliderFlags_Logarithmic);
-  control_places().add("Voices");
+  placed("Voices");
   bool changed = ImGui::IsItemDeactivatedAfterEdit();
   strategy.voices = static_cast<std::size_t>(std::clamp(voices_wanted_, 1, 20000));
   caption("Strategy");
   ImGui::SetNextItemWidth(-1);
-  const bool is_open = ImGui::BeginCombo("##strategy", strategy.strategy.c_str());
-  control_places().add("Strategy");
-  if (is_open) {
+  if (placed("Strategy", ImGui::BeginCombo("##strategy", strategy.strategy.c_str()))) {
     for (const StrategyInfo& info : kStrategies)
       if (ImGui::Selectable(info.name, strategy.strategy == info.name)) {
         strategy.strategy = info.name;
@@ -76,8 +72,7 @@ void Panels::draw_listen() {
       }
     ImGui::EndCombo();
   }
-  if (changed)
-    if (auto set = session_.set_strategy(strategy); !set.ok()) problem_ = set.error().message;
+  if (changed) tell(session_.set_strategy(strategy));
 
   SoloSettings focus = session_.sound().focus();
   ImGui::Spacing();
@@ -85,11 +80,10 @@ void Panels::draw_listen() {
   const float small = 30 * scale_;
   for (std::size_t p = 0; p < kSoundParts; ++p) {
     ImGui::PushID(static_cast<int>(p));
-    if (button("S", small, part_soloed_[p])) part_soloed_[p] = !part_soloed_[p];
-    control_places().add(std::string("Solo ") + kPartNames[p]);
+    const std::string part = kPartNames[p];
+    part_soloed_[p] ^= placed("Solo " + part, button("S", small, part_soloed_[p]));
     ImGui::SameLine(0, 4 * scale_);
-    if (button("M", small, part_muted_[p])) part_muted_[p] = !part_muted_[p];
-    control_places().add(std::string("Mute ") + kPartNames[p]);
+    part_muted_[p] ^= placed("Mute " + part, button("M", small, part_muted_[p]));
     ImGui::SameLine();
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted(kPartNames[p]);
@@ -107,8 +101,8 @@ void Panels::draw_listen() {
     for (std::size_t b = 0; b < kBandCount; ++b) {
       ImGui::PushID(static_cast<int>(b) + (is_solo ? 100 : 200));
       if (b > 0) ImGui::SameLine(0, gap);
-      if (button(is_solo ? kColumns[b] : "M", column, row[b])) row[b] = !row[b];
-      control_places().add(fmt::format("{} {}", is_solo ? "Solo" : "Mute", kColumns[b]));
+      row[b] ^= placed(fmt::format("{} {}", is_solo ? "Solo" : "Mute", kBandNames[b]),
+                       button(is_solo ? kBandNames[b] : "M", column, row[b]));
       ImGui::PopID();
     }
   }
@@ -122,12 +116,10 @@ void Panels::draw_listen() {
     if (b > 0) ImGui::SameLine();
     ImGui::SetCursorPosX(left + static_cast<float>(b) * (column + gap) +
                          (column - ImGui::CalcTextSize(text.c_str()).x) / 2);
-    caption(text.c_str());
+    caption(text);
   }
-  ImGui::PushTextWrapPos();
-  caption(
+  wrapped_caption(
       "The upper row plays bands alone, the lower one mutes them; below is T30 of the bake, s.");
-  ImGui::PopTextWrapPos();
   if (button("All of the sound", 0, false, !focus.is_neutral())) {
     part_soloed_ = part_muted_ = {};
     soloed_ = muted_ = {};
@@ -150,12 +142,10 @@ void Panels::draw_listen() {
   key(IM_COL32(255, 184, 77, 255), "direct sound");
   key(IM_COL32(92, 209, 189, 255), "early reflections");
   key(IM_COL32(158, 178, 235, 255), "late reflections");
-  ImGui::PushTextWrapPos();
-  caption("Rings are hidden by surfaces; larger is louder.");
-  ImGui::PopTextWrapPos();
+  wrapped_caption("Rings are hidden by surfaces; larger is louder.");
 }
 
-void Panels::draw_meters(float width, float height, const VoiceDisplay& /*voices*/) {
+void Panels::draw_meters(float width, float height) {
   const PlayerStatistics status = session_.sound().statistics();
   const int channels = session_.sound().options().output.channels();
   const ImVec2 corner = ImGui::GetCursorScreenPos();
@@ -242,7 +232,7 @@ void Panels::draw_figures(const VoiceDisplay& voices) {
 void Panels::draw_spectrogram(float width, float height) {
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   ImGui::Dummy({width, height});
-  control_places().add("Spectrogram");
+  placed("Spectrogram");
   ImDrawList& draw = *ImGui::GetWindowDrawList();
   draw.AddRectFilled(corner, {corner.x + width, corner.y + height}, theme::kField, 4);
   const auto& columns = session_.sound().history().columns();

@@ -11,30 +11,17 @@ void Panels::draw_marks(const WindowLayout& layout) const {
   ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   draw.PushClipRect({0, layout.toolbar},
                     {layout.view_width(), layout.toolbar + layout.view_height()});
-  const double aspect = static_cast<double>(layout.view_width() / layout.view_height());
-  const auto place = [&](const Vec3& point_m, ImVec2& at) {
-    double x = 0, y = 0;
-    if (!session_.camera().project(point_m, aspect, x, y)) return false;
-    at = {static_cast<float>(x) * layout.view_width(),
-          layout.toolbar + static_cast<float>(y) * layout.view_height()};
-    return true;
-  };
+  const WalkCamera& camera = session_.camera();
   const auto write = [&](const std::string& name, const ImVec2& at, float radius, ImU32 colour) {
-    if (name.empty()) return;
-    const ImVec2 size = ImGui::CalcTextSize(name.c_str());
-    const ImVec2 text{at.x + radius + 8 * scale_, at.y - size.y / 2};
-    draw.AddRectFilled({text.x - 5 * scale_, text.y - 2 * scale_},
-                       {text.x + size.x + 5 * scale_, text.y + size.y + 2 * scale_},
-                       IM_COL32(20, 22, 25, 170), 4 * scale_);
-    draw.AddText(text, colour, name.c_str());
+    if (!name.empty()) draw_label(draw, {at.x + radius + 8 * scale_, at.y}, colour, name, scale_);
   };
   const auto mark = [&](const std::string& name, const Vec3& at_m, const Vec3& facing,
                         bool is_selected, bool is_emitter) {
     ImVec2 at, ahead;
-    if (!place(at_m, at)) return;
+    if (!layout.place(camera, at_m, at)) return;
     const ImU32 colour = is_selected ? theme::kAccent : theme::kText;
     const float radius = 7 * scale_;
-    if (place(at_m + 0.6 * facing, ahead)) {
+    if (layout.place(camera, at_m + 0.6 * facing, ahead)) {
       draw.AddLine(at, ahead, colour, 2 * scale_);
       draw.AddCircleFilled(ahead, 3 * scale_, colour);
     }
@@ -46,7 +33,7 @@ void Panels::draw_marks(const WindowLayout& layout) const {
   // Doors have a small square in their middle.
   const auto label = [&](const std::string& name, const Vec3& at_m, bool is_selected) {
     ImVec2 at;
-    if (!place(at_m, at)) return;
+    if (!layout.place(camera, at_m, at)) return;
     const ImU32 colour = is_selected ? theme::kAccent : theme::kText;
     const float half = 4 * scale_;
     draw.AddRectFilled({at.x - half, at.y - half}, {at.x + half, at.y + half}, colour);
@@ -73,7 +60,15 @@ void Panels::draw_marks(const WindowLayout& layout) const {
     if (session_.parts_of(p).empty())
       label(session_.portals()[p].name, session_.portals()[p].centre_m,
             chosen.kind == Selection::Kind::kPortal && chosen.index == p);
-  draw_place_mark(layout);
+  // The place of a finding that was chosen has a ring.
+  const auto& place = session_.mark();
+  if (ImVec2 at; place && layout.place(camera, place->place_m, at)) {
+    const float radius = 14 * scale_;
+    draw.AddCircle(at, radius + 2 * scale_, IM_COL32(20, 22, 25, 200), 0, 5 * scale_);
+    draw.AddCircle(at, radius + 2 * scale_, theme::kBad, 0, 3 * scale_);
+    draw.AddCircleFilled(at, 3 * scale_, theme::kBad);
+    draw_label(draw, {at.x + radius + 10 * scale_, at.y}, theme::kBad, place->title, scale_);
+  }
   draw.PopClipRect();
 
   const std::string& message = session_.message();

@@ -26,9 +26,9 @@ Result<unsigned> shader_of(unsigned kind, const char* text) {
   return Error(std::string("the graphics driver refuses a shader: ") + log.data());
 }
 
-Result<unsigned> program_of(const char* vertex, const char* fragment,
-                            const char* geometry = nullptr) {
-  const unsigned program = glCreateProgram();
+Result<void> make_program(unsigned& program, const char* vertex, const char* fragment,
+                          const char* geometry = nullptr) {
+  program = glCreateProgram();
   const std::array<std::pair<unsigned, const char*>, 3> stages{
       {{GL_VERTEX_SHADER, vertex}, {GL_FRAGMENT_SHADER, fragment}, {GL_GEOMETRY_SHADER, geometry}}};
   for (const auto& [kind, text] : stages) {
@@ -42,7 +42,7 @@ Result<unsigned> program_of(const char* vertex, const char* fragment,
   int linked = 0;
   glGetProgramiv(program, GL_LINK_STATUS, &linked);
   if (linked == 0) return Error("the graphics driver does not link a shader program");
-  return program;
+  return {};
 }
 
 struct PointVertex {
@@ -56,6 +56,13 @@ void attribute(unsigned index, int count, std::size_t stride, std::size_t first)
   glEnableVertexAttribArray(index);
   glVertexAttribPointer(index, count, GL_FLOAT, GL_FALSE, static_cast<int>(stride * sizeof(float)),
                         reinterpret_cast<const void*>(first * sizeof(float)));
+}
+
+template <class T>
+void upload(unsigned buffer, std::span<const T> vertices, unsigned usage) {
+  glBindBuffer(GL_ARRAY_BUFFER, buffer);
+  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(vertices.size_bytes()), vertices.data(),
+               usage);
 }
 
 void make(unsigned& array, unsigned& buffer) {
@@ -102,15 +109,10 @@ Result<std::unique_ptr<SceneRenderer>> SceneRenderer::create() {
 }
 
 Result<void> SceneRenderer::build() {
-  const auto level = program_of(kLevelVertex, kLevelFragment);
-  if (!level.ok()) return level.error();
-  level_program_ = *level;
-  const auto line = program_of(kLineVertex, kLineFragment, kLineGeometry);
-  if (!line.ok()) return line.error();
-  line_program_ = *line;
-  const auto point = program_of(kPointVertex, kPointFragment);
-  if (!point.ok()) return point.error();
-  point_program_ = *point;
+  Result<void> made = make_program(level_program_, kLevelVertex, kLevelFragment);
+  if (made.ok()) made = make_program(line_program_, kLineVertex, kLineFragment, kLineGeometry);
+  if (made.ok()) made = make_program(point_program_, kPointVertex, kPointFragment);
+  if (!made.ok()) return made;
 
   constexpr std::size_t kLevelFloats = sizeof(ShadedVertex) / sizeof(float);
   static_assert(kLevelFloats == 10);
@@ -144,8 +146,7 @@ SceneRenderer::~SceneRenderer() {
 }
 
 void SceneRenderer::Triangles::set(std::span<const ShadedVertex> from, unsigned usage) {
-  glBindBuffer(GL_ARRAY_BUFFER, buffer);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(from.size_bytes()), from.data(), usage);
+  upload(buffer, from, usage);
   vertices = static_cast<int>(from.size());
 }
 
@@ -165,9 +166,7 @@ void SceneRenderer::set_lines(std::span<const SceneLines> lines) {
         {one.colour, static_cast<int>(ends.size()), static_cast<int>(one.ends.size())});
     ends.insert(ends.end(), one.ends.begin(), one.ends.end());
   }
-  glBindBuffer(GL_ARRAY_BUFFER, line_buffer_);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(ends.size() * sizeof(Vec3f)), ends.data(),
-               GL_DYNAMIC_DRAW);
+  upload(line_buffer_, std::span<const Vec3f>(ends), GL_DYNAMIC_DRAW);
 }
 
 void SceneRenderer::draw(const ViewPort& port, const Scene& scene) {
@@ -224,9 +223,7 @@ void SceneRenderer::draw(const ViewPort& port, const Scene& scene) {
                       scene.scale * (6 + 14 * voice.loudness * voice.loudness),
                       voice.is_hidden ? 1.0f : 0.0f});
   }
-  glBindBuffer(GL_ARRAY_BUFFER, point_buffer_);
-  glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(points.size() * sizeof(PointVertex)),
-               points.data(), GL_STREAM_DRAW);
+  upload(point_buffer_, std::span<const PointVertex>(points), GL_STREAM_DRAW);
   set_matrix(point_program_, projection);
   glEnable(GL_PROGRAM_POINT_SIZE);
   glBindVertexArray(point_array_);

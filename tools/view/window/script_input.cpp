@@ -111,11 +111,10 @@ Result<bool> ScriptInput::play(const ViewEvent& event, ViewSession& session, std
       wants_place_ = true;
       return true;
     case Kind::kMoveTo:
-      if (const auto centre = control_places().centre_of(event.text)) {
-        mouse_ = *centre;
-        return true;
-      }
-      return Error("no control is called '" + event.text + "' now");
+      if (!control_places().contains(event.text))
+        return Error("no control is called '" + event.text + "' now");
+      mouse_ = control_places().at(event.text);
+      return true;
     case Kind::kPress:
       buttons_[0] = true;
       return true;
@@ -181,12 +180,12 @@ Result<bool> ScriptInput::play(const ViewEvent& event, ViewSession& session, std
                    first->decay_error_db);
       return true;
     case Kind::kPrintDoors:
-      for (const LevelDoors::Part& part : session.doors().parts())
+      for (const LevelDoors::Door& part : session.doors().parts())
         fmt::print(out, "part '{}' moved {:.0f} %\n", part.name, 100 * part.share);
       for (std::size_t p = 0; p < session.portals().size(); ++p) {
-        const LevelDoors::Opening& portal = session.doors().portals()[p];
+        const LevelDoors::Door& portal = session.doors().portals()[p];
         if (session.parts_of(p).empty())
-          fmt::print(out, "portal '{}' open {:.0f} %\n", portal.name, 100 * portal.openness);
+          fmt::print(out, "portal '{}' open {:.0f} %\n", portal.name, 100 * portal.share);
         for (const std::size_t part : session.parts_of(p))
           fmt::print(out, "portal '{}' opened by '{}'\n", portal.name, session.parts()[part].name);
       }

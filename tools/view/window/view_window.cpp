@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <ostream>
 #include <string>
 #include <string_view>
@@ -19,7 +20,6 @@
 #include "tools/view/window/controls.h"
 #include "tools/view/window/keyboard.h"
 #include "tools/view/window/panels.h"
-#include "tools/view/window/scene_lines.h"
 #include "tools/view/window/scene_renderer.h"
 #include "tools/view/window/screenshot.h"
 #include "tools/view/window/script_input.h"
@@ -88,6 +88,26 @@ GLFWwindow* make_window(const ViewSession& session, const WindowOptions& options
   glfwSetWindowSizeLimits(window, kLeastWindowWidth, kLeastWindowHeight, GLFW_DONT_CARE,
                           GLFW_DONT_CARE);
   return window;
+}
+
+// The lines that the window draws in the level: the outline of what is selected, and portals, as
+// far open as they are.
+std::vector<SceneLines> scene_lines(const ViewSession& session) {
+  constexpr Vec3f kPortal(0.38f, 0.62f, 1.0f), kSelected(1.0f, 0.62f, 0.18f);
+  using Kind = Selection::Kind;
+  const Selection& chosen = session.selection();
+  std::vector<SceneLines> lines;
+  for (std::size_t p = 0; p < session.portals().size(); ++p)
+    lines.push_back({lines_of(session.portals()[p], session.doors().portals()[p].share),
+                     chosen.kind == Kind::kPortal && chosen.index == p ? kSelected : kPortal});
+  if (chosen.kind == Kind::kSurface) lines.push_back({session.outline(), kSelected});
+  if (chosen.kind == Kind::kPart) {
+    const Mesh part = session.part_mesh(chosen.index);
+    std::vector<std::uint32_t> all(part.triangles.size());
+    std::iota(all.begin(), all.end(), 0u);
+    lines.push_back({outline_of(part, all), kSelected});
+  }
+  return lines;
 }
 
 double pressed(std::initializer_list<int> keys) {
@@ -177,7 +197,7 @@ void Window::steer(const WindowLayout& layout) {
       session_.select_at(
           static_cast<double>(io.MousePos.x / layout.view_width()),
           static_cast<double>((io.MousePos.y - layout.toolbar) / layout.view_height()),
-          static_cast<double>(layout.view_width() / layout.view_height()));
+          layout.aspect());
   }
 }
 
@@ -226,14 +246,9 @@ Result<void> Window::frame(std::ostream& out) {
   ImGui_ImplGlfw_NewFrame();
   ImGuiIO& io = ImGui::GetIO();
   const WindowLayout layout = WindowLayout::of(io.DisplaySize.x, io.DisplaySize.y, scale());
-  const double aspect = static_cast<double>(layout.view_width() / layout.view_height());
   if (script_.is_active()) {
     const auto place = [&](const Vec3& point_m, ImVec2& at) {
-      double x = 0, y = 0;
-      if (!session_.camera().project(point_m, aspect, x, y)) return false;
-      at = {static_cast<float>(x) * layout.view_width(),
-            layout.toolbar + static_cast<float>(y) * layout.view_height()};
-      return true;
+      return layout.place(session_.camera(), point_m, at);
     };
     if (auto played = script_.frame(session_, out, place); !played.ok()) return played;
   }
@@ -243,7 +258,7 @@ Result<void> Window::frame(std::ostream& out) {
   // Tab switches between two bakes. It must not begin to edit the number of a slider as well, in
   // which further keys would go.
   keep_tab();
-  control_places().begin_frame();
+  control_places().clear();
   steer(layout);
   use_keys();
 
