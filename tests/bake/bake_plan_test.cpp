@@ -62,7 +62,7 @@ TEST(BakePlan, ManyEmittersNeedNoMorePhotonsThanOne) {
 
 // Eyring: a cube of 20 m without air decays by 60 dB in 26.9 s if its walls absorb 2 %, in 52.6 s
 // if they absorb 1 %, and in 0.8 s if they absorb half. The plan takes the next multiple of 5 s.
-TEST(BakePlan, TracesAsLongAsASlowDecayTakes) {
+TEST(BakePlan, TracesAsLongAsASlowDecayTakes_NoAsan) {
   const auto planned = [](float absorption, double asked_s) {
     return plan(shoebox({20, 20, 20}, uniform_material(absorption), {5, 5, 5}),
                 {.longest_path_s = asked_s});
@@ -188,7 +188,7 @@ struct LargeBakeRoom {
   PhotonTracer tracer{scene, level, settings};
 };
 
-TEST(BatchTracing, SharesAThousandMillionPhotonsOutAmongShardsWithoutLosingOne) {
+TEST(BatchTracing, SharesAThousandMillionPhotonsOutAmongShardsWithoutLosingOne_NoAsan) {
   const LargeBakeRoom room;
   BakePlan plan;
   plan.photons = {kThousandMillion + 7};

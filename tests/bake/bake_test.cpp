@@ -31,14 +31,14 @@ std::string bytes_of_bake(const Level& level, std::uint64_t seed, int threads) {
   return file.bytes();
 }
 
-TEST(Bake, HasTheSameBytesOnAnyNumberOfThreads) {
+TEST(Bake, HasTheSameBytesOnAnyNumberOfThreads_NoAsan) {
   const std::string one = bytes_of_bake(two_emitters(), 1, 1);
   EXPECT_GT(one.size(), 10000u);
   for (const int threads : {2, 3, 7, 16})
     EXPECT_TRUE(one == bytes_of_bake(two_emitters(), 1, threads)) << threads << " threads";
 }
 
-TEST(Bake, DiffersWithTheSeed) {
+TEST(Bake, DiffersWithTheSeed_NoAsan) {
   EXPECT_FALSE(bytes_of_bake(two_emitters(), 1, 2) == bytes_of_bake(two_emitters(), 2, 2));
 }
 
@@ -66,7 +66,7 @@ TEST(Bake, KeepsMovablePartsAndDoesNotTraceThem) {
     ASSERT_EQ(is->octree.sources[i].position_m, expected->octree.sources[i].position_m);
 }
 
-TEST(Bake, DefaultsToPhotonsForAboutTwoHundredThousandSources) {
+TEST(Bake, DefaultsToPhotonsForAboutTwoHundredThousandSources_NoAsan) {
   const auto contents = bake(two_emitters(), {});
   ASSERT_TRUE(contents.ok());
   EXPECT_GT(contents->settings.photons, 1000u);

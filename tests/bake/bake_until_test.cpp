@@ -37,7 +37,7 @@ TEST(BakeGoal, ParsesErrorsAndTimesWithTheirUnits) {
     EXPECT_FALSE(BakeGoal::from(wrong)) << wrong;
 }
 
-TEST(BakeUntil, ReachesTheErrorAndEqualsThePlainBakeOfThatSize) {
+TEST(BakeUntil, ReachesTheErrorAndEqualsThePlainBakeOfThatSize_NoAsan) {
   BakeOptions options;
   std::string why_not;
   BakeReport report;

@@ -135,7 +135,7 @@ TEST(PathCache, ReweighsToThePowersOfAFreshTrace) {
   }
 }
 
-TEST(PathCache, ReweighsTwoMaterialsThatAreEditedInTurn) {
+TEST(PathCache, ReweighsTwoMaterialsThatAreEditedInTurn_NoAsan) {
   const Traced traced = trace(open_room());
   Level edited = with_absorption(open_room(), 0, 0.3f);
   ASSERT_TRUE(traced.cache.reweigh(edited, kSettings).ok());
@@ -386,7 +386,7 @@ Level with_two_emitters() {
 
 // Eyring: a hall of 3840 m3 decays by 60 dB in 7.7 s if its walls absorb 5.2 %, so that paths of 10
 // s are enough, and in 13.3 s if they absorb 3 %. Any number of deposits is enough for the cache.
-TEST(PathCache, IsNotReweighedWhereTheDecayNeedsLongerPaths) {
+TEST(PathCache, IsNotReweighedWhereTheDecayNeedsLongerPaths_NoAsan) {
   const auto hall = [](float absorption) {
     return testing::shoebox({20, 16, 12}, testing::uniform_material(absorption), {5, 4, 3});
   };
@@ -407,7 +407,7 @@ TEST(PathCache, IsNotReweighedWhereTheDecayNeedsLongerPaths) {
 }
 
 // The pilot's noise changes the plan whenever an emitter moves, and with it all photons.
-TEST(PathCache, LetsABakeTraceOnlyTheEmitterThatHasMoved) {
+TEST(PathCache, LetsABakeTraceOnlyTheEmitterThatHasMoved_NoAsan) {
   PathCache cache;
   Level level = with_two_emitters();
   BakeOptions options{.settings = {.photons = 6000, .sources = 20'000}, .keeps_paths = &cache};
@@ -485,7 +485,7 @@ TraceSettings with_chance(const Level& level, std::uint64_t seed) {
 
 // Roulette, splitting and thinning acted at the old absorption. They must not change the mean over
 // seeds.
-TEST(PathCache, IsUnbiasedAgainstAFreshTrace) {
+TEST(PathCache, IsUnbiasedAgainstAFreshTrace_NoAsan) {
   for (const auto& [from, to] : {std::pair(0.1f, 0.5f), std::pair(0.3f, 0.2f)}) {
     const Level before = with_absorption(open_room(), 0, from);
     Level after = with_absorption(open_room(), 0, to);

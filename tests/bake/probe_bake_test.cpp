@@ -42,7 +42,8 @@ double power_of(std::span<const Source> sources, std::size_t band) {
   return sum;
 }
 
-TEST(ProbeBake, StoresThePowerThatTheSurfacesReflectOfAnEmitterOfGainOneButForItsFirstReflections) {
+TEST(ProbeBake,
+     StoresThePowerThatTheSurfacesReflectOfAnEmitterOfGainOneButForItsFirstReflections_NoAsan) {
   BakeOptions options = with_probes();
   options.probe_sources = 8000;  // all that are early
   const auto contents = bake(room(), options);
@@ -63,7 +64,7 @@ TEST(ProbeBake, StoresThePowerThatTheSurfacesReflectOfAnEmitterOfGainOneButForIt
   }
 }
 
-TEST(ProbeBake, IsTheSameOnOneThreadAndOnTwoAndFromShards) {
+TEST(ProbeBake, IsTheSameOnOneThreadAndOnTwoAndFromShards_NoAsan) {
   BakeOptions options = with_probes();
   options.threads = 1;
   const auto one = bake(room(), options);

@@ -73,7 +73,7 @@ TEST(FileUnderAPlayer, MayBeCutOverwrittenReplacedOrDeletedAndSoundsAsLoudAsBefo
     }
 }
 
-TEST(FileUnderAPlayer, WhoseDiskFailsSoundsAsLoudAsBefore) {
+TEST(FileUnderAPlayer, WhoseDiskFailsSoundsAsLoudAsBefore_NoAsan) {
   const Folder folder;
   const std::string path = folder / "a.clamor";
   ASSERT_TRUE(write_bake(path, room(), 1).ok());
@@ -112,7 +112,7 @@ TEST(FileUnderAPlayer, WhoseDiskFailsSoundsAsLoudAsBefore) {
 
 // A mapped page that the disk cannot deliver raises SIGBUS, as does one beyond the end of the file;
 // reading it then gives the reason.
-TEST(FileUnderAPlayer, WhoseDiskFailsUnderAMappingSoundsAsLoudAsBefore) {
+TEST(FileUnderAPlayer, WhoseDiskFailsUnderAMappingSoundsAsLoudAsBefore_NoAsan) {
   const Folder folder;
   const std::string path = folder / "a.clamor";
   ASSERT_TRUE(write_bake(path, room(), 1).ok());

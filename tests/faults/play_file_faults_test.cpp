@@ -81,7 +81,7 @@ void expect_it_is_said_once_and_plays_to_the_end(const FileFault& fault, FileAcc
       << fault.what;
 }
 
-TEST(PlayCommand, SaysOnceThatItsFileIsGoneAndPlaysToTheEnd) {
+TEST(PlayCommand, SaysOnceThatItsFileIsGoneAndPlaysToTheEnd_NoAsan) {
   for (const FileAccess access : {FileAccess::kRead, FileAccess::kMap})
     for (const FileFault& fault : file_faults())
       if (std::string(fault.what) != "overwritten with garbage")  // same as the next
@@ -179,7 +179,7 @@ std::string played_until(const std::string& path, const std::vector<std::string>
   return listening.heard();
 }
 
-TEST(PlayCommand, SaysOnceThatItsBakeWasReplacedAndPlaysTheOldOne) {
+TEST(PlayCommand, SaysOnceThatItsBakeWasReplacedAndPlaysTheOldOne_NoAsan) {
   const Folder folder;
   const std::string path = folder / "a.clamor", wav = folder / "heard.wav";
   ASSERT_TRUE(write_bake(path, room(), 1).ok());
@@ -228,7 +228,7 @@ TEST(PlayCommand, FollowsABakeThatIsReplacedAndStaysWithTheOldOneWhereTheNewOneI
   }
 }
 
-TEST(RenderCommand, OfAFileThatCannotBeReadToTheEndWritesNothing) {
+TEST(RenderCommand, OfAFileThatCannotBeReadToTheEndWritesNothing_NoAsan) {
   const Folder folder;
   const std::string path = folder / "a.clamor";
   ASSERT_TRUE(write_bake(path, room(), 1).ok());
@@ -263,7 +263,7 @@ TEST(RenderCommand, OfAFileThatCannotBeReadToTheEndWritesNothing) {
 }
 
 // A walk among furniture with almost no memory for pages, which arrive at arbitrary times.
-TEST(RenderCommand, WritesTheSameBytesHoweverSlowTheDiskIs) {
+TEST(RenderCommand, WritesTheSameBytesHoweverSlowTheDiskIs_NoAsan) {
   const Folder folder;
   const std::string path = folder / "a.clamor", wav = folder / "a.wav", walk = folder / "walk.json";
   const std::string level = std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb";

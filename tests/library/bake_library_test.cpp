@@ -33,7 +33,7 @@ using testing::without_root;
 
 using BakeLibrary = testing::BakeLibraryTest;
 
-TEST_F(BakeLibrary, WritesTheBytesOfTheCommandToAFileAndIntoMemory) {
+TEST_F(BakeLibrary, WritesTheBytesOfTheCommandToAFileAndIntoMemory_NoAsan) {
   const std::string path = box_file(), out = folder_ + "/library.clamor";
   const BakedLevel level = read(path);
   struct Case {
@@ -80,7 +80,7 @@ TEST_F(BakeLibrary, TakesOptionsOfAnOlderVersionAsTheyWereMeant) {
   EXPECT_TRUE(in_memory(level, options) == by_default);
 }
 
-TEST_F(BakeLibrary, ReadsALevelWithTheOptionsOfTheCommand) {
+TEST_F(BakeLibrary, ReadsALevelWithTheOptionsOfTheCommand_NoAsan) {
   const std::string path = box_file(), sidecar = write("other.json", R"({"emitters": []})");
   const std::string three = "name=three,signal=impulse,at=1,1,1";
   const std::array<const char*, 1> emitters = {three.c_str()};

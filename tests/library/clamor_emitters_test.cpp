@@ -46,7 +46,7 @@ clamor_group_options group_options(double gain) {
 }
 
 // Closed form: amplitudes add.
-TEST(ClamorEmitters, AddUpWithTheirGains) {
+TEST(ClamorEmitters, AddUpWithTheirGains_NoAsan) {
   const auto untouched = EmitterRoom().heard(), all = with_gains(1, 1, 1),
              mixed = with_gains(1, 0.5, 0.1), first = with_gains(1, 0, 0),
              second = with_gains(0, 1, 0), third = with_gains(0, 0, 1);
@@ -57,7 +57,7 @@ TEST(ClamorEmitters, AddUpWithTheirGains) {
   EXPECT_GT(largest_difference(mixed, untouched), 0.05 * peak(untouched));
 }
 
-TEST(ClamorEmitters, FollowTheirGroupAndAreNeverLouderThanTheBake) {
+TEST(ClamorEmitters, FollowTheirGroupAndAreNeverLouderThanTheBake_NoAsan) {
   const EmitterRoom room;
   const clamor_group_options unchanged = group_options(1);
   clamor_group group = 0;

@@ -56,7 +56,7 @@ std::vector<std::vector<float>> undisturbed() {
   return {room.heard(), room.heard(), room.heard()};
 }
 
-TEST(ClamorParts, SilenceWhatTheyEncloseAndLeaveNothingBehind) {
+TEST(ClamorParts, SilenceWhatTheyEncloseAndLeaveNothingBehind_NoAsan) {
   const auto expected = undisturbed();
   const PartRoom room;
   const clamor_part cage = room.add(PartRoom::box());
@@ -85,7 +85,7 @@ TEST(ClamorParts, TransmitAShareOfThePower) {
 }
 
 // A screen beside the emitter and the listener, which hides only what the wall behind it reflects.
-TEST(ClamorParts, ReflectWhatTheyNeitherAbsorbNorScatter) {
+TEST(ClamorParts, ReflectWhatTheyNeitherAbsorbNorScatter_NoAsan) {
   const auto heard_with = [](double absorption, double scattering) {
     const PartRoom room;
     clamor_part_options screen = PartRoom::box();
@@ -185,7 +185,7 @@ TEST(ClamorParts, OccludeForEachListenerWhereItIs) {
   EXPECT_GT(peak(room.heard(other)), kAudible);
 }
 
-TEST(ClamorParts, OccludeInAFreeField) {
+TEST(ClamorParts, OccludeInAFreeField_NoAsan) {
   const PartRoom room(testing::room_without_walls());
   EXPECT_GT(peak(room.heard()), kAudible);
   const clamor_part part = room.add(PartRoom::box());

@@ -105,7 +105,7 @@ const std::vector<float>& with_reverberation(double reverberation) {
 }
 
 // Oracle: the auralizer with the same source as one of its own.
-TEST(ClamorReverberation, IsThatOfTheAuralizersMovingSources) {
+TEST(ClamorReverberation, IsThatOfTheAuralizersMovingSources_NoAsan) {
   for (const float reverberation : {0.0f, 0.25f, 1.0f}) {
     AuralizerOptions options;
     options.voices = 100'000;
@@ -137,7 +137,7 @@ TEST(ClamorReverberation, IsThatOfTheAuralizersMovingSources) {
 }
 
 // Closed form: all reflections are heard, so amplitudes add.
-TEST(ClamorReverberation, ScalesTheAmplitudeOfReflectionsAlone) {
+TEST(ClamorReverberation, ScalesTheAmplitudeOfReflectionsAlone_NoAsan) {
   const auto direct = with_reverberation(0), whole = with_reverberation(1),
              half = with_reverberation(0.5);
   EXPECT_GT(largest_difference(whole, direct), 0.1 * peak(direct));
@@ -146,7 +146,7 @@ TEST(ClamorReverberation, ScalesTheAmplitudeOfReflectionsAlone) {
   EXPECT_LT(largest_difference(half, mean), 1e-4 * peak(whole));
 }
 
-TEST(ClamorReverberation, IsOneUnlessItIsGiven) {
+TEST(ClamorReverberation, IsOneUnlessItIsGiven_NoAsan) {
   const auto whole = with_reverberation(1);
   const ReverberantRoom room, of_older_program;
   clamor_source_options without = room.options();
@@ -159,7 +159,7 @@ TEST(ClamorReverberation, IsOneUnlessItIsGiven) {
   EXPECT_EQ(of_older_program.heard(), whole);
 }
 
-TEST(ClamorReverberation, ChangesWithTheNextCommitAndWithoutAClick) {
+TEST(ClamorReverberation, ChangesWithTheNextCommitAndWithoutAClick_NoAsan) {
   const ReverberantRoom room, dry_room;
   const clamor_source source = room.add(room.options(1));
   dry_room.add(dry_room.options(0));
@@ -178,7 +178,7 @@ TEST(ClamorReverberation, ChangesWithTheNextCommitAndWithoutAClick) {
 }
 
 // Reflections of a sine may cancel each other while it plays; those of noise do not.
-TEST(ClamorReverberation, DiesAwayWhenItsSourceIsRemoved) {
+TEST(ClamorReverberation, DiesAwayWhenItsSourceIsRemoved_NoAsan) {
   std::vector<float> noise;
   for (std::uint32_t i = 0; i < kSampleRate_hz; ++i)
     noise.push_back(0.1f * static_cast<float>(unit(philox(1, {i, 0, 0, 0})[0]) - 0.5));
@@ -198,7 +198,7 @@ TEST(ClamorReverberation, DiesAwayWhenItsSourceIsRemoved) {
 }
 
 // The place of a sound goes to the next one, which no source plays.
-TEST(ClamorReverberation, EndsWithItsSound) {
+TEST(ClamorReverberation, EndsWithItsSound_NoAsan) {
   const ReverberantRoom room;
   room.add(room.options());
   room.heard();
@@ -218,7 +218,7 @@ TEST(ClamorReverberation, EndsWithItsSound) {
 }
 
 // Another source takes the place of one that dies away, with a sound of its own.
-TEST(ClamorReverberation, KeepsItsSoundWhenAnotherSourceIsAdded) {
+TEST(ClamorReverberation, KeepsItsSoundWhenAnotherSourceIsAdded_NoAsan) {
   const ReverberantRoom alone, beside;
   for (const ReverberantRoom* const room : {&alone, &beside}) {
     const clamor_source source = room->add(room->options());
@@ -237,7 +237,7 @@ TEST(ClamorReverberation, KeepsItsSoundWhenAnotherSourceIsAdded) {
   EXPECT_LT(largest_difference(beside.heard(), expected), 1e-6);
 }
 
-TEST(ClamorReverberation, IsRefusedOutOfRange) {
+TEST(ClamorReverberation, IsRefusedOutOfRange_NoAsan) {
   const ReverberantRoom room;
   const clamor_source source = room.add(room.options(1));
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -253,7 +253,7 @@ TEST(ClamorReverberation, IsRefusedOutOfRange) {
   EXPECT_EQ(room.heard(), with_reverberation(1));  // the source is as it was
 }
 
-TEST(ClamorReverberation, IsFiniteWithTheLargestNumbersThatAreAllowed) {
+TEST(ClamorReverberation, IsFiniteWithTheLargestNumbersThatAreAllowed_NoAsan) {
   const ReverberantRoom room;
   clamor_source_options loudest = room.options(100);
   loudest.gain = 1e6;

@@ -40,49 +40,49 @@ class CSharpBinding : public ::testing::Test {
   }
 };
 
-TEST_F(CSharpBinding, DeclaresAllOfTheHeaderAsTheCompilerSeesIt) {
+TEST_F(CSharpBinding, DeclaresAllOfTheHeaderAsTheCompilerSeesIt_NoAsan) {
   const testing::TemporaryFile table(
       ".txt",
       testing::header_table(std::string(testing::kSourceDir) + "/runtime/clamor.h", "CLAMOR_API"));
   run_with_libraries("mono " + program() + " interface clamor " + table.path());
 }
 
-TEST_F(CSharpBinding, DeclaresAllOfTheHeaderOfBakesAsTheCompilerSeesIt) {
+TEST_F(CSharpBinding, DeclaresAllOfTheHeaderOfBakesAsTheCompilerSeesIt_NoAsan) {
   const testing::TemporaryFile table(
       ".txt", testing::header_table(std::string(testing::kSourceDir) + "/bake/clamor_bake.h",
                                     "CLAMOR_BAKE_API"));
   run_with_libraries("mono " + program() + " interface clamor_bake " + table.path());
 }
 
-TEST_F(CSharpBinding, AllocatesNoManagedMemoryToRender) {
+TEST_F(CSharpBinding, AllocatesNoManagedMemoryToRender_NoAsan) {
   run_with_libraries("mono " + program() + " allocations " + testing::violin_room());
 }
 
-TEST_F(CSharpBinding, PlaysSoundsStreamsAndSourcesOfTheApplication) {
+TEST_F(CSharpBinding, PlaysSoundsStreamsAndSourcesOfTheApplication_NoAsan) {
   run_with_libraries("mono " + program() + " sources " + testing::violin_room());
 }
 
-TEST_F(CSharpBinding, OpensDoorsAndPortalsAndChangesReverberation) {
+TEST_F(CSharpBinding, OpensDoorsAndPortalsAndChangesReverberation_NoAsan) {
   run_with_libraries("mono " + program() + " doors " + testing::rooms_with_door());
 }
 
-TEST_F(CSharpBinding, PullsStreamsThatSoundLikeTheSameSamplesInMemory) {
+TEST_F(CSharpBinding, PullsStreamsThatSoundLikeTheSameSamplesInMemory_NoAsan) {
   run_with_libraries("mono " + program() + " pull " + testing::silent_field());
 }
 
-TEST_F(CSharpBinding, BakesTheBytesOfTheProgramAndTheTrianglesOfArrays) {
+TEST_F(CSharpBinding, BakesTheBytesOfTheProgramAndTheTrianglesOfArrays_NoAsan) {
   const testing::EmptyFolder folder;
   run_with_libraries("mono " + program() + " bake " + testing::kSourceDir +
                      "/assets/levels/violin_room.glb " + testing::violin_room() + " " +
                      folder.path());
 }
 
-TEST_F(CSharpBinding, OpensMemoryAndArchivesAndTurnsErrorsIntoExceptions) {
+TEST_F(CSharpBinding, OpensMemoryAndArchivesAndTurnsErrorsIntoExceptions_NoAsan) {
   run_with_libraries("mono " + program() + " use " + testing::violin_room());
 }
 
 // The example of the page is at most 30 lines with the commands, from an empty folder to sound.
-TEST_F(CSharpBinding, TakesThirtyLinesToPlayTheSamplesOfTheProgram) {
+TEST_F(CSharpBinding, TakesThirtyLinesToPlayTheSamplesOfTheProgram_NoAsan) {
   const std::string page = "runtime/bindings/csharp/README.md";
   const std::string code = testing::example_of(page, "csharp");
   const std::string commands = testing::example_of(page, "sh", "Mono (Debian");

@@ -42,7 +42,7 @@ class InstalledBakeLibrary : public ::testing::Test {
   static inline std::string prefix_, libraries_;
 };
 
-TEST_F(InstalledBakeLibrary, IsFoundByCMakeInC99) {
+TEST_F(InstalledBakeLibrary, IsFoundByCMakeInC99_NoAsan) {
   const std::string built = prefix_ + "/built";
   run("cmake -S " + examples() + " -B " + built + " -G Ninja -DCMAKE_PREFIX_PATH=" + prefix_ +
       " -DCMAKE_C_FLAGS='-Wall -Wextra -Wpedantic -Werror'");
@@ -50,7 +50,7 @@ TEST_F(InstalledBakeLibrary, IsFoundByCMakeInC99) {
   expect_it_bakes(built + "/bake_box", prefix_ + "/cmake.clamor");
 }
 
-TEST_F(InstalledBakeLibrary, IsFoundByPkgConfigWithClang) {
+TEST_F(InstalledBakeLibrary, IsFoundByPkgConfigWithClang_NoAsan) {
   if (!has("pkg-config")) GTEST_SKIP() << "not on this machine: pkg-config";
   if (!has("clang")) GTEST_SKIP() << "not on this machine: clang";
   const std::string program = prefix_ + "/by_pkg_config";
@@ -60,7 +60,7 @@ TEST_F(InstalledBakeLibrary, IsFoundByPkgConfigWithClang) {
   expect_it_bakes("LD_LIBRARY_PATH=" + libraries_ + " " + program, prefix_ + "/clang.clamor");
 }
 
-TEST_F(InstalledBakeLibrary, ShowsNothingButItsInterfaceAndLinksNoSoundDevice) {
+TEST_F(InstalledBakeLibrary, ShowsNothingButItsInterfaceAndLinksNoSoundDevice_NoAsan) {
   const std::string library = libraries_ + "/libclamor_bake.so";
   std::istringstream symbols(run("nm -D --defined-only " + library));
   std::string address, kind, name;

@@ -29,7 +29,7 @@ using testing::room;
 using testing::room_without_walls;
 using testing::run;
 
-TEST_P(InstalledLibrary, IsFoundByCMakeAndRunsTheExamples) {
+TEST_P(InstalledLibrary, IsFoundByCMakeAndRunsTheExamples_NoAsan) {
   const std::string compiler = GetParam();
   if (!has(compiler)) GTEST_SKIP() << "not on this machine: " << compiler;
   const std::string built = build(examples(), "examples", compiler);
@@ -59,7 +59,7 @@ INSTANTIATE_TEST_SUITE_P(Compilers, InstalledLibrary, ::testing::Values("gcc", "
 
 using PackagedLibrary = InstalledLibrary;
 
-TEST_F(PackagedLibrary, IsFoundByPkgConfig) {
+TEST_F(PackagedLibrary, IsFoundByPkgConfig_NoAsan) {
   if (!has("pkg-config")) GTEST_SKIP() << "not on this machine: pkg-config";
   const std::string program = prefix_ + "/by_pkg_config";
   run("cc -std=c99 " + examples() + "/play_to_wav.c -o " + program + by_pkg_config("clamor"));
@@ -107,20 +107,20 @@ void expect_sound_from_an_empty_folder(const std::string& prefix, const std::str
 
 const std::string kPage = "runtime/README.md";
 
-TEST_F(PackagedLibrary, TakesThirtyLinesOfCToPlayTheSamplesOfTheProgram) {
+TEST_F(PackagedLibrary, TakesThirtyLinesOfCToPlayTheSamplesOfTheProgram_NoAsan) {
   expect_sound_from_an_empty_folder(prefix_, testing::example_of(kPage, "sh", "`game.c`"),
                                     {{"game.c", testing::example_of(kPage, "c")},
                                      {"CMakeLists.txt", testing::example_of(kPage, "cmake")}});
 }
 
-TEST_F(PackagedLibrary, TakesThirtyLinesOfCppToPlayTheSamplesOfTheProgram) {
+TEST_F(PackagedLibrary, TakesThirtyLinesOfCppToPlayTheSamplesOfTheProgram_NoAsan) {
   if (!has("pkg-config")) GTEST_SKIP() << "not on this machine: pkg-config";
   expect_sound_from_an_empty_folder(prefix_, testing::example_of(kPage, "sh", "`game.cpp`"),
                                     {{"game.cpp", testing::example_of(kPage, "cpp")}});
 }
 
 // The installed package finds the libraries of its own tree.
-TEST_F(PackagedLibrary, TakesThirtyLinesOfPythonToImpulseResponsesAndSound) {
+TEST_F(PackagedLibrary, TakesThirtyLinesOfPythonToImpulseResponsesAndSound_NoAsan) {
   if (std::system("PATH=/usr/bin:$PATH python3 -c 'import numpy' 2>/dev/null") != 0)
     GTEST_SKIP() << "not on this machine: Python 3 with numpy";
   const std::string page = "runtime/bindings/python/README.md";
@@ -138,7 +138,7 @@ TEST_F(PackagedLibrary, TakesThirtyLinesOfPythonToImpulseResponsesAndSound) {
 }
 
 // A client that links libclamor.a needs no libclamor.so, and its own names cannot clash.
-TEST_F(PackagedLibrary, IsAlsoAnArchive) {
+TEST_F(PackagedLibrary, IsAlsoAnArchive_NoAsan) {
   if (!has("pkg-config")) GTEST_SKIP() << "not on this machine: pkg-config";
   const std::string program = prefix_ + "/with_archive";
   run("cc -std=c99 " + examples() + "/play_to_wav.c -o " + program + " $(PKG_CONFIG_PATH=" +
@@ -151,7 +151,7 @@ TEST_F(PackagedLibrary, IsAlsoAnArchive) {
       "grep -v ' clamor_'");
 }
 
-TEST_F(PackagedLibrary, IsFoundByCMakeAsAnArchive) {
+TEST_F(PackagedLibrary, IsFoundByCMakeAsAnArchive_NoAsan) {
   const std::string source = prefix_ + "/static_client";
   fs::create_directories(source);
   std::ofstream(source + "/CMakeLists.txt")
@@ -165,7 +165,7 @@ TEST_F(PackagedLibrary, IsFoundByCMakeAsAnArchive) {
 }
 
 // The library alone can be installed without the program and without what development needs.
-TEST_F(PackagedLibrary, IsInstalledInComponents) {
+TEST_F(PackagedLibrary, IsInstalledInComponents_NoAsan) {
   const fs::path build = fs::path(testing::kProgram).parent_path();
   const std::string into = prefix_ + "/component";
   run("cmake --install " + build.string() + " --component runtime --prefix " + into);
@@ -180,7 +180,7 @@ TEST_F(PackagedLibrary, IsInstalledInComponents) {
 
 // The whole interface begins with clamor_, and what is in the library besides cannot clash with an
 // application's own symbols.
-TEST_F(PackagedLibrary, ShowsNothingButItsInterface) {
+TEST_F(PackagedLibrary, ShowsNothingButItsInterface_NoAsan) {
   std::istringstream symbols(run("nm -D --defined-only " + libraries() + "/libclamor.so"));
   std::string address, kind, name;
   int count = 0;
@@ -192,7 +192,7 @@ TEST_F(PackagedLibrary, ShowsNothingButItsInterface) {
 }
 
 // Packaging notes (tools/packaging/README.md) list the licence of each library that it links.
-TEST_F(PackagedLibrary, LinksOnlyLibrariesWhoseLicencesAreListed) {
+TEST_F(PackagedLibrary, LinksOnlyLibrariesWhoseLicencesAreListed_NoAsan) {
   std::istringstream needed(run("objdump -p " + libraries() + "/libclamor.so | grep NEEDED"));
   std::ifstream page(std::string(testing::kSourceDir) + "/tools/packaging/README.md");
   const std::string notes{std::istreambuf_iterator<char>(page), {}};
@@ -203,7 +203,7 @@ TEST_F(PackagedLibrary, LinksOnlyLibrariesWhoseLicencesAreListed) {
 }
 
 // Neither it nor what it links loads a sound device's library or one under the GPL.
-TEST_F(PackagedLibrary, LoadsNoSoundDeviceAndNoGplLibrary) {
+TEST_F(PackagedLibrary, LoadsNoSoundDeviceAndNoGplLibrary_NoAsan) {
   const std::string loaded = run("ldd " + libraries() + "/libclamor.so");
   for (const char* library :
        {"rtaudio", "jack", "pulse", "asound", "portaudio", "openal", "fftw", "not found"})

@@ -71,14 +71,14 @@ class LuaBinding : public ::testing::Test {
   static inline std::string folder_;
 };
 
-TEST_F(LuaBinding, RendersTheSamplesOfTheProgram) {
+TEST_F(LuaBinding, RendersTheSamplesOfTheProgram_NoAsan) {
   if (is_missing("luajit")) GTEST_SKIP() << "not on this machine: luajit";
   const std::string ours = folder_ + "/ours.wav";
   succeeds("luajit " + examples() + "/render_walk.lua " + room() + " " + walk() + " " + ours);
   expect_the_programs_samples(ours);
 }
 
-TEST_F(LuaBinding, ReturnsSentencesAndReleasesWhatIsCollected) {
+TEST_F(LuaBinding, ReturnsSentencesAndReleasesWhatIsCollected_NoAsan) {
   if (is_missing("luajit")) GTEST_SKIP() << "not on this machine: luajit";
   const std::string script = folder_ + "/misuse.lua";
   std::ofstream(script) << R"(
@@ -124,7 +124,7 @@ TEST_F(LuaBinding, ReturnsSentencesAndReleasesWhatIsCollected) {
     EXPECT_THAT(printed, ::testing::HasSubstr(line));
 }
 
-TEST_F(LuaBinding, IsHeardInALoveGameLikeTheProgram) {
+TEST_F(LuaBinding, IsHeardInALoveGameLikeTheProgram_NoAsan) {
   for (const char* const program : {"love", "xvfb-run"})
     if (is_missing(program)) GTEST_SKIP() << "not on this machine: " << program;
   const std::string ours = folder_ + "/game.wav", picture = folder_ + "/game.png";

@@ -38,14 +38,14 @@ class PythonBinding : public ::testing::Test {
   static inline const std::string python_ = python();
 };
 
-TEST_F(PythonBinding, DeclaresAllOfTheHeaderAsTheCompilerSeesIt) {
+TEST_F(PythonBinding, DeclaresAllOfTheHeaderAsTheCompilerSeesIt_NoAsan) {
   const TemporaryFile table(
       ".txt",
       testing::header_table(std::string(testing::kSourceDir) + "/runtime/clamor.h", "CLAMOR_API"));
   check("interface runtime " + table.path());
 }
 
-TEST_F(PythonBinding, RendersTheSamplesOfTheProgram) {
+TEST_F(PythonBinding, RendersTheSamplesOfTheProgram_NoAsan) {
   const TemporaryFile walk(
       ".json", R"({"points":[{"time_s":0,"position_m":[0,1.7,3],"yaw_deg":0},)"
                R"({"time_s":0.08,"position_m":[1,1.7,2],"yaw_deg":170,"pitch_deg":20},)"
@@ -64,46 +64,48 @@ TEST_F(PythonBinding, RendersTheSamplesOfTheProgram) {
   compare("--receivers omni", R"("output": "receivers")");
 }
 
-TEST_F(PythonBinding, PlaysSoundsStreamsAndSourcesOfTheApplication) {
+TEST_F(PythonBinding, PlaysSoundsStreamsAndSourcesOfTheApplication_NoAsan) {
   check("sources " + testing::violin_room());
 }
 
-TEST_F(PythonBinding, OpensDoorsAndPortalsAndChangesReverberation) {
+TEST_F(PythonBinding, OpensDoorsAndPortalsAndChangesReverberation_NoAsan) {
   check("doors " + testing::rooms_with_door());
 }
 
 using PythonBakeBinding = PythonBinding;
 
-TEST_F(PythonBakeBinding, DeclaresAllOfTheHeaderAsTheCompilerSeesIt) {
+TEST_F(PythonBakeBinding, DeclaresAllOfTheHeaderAsTheCompilerSeesIt_NoAsan) {
   const TemporaryFile table(
       ".txt", testing::header_table(std::string(testing::kSourceDir) + "/bake/clamor_bake.h",
                                     "CLAMOR_BAKE_API"));
   check("interface bake " + table.path());
 }
 
-TEST_F(PythonBakeBinding, BakesTheBytesOfTheProgramAndTheTrianglesOfArrays) {
+TEST_F(PythonBakeBinding, BakesTheBytesOfTheProgramAndTheTrianglesOfArrays_NoAsan) {
   const testing::EmptyFolder folder;
   check("bake " + std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb " +
         testing::violin_room() + " " + folder.path());
 }
 
-TEST_F(PythonBakeBinding, GivesImpulseResponsesWithDirectSoundOfTheRightDelayAndAmplitude) {
+TEST_F(PythonBakeBinding, GivesImpulseResponsesWithDirectSoundOfTheRightDelayAndAmplitude_NoAsan) {
   const testing::EmptyFolder folder;
   check("respond " + folder.path());
 }
 
-TEST_F(PythonBakeBinding, WritesIntoTheCallersArraysWithoutCopies) {
+TEST_F(PythonBakeBinding, WritesIntoTheCallersArraysWithoutCopies_NoAsan) {
   const testing::EmptyFolder folder;
   check("arrays " + folder.path());
 }
 
-TEST_F(PythonBinding, WarnsOfPlacesOutsideTheLevel) { check("outside " + testing::violin_room()); }
+TEST_F(PythonBinding, WarnsOfPlacesOutsideTheLevel_NoAsan) {
+  check("outside " + testing::violin_room());
+}
 
-TEST_F(PythonBakeBinding, NamesTheArgumentThatIsWrongInEveryPublicCall) {
+TEST_F(PythonBakeBinding, NamesTheArgumentThatIsWrongInEveryPublicCall_NoAsan) {
   check(testing::rooms_with_door(), "python_arguments.py");
 }
 
-TEST_F(PythonBinding, OpensBytesRendersInRealTimeAndRaisesErrors) {
+TEST_F(PythonBinding, OpensBytesRendersInRealTimeAndRaisesErrors_NoAsan) {
   check("use " + testing::violin_room());
 }
 

@@ -70,7 +70,7 @@ double power(const Sound& sound, std::size_t channel, double from_s, double to_s
 
 double db(double power_ratio) { return 10 * std::log10(power_ratio); }
 
-TEST_F(SdlGame, PlaysTheSamplesOfTheProgramWhereItsSourcesAreMuted) {
+TEST_F(SdlGame, PlaysTheSamplesOfTheProgramWhereItsSourcesAreMuted_NoAsan) {
   const TemporaryFile theirs(".wav"),
       walk(".json", R"({"points":[{"time_s":0,"position_m":[3,4,1.5]},)"
                     R"({"time_s":0.3,"position_m":[2.5,3,1.25]}]})");
@@ -88,7 +88,7 @@ TEST_F(SdlGame, PlaysTheSamplesOfTheProgramWhereItsSourcesAreMuted) {
 }
 
 // The bell's direction is 90 degrees * t to the right of where the listener looks.
-TEST_F(SdlGame, IsLouderInTheEarOnTheSideOfTheBell) {
+TEST_F(SdlGame, IsLouderInTheEarOnTheSideOfTheBell_NoAsan) {
   const Sound heard = recorded_in_free_field("--press 2 --seconds 4");
   ASSERT_TRUE(is_sound(heard));
   for (double t = 0.1; t < 3.9; t += 0.1) {
@@ -102,7 +102,7 @@ TEST_F(SdlGame, IsLouderInTheEarOnTheSideOfTheBell) {
   }
 }
 
-TEST_F(SdlGame, LetsTheVoiceFadeWithDistance) {
+TEST_F(SdlGame, LetsTheVoiceFadeWithDistance_NoAsan) {
   const Sound heard = recorded_in_free_field("--walk 0 0 15 --press 1 --loudspeakers");
   ASSERT_TRUE(is_sound(heard));
   // For half a second from each second on, it says "ah". Its sound takes up to 50 ms.
@@ -119,7 +119,7 @@ TEST_F(SdlGame, LetsTheVoiceFadeWithDistance) {
 }
 
 // Two rooms: the walker stands in one, the voice paces in the other.
-TEST_F(SdlGame, LetsTheVoiceBeHeardThroughTheDoorThatItOpens) {
+TEST_F(SdlGame, LetsTheVoiceBeHeardThroughTheDoorThatItOpens_NoAsan) {
   const auto heard = [](const std::string& keys) {
     return recorded(program(),
                     rooms_with_door() + " 4 2 6 --seconds 2 --loudspeakers --press " + keys);
@@ -130,7 +130,7 @@ TEST_F(SdlGame, LetsTheVoiceBeHeardThroughTheDoorThatItOpens) {
   EXPECT_LT(power(open, 0, 0, 0.05), 0.1 * power(open, 0, 1.2, 2)) << "it opens within a second";
 }
 
-TEST_F(SdlGame, LetsTheVoiceReverberateWhereTheBakeHasProbes) {
+TEST_F(SdlGame, LetsTheVoiceReverberateWhereTheBakeHasProbes_NoAsan) {
   const std::string place = " 4 2 8.9 --seconds 1 --loudspeakers --press 1";
   const Sound room = recorded(program(), rooms_with_door() + place),
               field = recorded(program(), silent_field() + place);
@@ -139,7 +139,7 @@ TEST_F(SdlGame, LetsTheVoiceReverberateWhereTheBakeHasProbes) {
   EXPECT_GT(db(power(room, 0, 0.3, 1) / power(field, 0, 0.3, 1)), 3);
 }
 
-TEST_F(SdlGame, IsTheSameInCppByPkgConfig) {
+TEST_F(SdlGame, IsTheSameInCppByPkgConfig_NoAsan) {
   const std::string arguments = silent_field() + " 0 0 0 --seconds 0.2 --loudspeakers";
   const Sound from_c = recorded(program(), arguments);
   EXPECT_TRUE(is_sound(from_c));
@@ -154,7 +154,7 @@ TEST_F(SdlGame, IsTheSameInCppByPkgConfig) {
 
 // SDL's disk driver calls the audio callback as a device would, and keeps what it gets. The game
 // ends when it has been heard, however late the first keyframe is.
-TEST_F(SdlGame, IsHeardThroughTheAudioThreadOfSdl) {
+TEST_F(SdlGame, IsHeardThroughTheAudioThreadOfSdl_NoAsan) {
   const TemporaryFile raw(".raw");
   run("SDL_VIDEODRIVER=dummy SDL_AUDIODRIVER=disk SDL_DISKAUDIOFILE=" + raw.path() +
       " timeout 300 " + program() + " " + room() +

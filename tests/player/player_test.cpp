@@ -194,7 +194,7 @@ TEST(Player, RecordsWhatItPlays) {
 }
 
 // Replaced by the same bake it plays what it would have played, since loops go on where they are.
-TEST(Player, GoesOnWithLoopsWhenItsBakeIsReplaced) {
+TEST(Player, GoesOnWithLoopsWhenItsBakeIsReplaced_NoTsan) {
   BakeContents contents = testing::baked_contents(300);
   contents.signals[2] = testing::sine(310);  // a click would begin anew
   const auto file = testing::as_file(contents);
@@ -379,7 +379,7 @@ std::vector<float> resampled(std::vector<float> samples, int rate_hz) {
 
 // The player resamples as with `play --rate`. A block of 256 frames at 8 kHz is one and a half
 // keyframes.
-TEST(Player, IsHeardAsTheOfflineRenderResampledFrom8To192KHz) {
+TEST(Player, IsHeardAsTheOfflineRenderResampledFrom8To192KHz_NoAsan_NoTsan) {
   for (const int rate_hz : {8000, 32000, 192000}) {
     SCOPED_TRACE(rate_hz);
     std::vector<float> heard;

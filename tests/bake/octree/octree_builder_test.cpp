@@ -129,7 +129,7 @@ TEST(Octree, TakesAnyNumberOfSourcesInOnePlace) {
   EXPECT_EQ(tree.sources.size(), 5000u);
 }
 
-TEST(Octree, EqualsABruteForceTreeOnAnyNumberOfThreads) {
+TEST(Octree, EqualsABruteForceTreeOnAnyNumberOfThreads_NoAsan) {
   // By default TBB has no more threads than the machine has cores.
   const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
   const std::vector<testing::DegenerateList> lists = {
@@ -157,7 +157,7 @@ TEST(Octree, EqualsABruteForceTreeOnAnyNumberOfThreads) {
     }
 }
 
-TEST(Octree, IsFastForManySourcesInOnePlace) {
+TEST(Octree, IsFastForManySourcesInOnePlace_NoAsan) {
   // The brute-force check would need 4 * 10^9 comparisons, several minutes.
   auto sources = testing::degenerate_sources(2'000'000, 1, {.places = 1});
   const auto tree = build_octree(std::move(sources));

@@ -60,7 +60,7 @@ TEST(PatchRadius, IsFiniteForOneSourceAndForNone) {
 }
 
 // The search with trees and lists alone is slow, but simple.
-TEST(PatchRadius, IsThatOfTheSlowSearchOnEveryInstructionSet) {
+TEST(PatchRadius, IsThatOfTheSlowSearchOnEveryInstructionSet_NoAsan) {
   for (const auto& sources : {testing::wall_sources(20'000), wall(60, 0.1f), wall(5, 1), wall(4, 1),
                               testing::degenerate_sources(6000, 1, {.keys = 3, .places = 700}),
                               // So many at a place that they exceed the list of candidates.

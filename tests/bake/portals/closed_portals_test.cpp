@@ -39,7 +39,7 @@ BakeContents baked(const Level& level) {
   return std::move(*contents);
 }
 
-TEST(ClosedPortals, AddTheSourcesOfTheLevelWithWallsInTheirPlace) {
+TEST(ClosedPortals, AddTheSourcesOfTheLevelWithWallsInTheirPlace_NoAsan) {
   const BakeContents both = baked(rooms_in_both_states());
   const auto is_open = [](const PortalSet& set) { return set.has_state(PortalSet::kStateOpen); };
   const auto is_closed = [](const PortalSet& set) {
@@ -76,7 +76,7 @@ TEST(ClosedPortals, CrossfadeBetweenTheStates) {
             (Shares{1, 0.25f, 0.25f, 0.25f, 0.75f, 0.75f}));
 }
 
-TEST(ClosedPortals, AreOpenForReadersThatSetNothing) {
+TEST(ClosedPortals, AreOpenForReadersThatSetNothing_NoAsan) {
   const BakeContents both = baked(rooms_in_both_states());
   const auto file = testing::as_file(both);
   EXPECT_TRUE(file->portals() == both.portals);
@@ -86,7 +86,7 @@ TEST(ClosedPortals, AreOpenForReadersThatSetNothing) {
   EXPECT_GT(file->source_count(), all->sources.size() + 1000);
 }
 
-TEST(ClosedPortals, HaveTheSameBytesFromAJournalAndFromShards) {
+TEST(ClosedPortals, HaveTheSameBytesFromAJournalAndFromShards_NoAsan) {
   const auto bytes_of = [](BakeOptions options) {
     const auto contents = bake(rooms_in_both_states(), options);
     EXPECT_TRUE(contents.ok()) << contents.error().message;

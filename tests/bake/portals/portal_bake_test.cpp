@@ -49,7 +49,7 @@ TEST(PortalBake, MarksAllSourcesOfTheFarRoomAndNoEarlyOneOfTheNearRoom) {
   EXPECT_GT(near, far);
 }
 
-TEST(PortalBake, ChangesNoSourceButItsEmitter) {
+TEST(PortalBake, ChangesNoSourceButItsEmitter_NoAsan) {
   const BakeContents with = baked_portal_rooms(true), without = baked_portal_rooms(false);
   EXPECT_TRUE(physics_of(with) == physics_of(without));
   EXPECT_EQ(with.statistics.decay, without.statistics.decay);
@@ -98,7 +98,7 @@ BakeOptions options_with_probes(int threads) {
   return options;
 }
 
-TEST(PortalBake, HasTheSameBytesOnAnyThreadsFromAJournalAndFromShards) {
+TEST(PortalBake, HasTheSameBytesOnAnyThreadsFromAJournalAndFromShards_NoAsan) {
   const std::string bytes = bytes_of(options_with_probes(1));
   EXPECT_TRUE(bytes == bytes_of(options_with_probes(3)));
   const TemporaryFile journal(".journal");

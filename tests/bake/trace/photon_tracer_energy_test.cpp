@@ -99,7 +99,7 @@ Level alike_rooms() {
   return two_rooms(outer, thin);
 }
 
-TEST(EnergyBalance, BalancesPerPhotonAndBandWithoutRoulette) {
+TEST(EnergyBalance, BalancesPerPhotonAndBandWithoutRoulette_NoAsan) {
   const auto books = accounts(alike_rooms(), {.roulette_exponent = 0, .max_bounces = 40}, 3000);
   Power transmitted{}, escaped{};
   for (const Account& a : books)
@@ -113,7 +113,7 @@ TEST(EnergyBalance, BalancesPerPhotonAndBandWithoutRoulette) {
   EXPECT_GT(escaped[0], 0.3);
 }
 
-TEST(EnergyBalance, BalancesWithRouletteIncludingItsGainsAndLosses) {
+TEST(EnergyBalance, BalancesWithRouletteIncludingItsGainsAndLosses_NoAsan) {
   for (const double exponent : {0.15, 0.5, 1.0}) {
     const auto books =
         accounts(alike_rooms(), {.roulette_exponent = exponent, .max_bounces = 40}, 8000);
@@ -134,7 +134,7 @@ TEST(EnergyBalance, BalancesWithRouletteIncludingItsGainsAndLosses) {
   }
 }
 
-TEST(EnergyBalance, BalancesOnAverageForBandsWithDifferentBrdfs) {
+TEST(EnergyBalance, BalancesOnAverageForBandsWithDifferentBrdfs_NoAsan) {
   Material outer = testing::uniform_material(0.1f, 0.2f);
   outer.phong = {0, 1, 3, 10, 30, 100, 300, 1000};
   Material thin = testing::uniform_material(0.7f, 0.1f);
@@ -176,7 +176,7 @@ TEST(EnergyBalance, BalancesOnAverageForBandsWithDifferentBrdfs) {
 
 // Power of paths that image sources stand for is that which mirrors reflect on them; all the rest
 // is in deposits.
-TEST(EnergyBalance, CountsThePowerOfImagesOnce) {
+TEST(EnergyBalance, CountsThePowerOfImagesOnce_NoAsan) {
   Material mirror = testing::uniform_material(0, 0, kMirrorExponent);
   mirror.absorption = {0.02f, 0.05f, 0.1f, 0.15f, 0.2f, 0.3f, 0.4f, 0.5f};
   mirror.scattering = {0.5f, 0.4f, 0.3f, 0.2f, 0.1f, 0.05f, 0.02f, 0};

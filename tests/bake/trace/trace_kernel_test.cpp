@@ -98,7 +98,7 @@ std::vector<std::array<double, kBandCount>> shares(const Material& material, dou
   return shares;
 }
 
-TEST(TraceKernel, SamplesDirectionsFromTheBrdf) {
+TEST(TraceKernel, SamplesDirectionsFromTheBrdf_NoAsan) {
   for (const double exponent : {0.0, 0.3, 10.0, 100.0, 1000.0}) {
     const Material material = uniform_material(0, 0.2f, static_cast<float>(exponent));
     for (const double incidence_deg : {20.0, 80.0, 89.0}) {
@@ -149,7 +149,7 @@ TEST(TraceKernel, MirrorsReflectInOneDirection) {
 
 // Directions follow the mixture of the bands' BRDFs under the path's weights. The new weights,
 // summed over any cell, give each band's own share of it.
-TEST(TraceKernel, SamplesTheMixtureOfBandsAndReweightsEachToItsBrdf) {
+TEST(TraceKernel, SamplesTheMixtureOfBandsAndReweightsEachToItsBrdf_NoAsan) {
   Material material = uniform_material(0);
   material.scattering = {0.1f, 0.9f, 0, 0.3f, 0.5f, 0.2f, 0, 0.05f};
   material.phong = {0, 1, 3, 10, 30, 100, 300, 1000};
@@ -195,7 +195,7 @@ TEST(TraceKernel, SamplesTheMixtureOfBandsAndReweightsEachToItsBrdf) {
 
 // Transmitted power continues straight, with the same lobe around that direction. The side is
 // sampled, too, and the weights correct for it per band.
-TEST(TraceKernel, TransmitsPhotonsWithTheMaterialsShareAndLobe) {
+TEST(TraceKernel, TransmitsPhotonsWithTheMaterialsShareAndLobe_NoAsan) {
   Material material = uniform_material(0.6f, 0.2f, 20);
   material.transmission = {0.02f, 0.05f, 0.1f, 0.2f, 0.3f, 0.4f, 0.5f, 0.6f};
   const Bands weights = {2, 0.5f, 1, 1, 0.5f, 1, 1.5f, 0.5f};

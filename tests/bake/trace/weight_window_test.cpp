@@ -60,7 +60,7 @@ DecayModel decay_of_pilot() {
   return trace_pilot(Scene(level.mesh), level, {}).decay;
 }
 
-TEST(WeightWindow, KeepsTheMeanOfALateDecayAndLowersItsSpread) {
+TEST(WeightWindow, KeepsTheMeanOfALateDecayAndLowersItsSpread_NoAsan) {
   constexpr int kRuns = 48;
   constexpr double kFrom_s = 0.25;
   const auto plain = late_powers({}, kFrom_s, kRuns);
@@ -71,7 +71,7 @@ TEST(WeightWindow, KeepsTheMeanOfALateDecayAndLowersItsSpread) {
   EXPECT_LT(deviation(windowed) / mean(windowed), 0.6 * deviation(plain) / mean(plain));
 }
 
-TEST(WeightWindow, IsUnbiasedWithAWrongEstimateOfTheDecay) {
+TEST(WeightWindow, IsUnbiasedWithAWrongEstimateOfTheDecay_NoAsan) {
   constexpr int kRuns = 48;
   constexpr double kFrom_s = 0.1;
   const auto plain = late_powers({}, kFrom_s, kRuns);

@@ -193,7 +193,7 @@ TEST_F(Geometry, IsEqualInBinaryAndTextFiles) {
   EXPECT_EQ(binary->level.mesh, text.mesh);
 }
 
-TEST_F(Geometry, InAHierarchyOfDepth100000IsFound) {
+TEST_F(Geometry, InAHierarchyOfDepth100000IsFound_NoAsan) {
   triangle();
   for (int i = 1; i < 100000; ++i) node({{"children", {i - 1}}, {"translation", {0.001, 0, 0}}});
   EXPECT_NEAR(corner(level(), 0, 0).x, 99.999, 1e-3);

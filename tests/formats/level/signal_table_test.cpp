@@ -8,7 +8,7 @@
 namespace clamor::testing {
 namespace {
 
-TEST(BuiltInNoise, IsPinkWithAnRmsOfMinus20Decibels) {
+TEST(BuiltInNoise, IsPinkWithAnRmsOfMinus20Decibels_NoAsan) {
   const auto noise = built_in_signal("noise");
   ASSERT_EQ(noise.size(), 192000u);
   double power = 0;

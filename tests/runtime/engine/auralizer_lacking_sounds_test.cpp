@@ -137,7 +137,7 @@ void expect_same_sample(const std::map<std::uint64_t, float>& got,
   }
 }
 
-TEST(CrowdSounds, FitIntoTheDefaultMemoryAndSilenceNoVoice) {
+TEST(CrowdSounds, FitIntoTheDefaultMemoryAndSilenceNoVoice_NoAsan_NoTsan) {
   const auto file = crowd();
   std::set<std::uint32_t> all;
   for (std::uint32_t s = 0; s < kSounds; ++s) all.insert(s);
@@ -152,7 +152,7 @@ TEST(CrowdSounds, FitIntoTheDefaultMemoryAndSilenceNoVoice) {
   expect_same_sample(playing.sample(), sample_of(file, all, 150));
 }
 
-TEST(CrowdSounds, LeaveTheirVoicesToOthersUntilTheyArrive) {
+TEST(CrowdSounds, LeaveTheirVoicesToOthersUntilTheyArrive_NoAsan_NoTsan) {
   const auto file = crowd();
   Playing playing(file, options_with(0));
   const std::set<std::uint32_t> first = {0, 3, 4, 7, 11, 12, 18, 21};
@@ -177,7 +177,7 @@ TEST(CrowdSounds, LeaveTheirVoicesToOthersUntilTheyArrive) {
   EXPECT_EQ(playing.sounds().late, 0u);
 }
 
-TEST(CrowdSounds, ThatDoNotFitLeaveTheirVoicesToTheLoudest) {
+TEST(CrowdSounds, ThatDoNotFitLeaveTheirVoicesToTheLoudest_NoAsan_NoTsan) {
   const auto file = crowd();
   Playing playing(file, options_with(1'000'000));
   playing.play(200, 1);

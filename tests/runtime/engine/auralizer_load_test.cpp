@@ -93,7 +93,7 @@ AuralizerInput noisy_room() {
   return input;
 }
 
-TEST(AuralizerLoad, ASlowSamplerDrawsFewerSourcesAtTheSameLevelAndRecovers) {
+TEST(AuralizerLoad, ASlowSamplerDrawsFewerSourcesAtTheSameLevelAndRecovers_NoAsan) {
   Adapting slow(noisy_room(), kLoadVoices), quick(noisy_room(), kLoadVoices, false);
   slow.play(0.5);
   quick.play(0.5);
@@ -116,7 +116,7 @@ TEST(AuralizerLoad, ASlowSamplerDrawsFewerSourcesAtTheSameLevelAndRecovers) {
   EXPECT_EQ(slow.auralizer->statistics().min_k, late.k);
 }
 
-TEST(AuralizerLoad, ASlowMixerShedsVoicesUntilTheSamplerDrawsFewer) {
+TEST(AuralizerLoad, ASlowMixerShedsVoicesUntilTheSamplerDrawsFewer_NoAsan) {
   Adapting slow(noisy_room(), kLoadVoices), quick(noisy_room(), kLoadVoices, false);
   slow.play(0.5);
   quick.play(0.5);
@@ -148,7 +148,7 @@ TEST(AuralizerLoad, ASlowMixerShedsVoicesUntilTheSamplerDrawsFewer) {
 }
 
 // The cost is too high for all voices, but not for as many as the limit allows now.
-TEST(AuralizerLoad, ASlightlySlowMixerGetsAsManyVoicesAsFit) {
+TEST(AuralizerLoad, ASlightlySlowMixerGetsAsManyVoicesAsFit_NoAsan) {
   Adapting slow(noisy_room(), kLoadVoices);
   slow.play(0.5);
   slow.audio.per_voice_s = 1.3 * kLoadBlock_s / kLoadVoices;
@@ -179,7 +179,7 @@ struct WaitingClock {
   }
 };
 
-TEST(AuralizerLoad, ASamplerThatWaitsForACoreSharesSamplesAmongKeyframes) {
+TEST(AuralizerLoad, ASamplerThatWaitsForACoreSharesSamplesAmongKeyframes_NoAsan) {
   Adapting slow(noisy_room(), kLoadVoices);
   WaitingClock clock;
   AuralizerOptions options;
@@ -224,7 +224,7 @@ std::vector<Click> clicks_in_left_channel(const std::vector<float>& out) {
   return find_clicks(left, 1e-4 * static_cast<double>(peak));
 }
 
-TEST(AuralizerLoad, VoicesAreShedAndReturnWithoutClicks) {
+TEST(AuralizerLoad, VoicesAreShedAndReturnWithoutClicks_NoAsan) {
   const AuralizerInput input = toned_room();
   Adapting quick(input, kLoadVoices, false);
   for (const bool binaural : {false, true}) {
@@ -256,7 +256,7 @@ TEST(AuralizerLoad, VoicesAreShedAndReturnWithoutClicks) {
   EXPECT_EQ(clicks_in_left_channel(torn).size(), 1u);
 }
 
-TEST(AuralizerLoad, ChangesNothingWhileThereIsTime) {
+TEST(AuralizerLoad, ChangesNothingWhileThereIsTime_NoAsan) {
   Adapting adapting(noisy_room(), 300), plain(noisy_room(), 300, false);
   adapting.audio.per_voice_s = 0.7 * kLoadBlock_s / 300;
   adapting.sampler.per_voice_s = 0.7 * 0.02 / 300;
@@ -264,7 +264,7 @@ TEST(AuralizerLoad, ChangesNothingWhileThereIsTime) {
 }
 
 // While the sampler stalls, the mixer holds the last keyframe and sheds voices of it.
-TEST(AuralizerLoad, TheMixerShedsVoicesWhileTheSamplerStalls) {
+TEST(AuralizerLoad, TheMixerShedsVoicesWhileTheSamplerStalls_NoAsan) {
   for (const bool binaural : {false, true}) {  // binaural voices have all bands of an HRTF
     Adapting slow(toned_room(), kLoadVoices, true, binaural);
     std::vector<float> out = slow.play(0.5);

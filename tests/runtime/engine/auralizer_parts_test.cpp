@@ -80,7 +80,7 @@ double last_level_db(const std::vector<float>& samples) {
   return level_db(std::span(samples).last(kSampleRate_hz / 5));
 }
 
-TEST(AuralizerParts, SoundAsIfTheDoorWereBuiltIn) {
+TEST(AuralizerParts, SoundAsIfTheDoorWereBuiltIn_NoAsan) {
   for (const bool exact : {true, false})
     for (const double open_deg : {0.0, 50.0, 90.0}) {
       const auto is = player_of(rooms({door(open_deg)}, {}, testing::sine()), exact);
@@ -175,7 +175,7 @@ TEST(AuralizerParts, ChangeTheVoicesOfTheNextKeyframe) {
 // The direct sound alone, through a door that transmits a fifth; reflections only make it steadier.
 // The first crack is a step, because a slit of 1 cm lets long waves pass at -18 dB and one of 5 cm
 // at -14 dB (tests/physics/opening_test.cpp has the exact solution).
-TEST(AuralizerParts, OpenADoorInASecondInStepsOfADecibelAndTwoAtTheFirstCrack) {
+TEST(AuralizerParts, OpenADoorInASecondInStepsOfADecibelAndTwoAtTheFirstCrack_NoAsan) {
   const auto largest_step_db = [](bool exact, double opens_s, std::size_t from_keyframe) {
     const auto is = source_before(door(0, 1), exact, 0.2f);
     const auto powers = power_by_keyframe(*is, kListener, 2, [&](double t) {
@@ -194,7 +194,7 @@ TEST(AuralizerParts, OpenADoorInASecondInStepsOfADecibelAndTwoAtTheFirstCrack) {
   }
 }
 
-TEST(AuralizerParts, OpenADoorInASecondWithoutClicks) {
+TEST(AuralizerParts, OpenADoorInASecondWithoutClicks_NoAsan) {
   for (const bool exact : {true, false}) {
     const auto is = player_of(rooms({door(0)}, {}, testing::sine(400)), exact);
     const PartHandle handle = is->level_parts().front();

@@ -96,7 +96,7 @@ double power_at(float openness, int voices,
   return power_of(heard(*auralizer, 25));
 }
 
-TEST(AuralizerPortals, ScaleWhatPassedThem) {
+TEST(AuralizerPortals, ScaleWhatPassedThem_NoAsan) {
   for (const int voices : {100, 5000}) {
     const double open = power_at(1, voices);
     EXPECT_GT(open, 1e-6);
@@ -144,7 +144,7 @@ TEST(AuralizerPortals, OpenAndCloseWithTheirDoorUntilTheyAreSet) {
   EXPECT_LT(power(), 1e-12 * open);
 }
 
-TEST(AuralizerPortals, LetTheClosedStateSoundAsFarAsTheyAreClosed) {
+TEST(AuralizerPortals, LetTheClosedStateSoundAsFarAsTheyAreClosed_NoAsan) {
   Level level = testing::portal_rooms();
   level.portals[0].is_baked_closed = true;
   level.portal_materials = {0};
@@ -160,7 +160,7 @@ TEST(AuralizerPortals, LetTheClosedStateSoundAsFarAsTheyAreClosed) {
   EXPECT_LT(power_of(heard(*untouched, 50)), 1e-12 * closed);
 }
 
-TEST(AuralizerPortals, SoundAsWithoutPortalsWhenOpen) {
+TEST(AuralizerPortals, SoundAsWithoutPortalsWhenOpen_NoAsan) {
   const auto level_db = [](bool has_portal) {
     const auto file = as_file(baked_portal_rooms(has_portal));
     const auto all = read_expanded_sources(*file);
@@ -231,7 +231,7 @@ TEST(AuralizerPortals, OfAScriptAreChecked) {
 }
 
 // A moving source in the first room, heard through the probes round it by a listener in the other.
-TEST(AuralizerPortals, ScaleTheReflectionsOfMovingSources) {
+TEST(AuralizerPortals, ScaleTheReflectionsOfMovingSources_NoAsan) {
   Level level = testing::portal_rooms();
   level.emitters.clear();
   level.signals = {noise()};
@@ -263,7 +263,7 @@ TEST(AuralizerPortals, ScaleTheReflectionsOfMovingSources) {
 
 // Sound that leaves a room with hard walls through its door is lost in the other one. Oracle:
 // levels with an open doorway and with a wall in its place.
-TEST(AuralizerPortals, FadeTheRoomOfAMovingSourceBetweenBothStates) {
+TEST(AuralizerPortals, FadeTheRoomOfAMovingSourceBetweenBothStates_NoAsan) {
   const auto power_in_room = [](Level level, float openness) {
     level.emitters.clear();
     level.signals = {noise()};

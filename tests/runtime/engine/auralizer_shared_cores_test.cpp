@@ -158,7 +158,7 @@ TEST_P(Shared, HalfOfEachCoreCostsLeadAndNoVoices) {
 }
 
 // The work of 90 % needs 180 % of the time, so that half of the voices are too many.
-TEST_P(Shared, HalfOfEachCoreCostsTheVoicesThatDoNotFitAndTheyReturn) {
+TEST_P(Shared, HalfOfEachCoreCostsTheVoicesThatDoNotFitAndTheyReturn_NoAsan) {
   for (const double own : {0.9, 1.5}) {
     SharedCores machine(GetParam());
     machine.sampling = 0.5;

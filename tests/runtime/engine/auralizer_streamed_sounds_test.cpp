@@ -70,7 +70,7 @@ AuralizerOptions options(std::uint64_t memory_bytes) {
   return made;
 }
 
-TEST_F(AuralizerStreamedSounds, AreBitIdenticalToSoundsDecodedInAdvance) {
+TEST_F(AuralizerStreamedSounds, AreBitIdenticalToSoundsDecodedInAdvance_NoAsan) {
   for (const bool panned : {false, true}) {       // panned voices have one delay each
     if (testing::kSanitized && panned) continue;  // slow
     AuralizerOptions asked = options(6'000'000);

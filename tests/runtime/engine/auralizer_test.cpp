@@ -55,7 +55,7 @@ std::vector<float> mixed_blocks(Auralizer& auralizer, std::size_t frames, NextBl
   return out;
 }
 
-TEST(Auralizer, RendersTheSameSamplesForAnyBlockSizes) {
+TEST(Auralizer, RendersTheSameSamplesForAnyBlockSizes_NoTsan) {
   constexpr std::size_t kFrames = testing::kSanitized ? 12000 : 40000;
   const auto regular = mixed_blocks(*auralizer_with(60), kFrames, [] { return 256; });
   std::minstd_rand random(3);
@@ -87,7 +87,7 @@ TEST(Auralizer, RendersTheSameSamplesFromAFileWithAlmostNoMemory) {
   EXPECT_EQ(pages.failed, 0u);
 }
 
-TEST(Auralizer, ReadsTheGeometryOnlyForOcclusion) {
+TEST(Auralizer, ReadsTheGeometryOnlyForOcclusion_NoAsan_NoTsan) {
   const testing::TemporaryFile written(".clamor");
   testing::write(testing::baked_contents(500), written);
   const std::string& path = written.path();
@@ -139,7 +139,7 @@ TEST(Auralizer, KeepsItsLoadedPagesWhenTheFileIsTruncated) {
   EXPECT_GT(*std::max_element(cut.begin(), cut.end()), 1e-3f);
 }
 
-TEST(Auralizer, IsSilentBeforeItsFirstKeyframe) {
+TEST(Auralizer, IsSilentBeforeItsFirstKeyframe_NoTsan) {
   const auto auralizer = auralizer_with(60);
   std::vector<float> block(512, 1.0f);
   auralizer->mix(block);
@@ -147,7 +147,7 @@ TEST(Auralizer, IsSilentBeforeItsFirstKeyframe) {
   EXPECT_EQ(auralizer->statistics().held_blocks, 1u);
 }
 
-TEST(Auralizer, HoldsTheLastKeyframeWhileTheSamplerStalls) {
+TEST(Auralizer, HoldsTheLastKeyframeWhileTheSamplerStalls_NoTsan) {
   const Walk still = Walk::standing({{4, 5, 1.6}, 0.4, 0});
   // The signals are steady tones, because the sampler follows changes of level.
   AuralizerInput input = baked_room();
@@ -169,7 +169,7 @@ TEST(Auralizer, HoldsTheLastKeyframeWhileTheSamplerStalls) {
 
 // The listener travels 900 km and back within four seconds, and the sampler stalls for three of
 // them. After the return the scene is audible at once, not three seconds of keyframes later.
-TEST(Auralizer, FollowsTheClockAfterAStall) {
+TEST(Auralizer, FollowsTheClockAfterAStall_NoTsan) {
   const auto pose = [](double t) {
     Listener pose{{4, 5, 1.6}, 0.4, 0};
     if (t >= 1 && t < 5) pose.position_m.x += 450e3 * std::min(t - 1, 5 - t);
@@ -206,7 +206,7 @@ TEST(Auralizer, FollowsTheClockAfterAStall) {
   EXPECT_NEAR(10 * std::log10(back / before), 0, 2);
 }
 
-TEST(Auralizer, StartsAndEndsVoicesWithoutClicks) {
+TEST(Auralizer, StartsAndEndsVoicesWithoutClicks_NoTsan) {
   AuralizerInput input = baked_room();
   input.signals.assign(3, testing::sine(200));
   const auto out = mixed_blocks(*auralizer_with(30, "priority", input), 96000, [] { return 256; });
@@ -222,7 +222,7 @@ TEST(Auralizer, StartsAndEndsVoicesWithoutClicks) {
   EXPECT_LT(bend, 0.005f * height);
 }
 
-TEST(Auralizer, HasTheSameLevelWithFewVoicesAsWithAll) {
+TEST(Auralizer, HasTheSameLevelWithFewVoicesAsWithAll_NoTsan) {
   const auto energy = [](const std::vector<float>& samples) {
     double sum = 0;
     for (const float sample : samples) sum += static_cast<double>(sample) * sample;
@@ -246,7 +246,7 @@ TEST(Auralizer, HasTheSameLevelWithFewVoicesAsWithAll) {
 
 // With as many voices as sources, a sample that is drawn every third keyframe must sound like
 // strategy `all`, which re-evaluates every source in every keyframe.
-TEST(Auralizer, FollowsTheListenerWithALargeSampleDrawnLessOften) {
+TEST(Auralizer, FollowsTheListenerWithALargeSampleDrawnLessOften_NoAsan_NoTsan) {
   AuralizerInput input = baked_room(850);
   for (Signal& signal : input.signals) signal.loop = true;
   input.signals[2] = input.signals[0];  // the sampler omits sources while their signal is silent
@@ -287,7 +287,7 @@ class FirstSource final : public SamplingStrategy {
   };
 };
 
-TEST(Auralizer, PlaysTheSampleOfAStrategyThatTheApplicationBrings) {
+TEST(Auralizer, PlaysTheSampleOfAStrategyThatTheApplicationBrings_NoTsan) {
   AuralizerOptions options;
   options.strategy = std::make_shared<const FirstSource>();
   auto auralizer = Auralizer::create(baked_room(), options);
@@ -296,7 +296,7 @@ TEST(Auralizer, PlaysTheSampleOfAStrategyThatTheApplicationBrings) {
   EXPECT_EQ((*auralizer)->statistics().voices, 1u);
 }
 
-TEST(Auralizer, RejectsInvalidOptionsAndInput) {
+TEST(Auralizer, RejectsInvalidOptionsAndInput_NoTsan) {
   AuralizerOptions options;
   options.rays = 0;
   EXPECT_FALSE(Auralizer::create(baked_room(), options).ok());

@@ -178,7 +178,8 @@ TEST_P(TurningListener, RotatesTheSceneSmoothly) {
   EXPECT_GT(difference(turns, later(static_cast<double>(later_frames + kThird)), last), 2 * error);
 }
 
-// The bound is that of Auralizer.StartsAndEndsVoicesWithoutClicks, at 400 degrees per second.
+// The bound is that of Auralizer.StartsAndEndsVoicesWithoutClicks_NoTsan, at 400 degrees per
+// second.
 TEST_P(TurningListener, CausesNoClickWhenTurningFast) {
   const TurningOutput output = GetParam();
   AuralizerInput input = testing::baked_room(60);

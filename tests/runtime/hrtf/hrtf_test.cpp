@@ -21,7 +21,7 @@ namespace {
 using namespace testing;
 
 // Compares levels; interaural_times_test.cpp compares the time between the ears band by band.
-TEST(Binaural, EqualsConvolutionWithTheHrtfFromTwoHundredDirections) {
+TEST(Binaural, EqualsConvolutionWithTheHrtfFromTwoHundredDirections_NoAsan) {
   // of the mix, relative to the measured response
   std::vector<std::array<ErbBands, kEars>> level_db;
   for (const std::size_t d : two_hundred()) {
@@ -50,7 +50,7 @@ TEST(Binaural, EqualsConvolutionWithTheHrtfFromTwoHundredDirections) {
 }
 
 // A diffuse field is as loud in each band as without an HRTF.
-TEST(Binaural, AddsNoColourInTheMeanOverAllDirections) {
+TEST(Binaural, AddsNoColourInTheMeanOverAllDirections_NoAsan) {
   const HrtfMagnitudeFit fit;
   ErbBands sum{}, flat = fit.energy_of([] {
     std::array<double, kHrtfBands> ones;

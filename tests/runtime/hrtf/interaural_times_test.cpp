@@ -110,7 +110,7 @@ double reach_s(std::size_t band) { return std::min(0.5 / erb_band_centre_hz(band
 
 double tolerance_s(double time_s) { return std::max(20e-6, 0.05 * std::abs(time_s)); }
 
-TEST(Binaural, HasTheInterauralTimeOfConvolutionInEveryErbBandBelow1400Hz) {
+TEST(Binaural, HasTheInterauralTimeOfConvolutionInEveryErbBandBelow1400Hz_NoAsan) {
   std::size_t bands = 0;
   for (const std::size_t d : two_hundred()) {
     const Ears made = spectra_of_click(d, kBinaural), measured = convolved_click(d);
@@ -132,7 +132,7 @@ TEST(Binaural, HasTheInterauralTimeOfConvolutionInEveryErbBandBelow1400Hz) {
 // Envelopes of all frequencies above 1400 Hz. Sound diffracts around the head on more than one
 // path, so the measured lag jumps between directions; the mixer uses the mean there, so that
 // turning the head causes no jump.
-TEST(Binaural, HasTheEnvelopeLagOfConvolutionAbove1400Hz) {
+TEST(Binaural, HasTheEnvelopeLagOfConvolutionAbove1400Hz_NoAsan) {
   constexpr Range kAbove{kFollowed_hz, 12000};
   constexpr double kSteepest_s = 25e-6;  // per degree
   std::vector<double> measured_s;

@@ -98,7 +98,7 @@ class Work : public ::testing::TestWithParam<Output> {};
 // Whatever keyframes contain, however late they are and whatever is shed, a block of n frames mixes
 // at most n + 63 frames per voice and filter bank, and loads each voice once per 960 frames plus
 // once.
-TEST_P(Work, IsBoundedByVoicesTimesFrames) {
+TEST_P(Work, IsBoundedByVoicesTimesFrames_NoAsan) {
   for (const bool busy : {false, true}) {
     Callbacks callbacks(GetParam(), busy);
     BlockMixer& mixer = callbacks.mixer();

@@ -41,7 +41,7 @@ std::vector<float> rendered(Mixer& mixer, std::int64_t first, std::int64_t keyfr
 // are rounded to 2^-32 frames at keyframes and positions follow from the clock, so no error
 // accumulates. An error of a millionth of a frame per keyframe would add up to 0.2 frames in that
 // hour.
-TEST(MixerErrorBounds, AreZeroForDriftAtTheEndOfADay) {
+TEST(MixerErrorBounds, AreZeroForDriftAtTheEndOfADay_NoAsan) {
   const MixMode mode{Interpolation::kLinear, 1, false};
   const auto signals = prepare_signals(std::vector<Signal>{testing::sine(997)}, mode);
   Keyframe keyframe;
@@ -68,7 +68,7 @@ TEST(MixerErrorBounds, AreZeroForDriftAtTheEndOfADay) {
 
 // Steps at keyframes in the worst case: gains change from full scale to its negative, and delays
 // reverse at half the speed of sound.
-TEST(MixerErrorBounds, HoldForGainsAndDelaysAtKeyframes) {
+TEST(MixerErrorBounds, HoldForGainsAndDelaysAtKeyframes_NoAsan) {
   // A constant signal shows the gains; a ramp, interpolated linearly, shows the read position.
   std::vector<Signal> sounds(2);
   sounds[0].samples = {1};
@@ -145,7 +145,7 @@ std::vector<double> places_read(int keyframes, Delay delay_at) {
   return places;
 }
 
-TEST(MixerErrorBounds, HoldForReadPositionsAndSpeeds) {
+TEST(MixerErrorBounds, HoldForReadPositionsAndSpeeds_NoAsan) {
   constexpr int kKeyframes = 60, kSteps = kKeyframeFrames / kStepFrames;
   const auto delay_at = [](int k) { return 600 + 200 * std::sin(0.9 * k); };
   const std::vector<double> places = places_read(kKeyframes, delay_at);
@@ -167,7 +167,7 @@ TEST(MixerErrorBounds, HoldForReadPositionsAndSpeeds) {
 // A voice of full scale fades in and out like KeyframeMaker's, with a quarter sine, in the mode
 // used for playback: eight bands, cubic. Its gain is the envelope of a tone at 8 kHz, where the
 // band filters are short; it appears kLate_frames later.
-TEST(MixerErrorBounds, HoldForFadesInEightBands) {
+TEST(MixerErrorBounds, HoldForFadesInEightBands_NoAsan) {
   constexpr int kKeyframes = 24;
   constexpr double kTone_hz = 8000, kLate_frames = 10.12;
   constexpr std::size_t kWindow_frames = 12;  // two periods

@@ -34,7 +34,7 @@ TEST(HalfPlaneReference, HasHalfTheAmplitudeAtItsEdgeAndAllOfItFarAway) {
 
 double decibels(double power) { return 10 * std::log10(std::max(power, 1e-12)); }
 
-TEST(FresnelVisibility, IsWithin3DecibelsOfTheExactHalfPlaneDownToMinus15Decibels) {
+TEST(FresnelVisibility, IsWithin3DecibelsOfTheExactHalfPlaneDownToMinus15Decibels_NoAsan) {
   const OcclusionGeometry geometry(half_plane(), std::vector<Material>(1));
   int count = 0;
   for (const double before_m : {1.0, 3.0, 10.0})
@@ -60,7 +60,7 @@ TEST(FresnelVisibility, IsWithin3DecibelsOfTheExactHalfPlaneDownToMinus15Decibel
 }
 
 // At walking speed, 2.8 cm are 20 ms.
-TEST(FresnelVisibility, FallsByLessThan3DecibelsPer20MillisecondsOnAWalkIntoAShadow) {
+TEST(FresnelVisibility, FallsByLessThan3DecibelsPer20MillisecondsOnAWalkIntoAShadow_NoAsan) {
   const OcclusionGeometry geometry(half_plane(), std::vector<Material>(1));
   Bands last{};
   for (double y = 2; y > -6; y -= 0.028) {
@@ -98,7 +98,7 @@ Mesh furnished() {
   return mesh;
 }
 
-TEST(FresnelVisibility, IsWithinADecibelOfAThousandPathsPerBand) {
+TEST(FresnelVisibility, IsWithinADecibelOfAThousandPathsPerBand_NoAsan) {
   int close = 0, first = 0, count = 0;
   std::uint64_t rays = 0;
   for (const Mesh& mesh : {half_plane(), furnished()}) {

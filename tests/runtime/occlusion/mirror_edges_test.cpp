@@ -65,7 +65,7 @@ double largest_step_db(const Bands& a, const Bands& b, double floor_db) {
 
 // The whole field, from before the half-plane, where its image is heard, over the edge and into its
 // shadow.
-TEST(ImageDiffraction, AddsUpWithDirectSoundToTheExactFieldOfAHalfPlane) {
+TEST(ImageDiffraction, AddsUpWithDirectSoundToTheExactFieldOfAHalfPlane_NoAsan) {
   const OcclusionGeometry geometry(testing::half_plane(), mirrors());
   for (const Vec3 from : {Vec3(-3, -0.5, 0.6), Vec3(-2, -4, 0.6)}) {
     const Vec3 image(-from.x, from.y, from.z);
@@ -111,7 +111,7 @@ Complex exact_wedge_pressure(double from_rad, double r_to_m, double to_rad, doub
 }
 
 // From one face to the other.
-TEST(ImageDiffraction, AddsUpWithDirectSoundToTheExactFieldOfAWedge) {
+TEST(ImageDiffraction, AddsUpWithDirectSoundToTheExactFieldOfAWedge_NoAsan) {
   Mesh mesh;
   testing::add_quad(
       mesh, {Vec3f(0, 0, -500), Vec3f(0, 0, 500), Vec3f(1000, 0, 500), Vec3f(1000, 0, -500)});

@@ -97,7 +97,7 @@ TEST(OcclusionGeometry, ThatIsBuiltFastGivesTheSameAnswersBeforeAndAfterItsRefin
 }
 
 // Embree returns null when it gets no memory.
-TEST(OcclusionGeometry, ThrowsWithoutMemory) {
+TEST(OcclusionGeometry, ThrowsWithoutMemory_NoAsan) {
   const Mesh mesh = testing::many_triangles(200'000);
   const std::vector<Material> materials(1);
   bool has_thrown = false, has_built = false;
@@ -196,7 +196,7 @@ TEST(OcclusionGeometry, LetsNoWallOccludeItsOwnSourcesNorRevealThemBehindIt) {
 
 class OcclusionOnALevel : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(OcclusionOnALevel, LetsNoWallOccludeItsOwnSourcesNorRevealThemBehindIt) {
+TEST_P(OcclusionOnALevel, LetsNoWallOccludeItsOwnSourcesNorRevealThemBehindIt_NoAsan) {
   const std::string path = std::string(testing::kSourceDir) + "/" + GetParam();
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
   const auto imported = import_level(path, {});

@@ -70,7 +70,7 @@ TEST(VisibilityCache, GivesTheSampleOfAFullScanWithVisibility) {
   }
 }
 
-TEST(VisibilityCache, IsZeroThroughAWallWithoutTransmission) {
+TEST(VisibilityCache, IsZeroThroughAWallWithoutTransmission_NoAsan) {
   const World world(two_rooms(false), 300);
   for (std::uint32_t i = 0; i < 6; ++i) {
     const RandomBits bits = philox(3, {i, 0, 0, 0});
@@ -82,7 +82,7 @@ TEST(VisibilityCache, IsZeroThroughAWallWithoutTransmission) {
   }
 }
 
-TEST(VisibilityCache, IsZeroThroughAWallEvenIfNeighboursStandForASource) {
+TEST(VisibilityCache, IsZeroThroughAWallEvenIfNeighboursStandForASource_NoAsan) {
   const World world(two_rooms(false), 300);
   for (const int rays : {2000, kRaysPerKeyframe}) {
     SourceList list(world.radiation, world.weights, world.sources);

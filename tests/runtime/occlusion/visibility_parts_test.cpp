@@ -114,7 +114,7 @@ struct Hearing {
   Bands of_emitter{};
 };
 
-TEST(VisibilityParts, OpenAndCloseADoorWithinTheKeyframe) {
+TEST(VisibilityParts, OpenAndCloseADoorWithinTheKeyframe_NoAsan) {
   Doorway doorway(testing::kSanitized ? 100 : 200);
   Hearing hearing(doorway);
   for (int i = 0; i < 60; ++i) hearing.sample(doorway.update(), kPlace);
@@ -132,7 +132,7 @@ TEST(VisibilityParts, OpenAndCloseADoorWithinTheKeyframe) {
   }
 }
 
-TEST(VisibilityParts, FollowADoorThatOpensInASecondWithoutSteps) {
+TEST(VisibilityParts, FollowADoorThatOpensInASecondWithoutSteps_NoAsan) {
   Doorway doorway(testing::kSanitized ? 40 : 100);
   Hearing hearing(doorway);
   for (int i = 0; i < 60; ++i) hearing.sample(doorway.update(), kPlace);

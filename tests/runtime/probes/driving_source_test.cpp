@@ -122,13 +122,13 @@ double largest_step_db(const std::vector<double>& level_db) {
 
 constexpr Vec3 kEars_m[] = {{15, 1.6, 1}, {5, 1.6, 4.2}};
 
-TEST(DrivingSource, HasASteadyLevelWhereItStands) {
+TEST(DrivingSource, HasASteadyLevelWhereItStands_NoAsan) {
   for (const double x_m : {3.0, 9.9, 15.0})
     EXPECT_LT(largest_step_db(heard_of({.from_m = x_m}, kEars_m[0]).level_db), 0.02) << x_m;
 }
 
 // Weights and powers that follow the place at once step by up to 4.5 dB more than the direct sound.
-TEST(DrivingSource, StepsByNoMoreThanADecibelBeyondItsDirectSound) {
+TEST(DrivingSource, StepsByNoMoreThanADecibelBeyondItsDirectSound_NoAsan) {
   for (const Vec3& ear_m : kEars_m)
     for (Drive drive : {Drive{1.5, 8.5, 11.5}, Drive{30, 1, 19}}) {
       const auto whole_db = heard_of(drive, ear_m).level_db;
@@ -144,7 +144,7 @@ TEST(DrivingSource, StepsByNoMoreThanADecibelBeyondItsDirectSound) {
     }
 }
 
-TEST(DrivingSource, DoesNotClick) {
+TEST(DrivingSource, DoesNotClick_NoAsan) {
   for (const Drive& drive : {Drive{15, 4, 16, 1, true}, Drive{30, 4, 16, 1, true}}) {
     const auto left = heard_of(drive, kEars_m[0]).left;
     float peak = 0;

@@ -121,7 +121,7 @@ const std::vector<float>& of_moving_source(float reverberation, double seconds, 
   return sound;
 }
 
-TEST(ReverberantSource, IsAsLoudAsAnEmitterAtItsPlace) {
+TEST(ReverberantSource, IsAsLoudAsAnEmitterAtItsPlace_NoAsan) {
   const BakedFile baked(false);
   auto auralizer = Auralizer::create(baked.open(), offline(0));
   ASSERT_TRUE(auralizer.ok()) << auralizer.error().message;
@@ -133,7 +133,7 @@ TEST(ReverberantSource, IsAsLoudAsAnEmitterAtItsPlace) {
   EXPECT_LT(power_db(direct), power_db(emitter) - 5);
 }
 
-TEST(ReverberantSource, HasReflectionsOfTheAmplitudeThatItIsGiven) {
+TEST(ReverberantSource, HasReflectionsOfTheAmplitudeThatItIsGiven_NoAsan) {
   const double whole_db = power_db(of_moving_source(1, 2));
   const double direct = std::pow(10, power_db(of_moving_source(0, 2)) / 10);
   const double reflected = std::pow(10, whole_db / 10) - direct;
@@ -141,7 +141,7 @@ TEST(ReverberantSource, HasReflectionsOfTheAmplitudeThatItIsGiven) {
   EXPECT_NEAR(half_db, 10 * std::log10(direct + reflected / 4), 0.5);
 }
 
-TEST(ReverberantSource, IsHeardWithItsRoomFromTheFirstKeyframesOn) {
+TEST(ReverberantSource, IsHeardWithItsRoomFromTheFirstKeyframesOn_NoAsan) {
   const auto& sound = of_moving_source(1, 1, 0.2);
   const auto part = [&](double from_s, double to_s) {
     return std::span(sound).subspan(static_cast<std::size_t>(from_s * kSampleRate_hz),
@@ -153,7 +153,7 @@ TEST(ReverberantSource, IsHeardWithItsRoomFromTheFirstKeyframesOn) {
 }
 
 // In a diffuse field, what is left t after the end of a steady sound is exp(-13.8 t / T60) of it.
-TEST(ReverberantSource, DiesAwayWhenItIsRemoved) {
+TEST(ReverberantSource, DiesAwayWhenItIsRemoved_NoAsan) {
   constexpr double kEnd_s = 1;
   // 144 m3 with 180 m2 of absorption 0.15 (Eyring).
   const double t60_s = 24 * std::log(10.0) / 343 * 144 / (-180 * std::log(1 - 0.15));
@@ -268,7 +268,7 @@ TEST(ReverberantSource, IsHeardDirectlyWhereProbesHaveNoReflections) {
 // Each of a crowd is heard through one or two reflections; together they have the right level in
 // any bake. If all copies of a probe's tree chose alike, 1.3 dB would be missing on average, and
 // single bakes would differ by twice that.
-TEST(ReverberantSource, AddsUpInACrowdThatHasFewVoices) {
+TEST(ReverberantSource, AddsUpInACrowdThatHasFewVoices_NoAsan) {
   const auto crowd_power = [](const BakedFile& baked, int voices) {
     AuralizerOptions options = offline(150);
     options.voices = voices;

@@ -34,7 +34,7 @@ LoudnessTrack track_of(const TimedEnvelope& timed, std::uint64_t frames, bool lo
   return {timed.envelope, frames, loop, same_in_all_bands(1), {}};
 }
 
-TEST(SignalWeights, ByDelayBoundTheLevelForEveryDelayInTheBin) {
+TEST(SignalWeights, ByDelayBoundTheLevelForEveryDelayInTheBin_NoAsan) {
   const TimedEnvelope sound = testing::syllables(1);
   constexpr double kPerS = 50;
   for (const bool loop : {true, false})
@@ -62,7 +62,7 @@ TEST(SignalWeights, ByDelayBoundTheLevelForEveryDelayInTheBin) {
       }
 }
 
-TEST(SignalWeights, ByDelayAreMaximalForUnknownDelays) {
+TEST(SignalWeights, ByDelayAreMaximalForUnknownDelays_NoAsan) {
   const TimedEnvelope sound = testing::syllables(1);
   std::vector<BandShares> by_delay(3);
   track_of(sound, sound.frames, true).shares_by_delay(1, 50, 0.1, by_delay);
@@ -70,7 +70,7 @@ TEST(SignalWeights, ByDelayAreMaximalForUnknownDelays) {
     for (std::size_t b = 0; b < kBandCount; ++b) EXPECT_EQ(share_in_band(shares, b), 1);
 }
 
-TEST(SignalWeights, AheadBoundTheLevelUntilThen) {
+TEST(SignalWeights, AheadBoundTheLevelUntilThen_NoAsan) {
   const TimedEnvelope sound = testing::syllables(1);
   for (const bool loop : {true, false}) {
     const LoudnessTrack track = track_of(sound, sound.frames, loop);
@@ -96,7 +96,7 @@ TEST(SignalWeights, AheadBoundTheLevelUntilThen) {
 }
 
 // The rounding error of a float is a tenth of a millisecond after an hour and four after a day.
-TEST(SignalWeights, AheadHoldForAnEmitterThatStartsAfterADay) {
+TEST(SignalWeights, AheadHoldForAnEmitterThatStartsAfterADay_NoAsan) {
   const TimedEnvelope sound = testing::syllables(1);
   const LoudnessTrack track = track_of(sound, sound.frames, false);
   for (const double begins_s : {0.0, 3600.0, 80'000.0})

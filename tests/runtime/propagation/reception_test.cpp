@@ -133,7 +133,7 @@ TEST(Reception, WeighsASourceByTheMeanOfBothReceivers) {
 
 // Like PrioritySampler.GivesTheSampleOfASortOfAllPriorities, for a listener who walks, stands and
 // turns.
-TEST(Reception, EntersThePrioritiesExactly) {
+TEST(Reception, EntersThePrioritiesExactly_NoAsan) {
   const ReceptionRoom room(400);
   constexpr std::size_t kVoices = 200;
   SourceList list = room.list();

@@ -44,7 +44,7 @@ double sum(const Bands& bands) {
 }
 
 // Compared with the mixer's filter bank, an independent implementation at two sample rates.
-TEST(SignalWeights, AreTheMeanSquareOfTheMixersBandsOverALoop) {
+TEST(SignalWeights, AreTheMeanSquareOfTheMixersBandsOverALoop_NoAsan) {
   std::vector<Signal> signals = {noise_bursts(true, 0.3, 0.2, 2.0), noise_bursts(true, 0, 1, 0.9),
                                  noise_bursts(true, 0.7, 0.05, 5.1)};
   for (const double hz : {63.0, 130.0, 400.0, 1000.0, 5000.0}) {
@@ -72,7 +72,7 @@ TEST(SignalWeights, AreTheMeanSquareOfTheMixersBandsOverALoop) {
   }
 }
 
-TEST(SignalWeights, AreAtLeastTheMeanOverTheDecayOfARoomAndNeverZeroDuringASound) {
+TEST(SignalWeights, AreAtLeastTheMeanOverTheDecayOfARoomAndNeverZeroDuringASound_NoAsan) {
   for (const bool loop : {false, true}) {
     const TimedEnvelope bursts = timed(noise_bursts(loop, 1.7, 0.1, 3.6));
     const LoudnessTrack raw = track(bursts, {0, 0, 0}), smooth = track(bursts);
@@ -94,7 +94,7 @@ TEST(SignalWeights, AreAtLeastTheMeanOverTheDecayOfARoomAndNeverZeroDuringASound
 // Follows the mean only. Without this smoothing every phrase would exchange voices.
 constexpr EnvelopeSmoothing kWithoutBursts{.burst_db = 100};
 
-TEST(SignalWeights, AreAtLeastTheLoudestMoment) {
+TEST(SignalWeights, AreAtLeastTheLoudestMoment_NoAsan) {
   Signal claps{"claps", std::vector<float>(4 * kSampleRate_hz, 0.001f), true};
   for (std::size_t clap = 0; clap < 8; ++clap)
     for (std::size_t i = 0; i < 480; ++i)
@@ -107,7 +107,7 @@ TEST(SignalWeights, AreAtLeastTheLoudestMoment) {
   EXPECT_LT(sum(mean.at(1.01).weights), 0.2 * sum(moments.at(1.01).weights));
 }
 
-TEST(SignalWeights, AreConstantThroughoutAPhrase) {
+TEST(SignalWeights, AreConstantThroughoutAPhrase_NoAsan) {
   for (const bool loop : {false, true}) {
     Signal phrase{"phrase", {}, loop};
     for (std::uint32_t i = 0; i < 8 * kSampleRate_hz; ++i) {
@@ -125,7 +125,7 @@ TEST(SignalWeights, AreConstantThroughoutAPhrase) {
   }
 }
 
-TEST(SignalWeights, FollowALoudSoundAndDecayAfterIt) {
+TEST(SignalWeights, FollowALoudSoundAndDecayAfterIt_NoAsan) {
   Signal signal{"bang", {}, true};
   for (std::uint32_t i = 0; i < 20 * kSampleRate_hz; ++i) {
     const double x = unit(philox(5, {i, 0, 0, 0})[0]) - 0.5;
@@ -140,7 +140,7 @@ TEST(SignalWeights, FollowALoudSoundAndDecayAfterIt) {
     EXPECT_NEAR(10 * std::log10(sum(heard.at(t).weights) / bang), -28, 0.5) << t;
 }
 
-TEST(SignalWeights, KnowASoundInAdvanceAndEndSoonAfterIt) {
+TEST(SignalWeights, KnowASoundInAdvanceAndEndSoonAfterIt_NoAsan) {
   Signal signal{"burst", std::vector<float>(5 * kSampleRate_hz, 0), false};
   for (std::size_t i = 2 * kSampleRate_hz; i < 3 * kSampleRate_hz; ++i)
     signal.samples[i] = i % 2 == 0 ? 0.5f : -0.4f;
@@ -158,7 +158,7 @@ TEST(SignalWeights, KnowASoundInAdvanceAndEndSoonAfterIt) {
   }
 }
 
-TEST(SignalWeights, BetweenTwoTimesAreTheMaximumOverThem) {
+TEST(SignalWeights, BetweenTwoTimesAreTheMaximumOverThem_NoAsan) {
   for (const bool loop : {false, true}) {
     const LoudnessTrack heard = track(noise_bursts(loop, 0.37, 0.06, 2.9));
     for (std::uint32_t i = 0; i < 300; ++i) {
@@ -175,7 +175,7 @@ TEST(SignalWeights, BetweenTwoTimesAreTheMaximumOverThem) {
   }
 }
 
-TEST(SignalWeights, OfALoopHaveNoSeam) {
+TEST(SignalWeights, OfALoopHaveNoSeam_NoAsan) {
   const Signal signal = noise_bursts(true, 0.33, 0.17, 2.5);
   Signal later = signal;  // the same loop, starting 1 s later
   std::rotate(later.samples.begin(), later.samples.begin() + kSampleRate_hz, later.samples.end());
@@ -185,7 +185,7 @@ TEST(SignalWeights, OfALoopHaveNoSeam) {
         << t;
 }
 
-TEST(SignalWeights, OfSteadySoundsAreSteady) {
+TEST(SignalWeights, OfSteadySoundsAreSteady_NoAsan) {
   Signal tone{"tone", {}, true};
   for (int i = 0; i < kSampleRate_hz / 2; ++i)
     tone.samples.push_back(static_cast<float>(std::sin(2 * 3.14159265358979 * i / 48)));
@@ -201,7 +201,7 @@ TEST(SignalWeights, OfSteadySoundsAreSteady) {
   EXPECT_NEAR(weights.by_signal[0][4] / (0.5 * passed * passed * loudness_weights()[4]), 1, 0.001);
 }
 
-TEST(SignalWeights, OfAnEmptySignalAreZero) {
+TEST(SignalWeights, OfAnEmptySignalAreZero_NoAsan) {
   for (const bool loop : {false, true})
     EXPECT_EQ(track({"nothing", {}, loop}).at(0.1).weights, Bands{});
 }

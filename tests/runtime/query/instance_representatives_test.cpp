@@ -172,7 +172,7 @@ TEST(InstanceRepresentatives, AreTheSourcesWithTheHighestKeysAndKnowTheNextKey) 
 }
 
 // Listeners are among the sources, beside them and kilometres away; there are few voices or many.
-TEST(InstanceRepresentatives, GiveTheSampleOfAScanOfAllSourcesOfNestedInstances) {
+TEST(InstanceRepresentatives, GiveTheSampleOfAScanOfAllSourcesOfNestedInstances_NoAsan) {
   const std::uint64_t seeds = testing::kSanitized ? 1 : 3;
   for (std::uint64_t seed = 0; seed < seeds; ++seed) {
     const Nested nested(seed);

@@ -149,7 +149,7 @@ TEST(NodeFront, HidesNothingWhilePagesComeAndGo) {
 }
 
 // The thresholds hardly change, so a plan is used for as long as it is valid.
-TEST(NodeFront, HidesNothingWithSteadySignals) {
+TEST(NodeFront, HidesNothingWithSteadySignals_NoAsan) {
   Lobes lobes(60'000);
   for (const bool smoothed : {true, false}) {
     if (!smoothed) lobes.weights.tracks.clear();
@@ -163,7 +163,7 @@ TEST(NodeFront, HidesNothingWithSteadySignals) {
 }
 
 // A shortlist is valid within a ball that is smaller than a few such steps.
-TEST(NodeFront, HidesNothingFromAFastListener) {
+TEST(NodeFront, HidesNothingFromAFastListener_NoAsan) {
   Lobes lobes(60'000);
   lobes.weights.tracks.clear();
   for (const double step_m : {0.03, 0.07, 0.08, 0.1, 0.15, 0.24, 0.26}) {

@@ -255,7 +255,7 @@ TEST(BakedInstances, AreUnbiasedInEveryBand) {
     }
 }
 
-TEST(BakedInstances, HaveTheTotalPowerOfTheLevel) {
+TEST(BakedInstances, HaveTheTotalPowerOfTheLevel_NoAsan) {
   for (const bool ground : {false, true}) {
     const StadiumLevel level = stadium_level(ground);
     for (const Vec3& place : kPlaces) {
@@ -303,7 +303,7 @@ TEST(BakedInstances, AreTheSameSourcesWithAnyMemoryLimit) {
   std::filesystem::remove(options.spill);
 }
 
-TEST(BakedInstances, StoreAMillionFansInAFewHundredKilobytes) {
+TEST(BakedInstances, StoreAMillionFansInAFewHundredKilobytes_NoAsan) {
   for (const bool ground : {false, true}) {
     StadiumLevel level;
     level.fans = testing::kSanitized ? 100 : 1000;

@@ -100,7 +100,7 @@ TEST(City, OfABillionFansNeedsAFewMegabytesOfDiskAndMemory) {
   EXPECT_LT(city.loader->statistics().bytes, 20'000'000u);
 }
 
-TEST(City, IsUnbiased) {
+TEST(City, IsUnbiased_NoAsan) {
   // A hundred thousand blocks suffice for the statistics and are few enough to be summed.
   testing::CitySize size;
   size.stadiums = 10;

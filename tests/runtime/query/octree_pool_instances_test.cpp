@@ -150,7 +150,7 @@ TEST(PrototypeU, GivesOneSourceAKeyAboveTheTotalPowerAndIsUniform) {
 }
 
 // Nested instances with rotation, scale, gain and other signals, and sources outside any instance.
-TEST(Instances, GiveTheSampleOfAScanOfAllTheirSources) {
+TEST(Instances, GiveTheSampleOfAScanOfAllTheirSources_NoAsan) {
   const std::uint64_t seeds = testing::kSanitized ? 2 : 4;
   for (std::uint64_t seed = 0; seed < seeds; ++seed) {
     const Stadium stadium(seed, seed % 2 == 0 ? 40 : 1500, 20, 30, seed < 2 ? 3000 : 0);
@@ -241,7 +241,7 @@ TEST(Instances, MissNoSourceFarFromTheOrigin) {
 
 // There are far fewer voices than instances, so nearly every instance is represented by one source
 // or not at all.
-TEST(Instances, AreUnbiased) {
+TEST(Instances, AreUnbiased_NoAsan) {
   constexpr int kSeeds = testing::kSanitized ? 12 : 40;
   constexpr std::size_t kVoices[] = {30, 300};
   std::array<double, std::size(kVoices)> sum{}, squares{};

@@ -108,7 +108,7 @@ Vec3 random_place(std::uint64_t seed, std::uint32_t i) {
   return {30 * unit(bits[0]) - 5, 12 * unit(bits[1]) - 2, 25 * unit(bits[2]) - 5};
 }
 
-TEST(OctreePool, GivesTheSampleOfAScanOfAllSources) {
+TEST(OctreePool, GivesTheSampleOfAScanOfAllSources_NoAsan) {
   for (std::uint64_t seed = 0; seed < 6; ++seed) {
     const Hall hall(seed, seed % 2 == 0 ? 3000 : 20'000);
     // Two of three seeds boost late sources.
@@ -211,7 +211,7 @@ TEST(OctreePool, TestsNoMoreSourcesForLongAfterTheThresholdFellOnce) {
 
 // The listener strolls, moves fast and returns while the threshold varies: no cached result hides a
 // source.
-TEST(OctreePool, FindsEverySourceOnAnyPathOfTheListener) {
+TEST(OctreePool, FindsEverySourceOnAnyPathOfTheListener_NoAsan) {
   const Hall hall(4, 20'000);
   const RadiationModel radiation = hall.radiation();
   PageLoader loader(hall.trees.fetch(radiation, hall.weights), PageBudget{1'000'000'000});
@@ -341,18 +341,18 @@ void expect_unbiased(const std::vector<double>& ratios, double within_db) {
   EXPECT_GE(static_cast<double>(near), 0.95 * count);
 }
 
-TEST(OctreePool, IsUnbiasedWithItsFirstPageAlone) {
+TEST(OctreePool, IsUnbiasedWithItsFirstPageAlone_NoAsan) {
   expect_unbiased(relative_powers(0, 100, 10'000), 1.5);
 }
 
 // Below the first page there is one leaf that covers all octants.
-TEST(OctreePool, IsUnbiasedWithoutALeafOfSeveralOctants) {
+TEST(OctreePool, IsUnbiasedWithoutALeafOfSeveralOctants_NoAsan) {
   constexpr std::uint32_t kSources = kNodeSources + kLeafSources - 100;
   EXPECT_EQ(Hall(100, kSources).trees.page_count(), 2u);
   expect_unbiased(relative_powers(0, 100, kSources), 1);
 }
 
-TEST(OctreePool, IsUnbiasedAndMorePreciseWithThreeLevelsOfPages) {
+TEST(OctreePool, IsUnbiasedAndMorePreciseWithThreeLevelsOfPages_NoAsan) {
   expect_unbiased(relative_powers(2, testing::kSanitized ? 20 : 60), 0.6);
 }
 

@@ -69,7 +69,7 @@ struct Stage {
   MovingSourceList list;
 };
 
-TEST(MovingSources, AreSampledLikeASortOfAllSources) {
+TEST(MovingSources, AreSampledLikeASortOfAllSources_NoAsan_NoTsan) {
   constexpr std::size_t kVoices = 150;
   Stage stage(2000);
   SourceList still(stage.radiation, stage.weights, stage.input.sources);
@@ -107,7 +107,7 @@ TEST(MovingSources, AreSampledLikeASortOfAllSources) {
   }
 }
 
-TEST(MovingSources, AreUnbiasedInTotalPower) {
+TEST(MovingSources, AreUnbiasedInTotalPower_NoAsan_NoTsan) {
   constexpr std::size_t kVoices = 20, kSources = 200;
   constexpr int kRolls = 1000;
   Stage stage(kSources);
@@ -132,7 +132,7 @@ TEST(MovingSources, AreUnbiasedInTotalPower) {
   estimates.expect_unbiased(kVoices);
 }
 
-TEST(MovingSources, MoveWithTheirVelocityUntilEachKeyframe) {
+TEST(MovingSources, MoveWithTheirVelocityUntilEachKeyframe_NoTsan) {
   Stage stage(1);
   MovingSource source;
   source.position_m = {10, 0, 0};
@@ -152,7 +152,7 @@ TEST(MovingSources, MoveWithTheirVelocityUntilEachKeyframe) {
   EXPECT_NEAR(at(9, {}).x, 10 + 30 * kMaxExtrapolation_s, 1e-4);
 }
 
-TEST(MovingSources, ReportErrorsAndThenChangeNothing) {
+TEST(MovingSources, ReportErrorsAndThenChangeNothing_NoTsan) {
   MovingSources moving(2, 1);
   MovingSource source;
   const auto first = moving.add(source);
@@ -209,7 +209,7 @@ TEST(MovingSources, RefusePlacesAndSpeedsThatAreNone) {
 }
 
 // A hundred thousand sources move in every keyframe, and the sample still equals that of a sort.
-TEST(MovingSources, AreSampledLikeASortWhenAHundredThousandMove) {
+TEST(MovingSources, AreSampledLikeASortWhenAHundredThousandMove_NoAsan_NoTsan) {
   constexpr std::size_t kMany = 100'000, kVoices = 500;
   Stage stage(kMany);
   SourceList still(stage.radiation, stage.weights, stage.input.sources);

@@ -129,7 +129,7 @@ Vec3 stroll(const Vec3& from, int keyframe) {
   return from + Vec3(0.03 * (keyframe % 50), 0, 0.01 * (keyframe % 50));
 }
 
-TEST(OccludedListener, StaysWithinTheBudgetAndRecoversAtOnce) {
+TEST(OccludedListener, StaysWithinTheBudgetAndRecoversAtOnce_NoAsan) {
   const World world(box_with_pillar({6, 4, 5}), testing::kSanitized ? 100 : 1500);
   const auto inside = [](int k) { return stroll({2, 1.7, 3}, k); };
   const auto outside = [](int k) { return stroll({9, 1.7, 2}, k); };
@@ -154,7 +154,7 @@ TEST(OccludedListener, StaysWithinTheBudgetBehindAWall) {
       false);
 }
 
-TEST(OccludedListener, StaysWithinTheBudgetWithAMillionSources) {
+TEST(OccludedListener, StaysWithinTheBudgetWithAMillionSources_NoAsan) {
   const World world(box_with_pillar({20, 8, 15}), 5);
   std::vector<Source> sources = testing::wall_sources(testing::kSanitized ? 20'000 : 1'000'000);
   expect_bounded_and_back_soon(
@@ -240,7 +240,7 @@ TEST(OccludedListener, HearsAllVoicesWhereNothingIsOccludedHoweverCostlyAQueryIs
   EXPECT_GE(size, kVoices);
 }
 
-TEST(RenderedOcclusion, FollowsTheShadowOfAWallAtAnySpeed) {
+TEST(RenderedOcclusion, FollowsTheShadowOfAWallAtAnySpeed_NoAsan) {
   const World world(hall_with_wall(), 300);
   constexpr std::size_t kVoices = 300;
   for (const double speed_mps : {3.0, 9.0}) {

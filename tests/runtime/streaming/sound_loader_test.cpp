@@ -39,7 +39,7 @@ std::uint64_t resident_bytes(std::span<const std::byte> memory) {
                     std::count_if(present.begin(), present.end(), [](auto p) { return p & 1; }));
 }
 
-TEST(PreparedSignal, InPiecesEqualsThatOfTheWholeSound) {
+TEST(PreparedSignal, InPiecesEqualsThatOfTheWholeSound_NoTsan) {
   for (const bool loop : {true, false}) {
     if (testing::kSanitized && loop) continue;  // slow
     const bool phase_undone = loop;
@@ -72,7 +72,7 @@ TEST(PreparedSignal, InPiecesEqualsThatOfTheWholeSound) {
   }
 }
 
-TEST(SoundLoader, PlaysLikeDecodedSoundsAcrossPiecesLoopsAndEnds) {
+TEST(SoundLoader, PlaysLikeDecodedSoundsAcrossPiecesLoopsAndEnds_NoTsan) {
   const std::vector<SignalDescription> shapes = {{25 * kSecond_frames + 17, true},
                                                  {22 * kSecond_frames + 5, false},
                                                  {kSecond_frames / 2, true}};
@@ -133,7 +133,7 @@ TEST(SoundLoader, KeepsItsBudgetForHalfAnHourAndCountsResidentMemory) {
   EXPECT_GT(statistics.bytes, kBudget / 4);
 }
 
-TEST(SoundLoader, SilencesOnlyVoicesThatNeedADamagedBlock) {
+TEST(SoundLoader, SilencesOnlyVoicesThatNeedADamagedBlock_NoAsan_NoTsan) {
   const std::vector<SignalDescription> shapes = {{60 * kSecond_frames, true},
                                                  {60 * kSecond_frames, true}};
   const auto decode = decoder(shapes);

@@ -15,7 +15,7 @@ using testing::Jitter;
 using testing::kMeetings;
 using testing::SpinThenYield;
 
-TEST(KeyframeQueue, DeliversEveryKeyframeOnceAndInOrder) {
+TEST(KeyframeQueue, DeliversEveryKeyframeOnceAndInOrder_NoAsan) {
   KeyframeQueue queue(4, 8);
   std::atomic<bool> done{false};
   std::atomic<std::uint64_t> published{0};

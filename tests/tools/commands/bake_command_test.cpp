@@ -61,7 +61,7 @@ TEST(BakeCommand, SaysWhatTheLevelIsAndWhatSimplifyingDidToIt) {
   for (const char* wrong : {"-1", "11", "a"}) EXPECT_EQ(bake({"--simplify", wrong}).code, 2);
 }
 
-TEST(BakeCommand, ThatEndedAtAnErrorIsMadeAgainByTheCommandThatInspectPrints) {
+TEST(BakeCommand, ThatEndedAtAnErrorIsMadeAgainByTheCommandThatInspectPrints_NoAsan) {
   const Folder folder;
   const std::string level = std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb";
   const std::string once = folder / "once.clamor", again = folder / "again.clamor";
@@ -271,7 +271,7 @@ TEST(BakeCommand, RemovesTheJournalOfACompleteBakeAndSaysSo) {
   EXPECT_EQ(clamor(words).code, 2);
 }
 
-TEST(ListenerWarnings, SayWithMovingSourcesWhoIsOutsideTheLevel) {
+TEST(ListenerWarnings, SayWithMovingSourcesWhoIsOutsideTheLevel_NoAsan) {
   const Folder folder;
   const std::string bake = folder / "room.clamor";
   ASSERT_EQ(clamor({"bake", testing::violin_room(), "-o", bake, "--photons", "300", "--sources",
@@ -283,13 +283,11 @@ TEST(ListenerWarnings, SayWithMovingSourcesWhoIsOutsideTheLevel) {
         "moving.json", R"({"sources": [{"name": "car", "path": {"points": [)"
                        R"({"time_s": 0, "position_m": [0, 1, 2]}, {"time_s": 0.1, "position_m": )" +
                            source_m + "}]}}]}");
-    const auto rendered =
-        clamor({"render", bake, "-o", folder / "out.wav", "--receivers", "omni", "--seconds", "0.1",
-                "--listener", listener, "--moving", script});
+    const auto rendered = clamor({"render", bake, "-o", folder / "out.wav", "--receivers", "omni",
+                                  "--seconds", "0.1", "--listener", listener, "--moving", script});
     EXPECT_EQ(rendered.code, 0) << rendered.err;
-    const auto played =
-        clamor({"play", bake, "--device", "none", "--seconds", "0.1", "--receivers", "omni",
-                "--listener", listener, "--moving", script});
+    const auto played = clamor({"play", bake, "--device", "none", "--seconds", "0.1", "--receivers",
+                                "omni", "--listener", listener, "--moving", script});
     std::string lines, line;
     for (std::istringstream all(rendered.err); std::getline(all, line);)
       if (line.find("outside") != std::string::npos) {
@@ -307,7 +305,7 @@ TEST(ListenerWarnings, SayWithMovingSourcesWhoIsOutsideTheLevel) {
   EXPECT_NE(source.find("s into the script)"), std::string::npos) << source;
 }
 
-TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs) {
+TEST(ListenerWarnings, OfEveryCommandSayWhyNothingIsHeardAndWhereSomethingIs_NoAsan) {
   const Folder folder;
   const std::string bake = folder / "room.clamor";
   ASSERT_EQ(clamor({"bake", testing::violin_room(), "-o", bake, "--photons", "1000", "--sources",

@@ -42,7 +42,7 @@ class ImpulseCommand : public ::testing::Test {
   static inline std::string bake_;
 };
 
-TEST_F(ImpulseCommand, MeasuresManyPlacesAsOneAfterTheOther) {
+TEST_F(ImpulseCommand, MeasuresManyPlacesAsOneAfterTheOther_NoAsan) {
   const std::string a = "0,1.7,2", b = "2,1.5,-1", wav = folder_ / "both.wav";
   const auto both = measured({"--listener", a, "--listener", b, "-o", wav, "--voices", "1000"});
   ASSERT_EQ(both["places"].size(), 2u);
@@ -114,7 +114,7 @@ TEST_F(ImpulseCommand, RefusesPlacesAndOutputsThatCannotBe) {
   }
 }
 
-TEST_F(ImpulseCommand, AgreesWithAllSourcesFromASample) {
+TEST_F(ImpulseCommand, AgreesWithAllSourcesFromASample_NoAsan) {
   const auto all = measured({"--listener", "0,1.7,2"})["energy"],
              some = measured({"--listener", "0,1.7,2", "--voices", "8000"})["energy"];
   // 8000 sources know a level to 4.34 / sqrt(8000) = 0.05 dB, or less well by as much as their

@@ -46,7 +46,7 @@ std::string whole_note(const std::string& path) {
   return summary.ok() && summary->note ? summary->note->text() : "";
 }
 
-TEST(Shards, MergeInAnyOrderToTheBytesOfTheWholeBake) {
+TEST(Shards, MergeInAnyOrderToTheBytesOfTheWholeBake_NoAsan) {
   const Folder folder;
   ASSERT_EQ(clamor(with(bake_words(folder / "whole.clamor"), {"--no-journal"})).code, 0);
   const std::string whole = read(folder / "whole.clamor");
@@ -66,7 +66,7 @@ TEST(Shards, MergeInAnyOrderToTheBytesOfTheWholeBake) {
   }
 }
 
-TEST(Shards, MissingForeignAndDamagedOnesGetASentenceAndNoOutput) {
+TEST(Shards, MissingForeignAndDamagedOnesGetASentenceAndNoOutput_NoAsan) {
   const Folder folder;
   for (const std::string i : {"1", "2"})
     ASSERT_EQ(clamor(with(bake_words(folder / (i + ".shard")), {"--shard", i + "/2"})).code, 0);
@@ -111,7 +111,7 @@ std::string refusal(const Folder& folder, const std::vector<std::string>& shards
   return outcome.err;
 }
 
-TEST(Shards, ThatAreDamagedStaleMissingOrOfAnotherVersionAreNamed) {
+TEST(Shards, ThatAreDamagedStaleMissingOrOfAnotherVersionAreNamed_NoAsan) {
   const Folder folder;
   for (const std::string i : {"1", "2"})
     ASSERT_EQ(clamor(with(bake_words(folder / (i + ".shard")), {"--shard", i + "/3"})).code, 0);
@@ -142,7 +142,7 @@ TEST(Shards, ThatAreDamagedStaleMissingOrOfAnotherVersionAreNamed) {
             std::string::npos);
 }
 
-TEST(Shards, ThatAreDamagedAreMendedByTheirCommand) {
+TEST(Shards, ThatAreDamagedAreMendedByTheirCommand_NoAsan) {
   const Folder folder;
   const auto trace = [&] {
     return clamor(with(bake_words(folder / "1.shard"), {"--shard", "1/1"})).code;
@@ -155,7 +155,7 @@ TEST(Shards, ThatAreDamagedAreMendedByTheirCommand) {
   EXPECT_EQ(clamor({"merge", folder / "1.shard", "-o", folder / "out.clamor", "--quiet"}).code, 0);
 }
 
-TEST(Shards, MergeInTwoStepsToTheSameBytes) {
+TEST(Shards, MergeInTwoStepsToTheSameBytes_NoAsan) {
   const Folder folder;
   ASSERT_EQ(clamor(with(bake_words(folder / "whole.clamor"), {"--no-journal"})).code, 0);
   for (const std::string i : {"1", "2", "3", "4", "5"})
@@ -185,7 +185,7 @@ TEST(Inspect, PrintsTheCommandThatMakesTheFileAgain) {
 }
 
 // The pipe has no writer, so opening it as a normal file would block for ever.
-TEST(Shards, OneThatIsAPipeIsRefusedAtOnce) {
+TEST(Shards, OneThatIsAPipeIsRefusedAtOnce_NoAsan) {
   const Folder folder;
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
   const auto outcome = clamor({"merge", folder / "pipe", "-o", folder / "out.clamor"});

@@ -74,7 +74,7 @@ class Manual : public ::testing::Test {
   Folder folder_;
 };
 
-TEST_F(Manual, HasEveryOptionOfTheHelp) {
+TEST_F(Manual, HasEveryOptionOfTheHelp_NoAsan) {
   for (const std::string& command : kCommands) {
     const std::string page = read(folder_ / ("man/man1/clamor-" + command + ".1"));
     const std::string of_bash =
@@ -97,7 +97,7 @@ TEST_F(Manual, HasEveryOptionOfTheHelp) {
   }
 }
 
-TEST_F(Manual, HasAPageForEachCommandOfAFarm) {
+TEST_F(Manual, HasAPageForEachCommandOfAFarm_NoAsan) {
   for (const std::string command : {"status", "resume", "merge"}) {
     const std::string page = read(folder_ / ("man/man1/clamor-farm-" + command + ".1"));
     EXPECT_NE(page.find("\\fBclamor farm " + command + "\\fR"), std::string::npos) << page;
@@ -107,7 +107,7 @@ TEST_F(Manual, HasAPageForEachCommandOfAFarm) {
 }
 
 // Words that completions offer must be in the help, so that they are dropped together.
-TEST_F(Manual, OffersWordsThatTheHelpNames) {
+TEST_F(Manual, OffersWordsThatTheHelpNames_NoAsan) {
   for (const std::string& command : kCommands) {
     const std::string help = clamor({command, "--help"}).out;
     const std::string completion =
@@ -121,7 +121,7 @@ TEST_F(Manual, OffersWordsThatTheHelpNames) {
   }
 }
 
-TEST_F(Manual, CompletesInBash) {
+TEST_F(Manual, CompletesInBash_NoAsan) {
   output("bash -n bash-completion/completions/clamor");
   EXPECT_EQ(bash("clamor re"), "report\nrender\n");
   EXPECT_EQ(bash("clamor render --vis"), "--visibility\n");
@@ -136,7 +136,7 @@ TEST_F(Manual, CompletesInBash) {
   EXPECT_EQ(bash("clamor farm status --js"), "--json\n");
 }
 
-TEST_F(Manual, CompletesInZsh) {
+TEST_F(Manual, CompletesInZsh_NoAsan) {
   if (!has("zsh")) GTEST_SKIP() << "not on this machine: zsh";
   // _describe and _arguments stand in for zsh's own, and print what they are given.
   const std::string given = output(
@@ -158,7 +158,7 @@ TEST_F(Manual, CompletesInZsh) {
   EXPECT_THAT(after("clamor farm room.glb \"\"", 4), ::testing::HasSubstr("--shards["));
 }
 
-TEST_F(Manual, CompletesInFish) {
+TEST_F(Manual, CompletesInFish_NoAsan) {
   if (!has("fish")) GTEST_SKIP() << "not on this machine: fish";
   const std::string complete = "fish -N -c 'source fish/vendor_completions.d/clamor.fish; ";
   EXPECT_THAT(output(complete + "complete -C \"clamor ren\"'"), ::testing::StartsWith("render\t"));
@@ -174,13 +174,13 @@ TEST_F(Manual, CompletesInFish) {
               ::testing::StartsWith("--to-shard"));
 }
 
-TEST_F(Manual, IsCleanToMandoc) {
+TEST_F(Manual, IsCleanToMandoc_NoAsan) {
   if (!has("mandoc")) GTEST_SKIP() << "not on this machine: mandoc";
   // Pages have no date, so that the same source gives the same bytes.
   EXPECT_EQ(output("mandoc -T lint -W warning man/man1/*.1 | grep -v 'missing date' || true"), "");
 }
 
-TEST_F(Manual, IsCleanToGroff) {
+TEST_F(Manual, IsCleanToGroff_NoAsan) {
   if (!has("groff")) GTEST_SKIP() << "not on this machine: groff";
   EXPECT_EQ(output("for page in man/man1/*.1; do groff -man -ww -Tutf8 $page >/dev/null; done"),
             "");
@@ -188,7 +188,7 @@ TEST_F(Manual, IsCleanToGroff) {
               ::testing::HasSubstr("--visibility"));
 }
 
-TEST_F(Manual, SaysWhereItCannotWrite) {
+TEST_F(Manual, SaysWhereItCannotWrite_NoAsan) {
   const auto outcome = clamor({"manual", folder_.write("file", "")});
   EXPECT_EQ(outcome.code, 1);
   EXPECT_THAT(outcome.err, ::testing::HasSubstr("file/man/man1/clamor.1 cannot be written"));

@@ -59,7 +59,7 @@ TEST_F(ReportCommand, WritesOneFileThatAsksTheNetworkForNothing) {
     EXPECT_EQ(shown.find(no_figure), std::string::npos) << no_figure;
 }
 
-TEST_F(ReportCommand, SaysTheFiguresOfImpulse) {
+TEST_F(ReportCommand, SaysTheFiguresOfImpulse_NoAsan) {
   if (!has_node()) GTEST_SKIP() << "not on this machine: node";
   const std::string html = drawn(page({"--listener", "4,1.5,2", "--exact"}));
   const Outcome impulse = clamor({"impulse", reported_->path(), "--listener", "4,1.5,2"});
@@ -72,7 +72,7 @@ TEST_F(ReportCommand, SaysTheFiguresOfImpulse) {
   EXPECT_THAT(html, HasSubstr("Listener 1 at 4.0, 1.5, 2.0 m"));
 }
 
-TEST_F(ReportCommand, SaysTheFiguresOfInspect) {
+TEST_F(ReportCommand, SaysTheFiguresOfInspect_NoAsan) {
   if (!has_node()) GTEST_SKIP() << "not on this machine: node";
   const std::string html = drawn(page({"--listener", "4,1.5,2"}));
   const Outcome inspect = clamor({"inspect", reported_->path()});

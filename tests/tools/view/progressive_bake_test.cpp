@@ -35,7 +35,7 @@ class ProgressiveBakeTest : public ::testing::Test {
   BakeRequest request_;
 };
 
-TEST_F(ProgressiveBakeTest, EndsWithTheBytesOfClamorBake) {
+TEST_F(ProgressiveBakeTest, EndsWithTheBytesOfClamorBake_NoAsan) {
   const std::string ours = folder_ / "ours.clamor", theirs = folder_ / "theirs.clamor";
   ProgressiveBake bake(1);
   ASSERT_TRUE(bake.start().ok());
@@ -64,7 +64,7 @@ BakeRequest with_walls(BakeRequest request, const Folder& folder, const std::str
   return request;
 }
 
-TEST_F(ProgressiveBakeTest, ReweighsPhotonsWhenOnlyAbsorptionChanges) {
+TEST_F(ProgressiveBakeTest, ReweighsPhotonsWhenOnlyAbsorptionChanges_NoAsan) {
   const std::string ours = folder_ / "ours.clamor", theirs = folder_ / "theirs.clamor";
   request_.photons = "24100";
   request_.sources = "30000";
@@ -102,7 +102,7 @@ TEST_F(ProgressiveBakeTest, ReweighsPhotonsWhenOnlyAbsorptionChanges) {
   EXPECT_EQ(rougher.why_traced, "more than absorption has changed");
 }
 
-TEST_F(ProgressiveBakeTest, TellsOnlyOfTheNewestRequest) {
+TEST_F(ProgressiveBakeTest, TellsOnlyOfTheNewestRequest_NoAsan) {
   ProgressiveBake bake(1);
   ASSERT_TRUE(bake.start().ok());
   bake.request(request_);
@@ -120,7 +120,7 @@ TEST_F(ProgressiveBakeTest, TellsOnlyOfTheNewestRequest) {
   EXPECT_FALSE(bake.status().is_busy);
 }
 
-TEST_F(ProgressiveBakeTest, TellsErrorsAndGoesOn) {
+TEST_F(ProgressiveBakeTest, TellsErrorsAndGoesOn_NoAsan) {
   ProgressiveBake bake(1);
   ASSERT_TRUE(bake.start().ok());
   BakeRequest wrong = request_;
@@ -131,7 +131,7 @@ TEST_F(ProgressiveBakeTest, TellsErrorsAndGoesOn) {
   EXPECT_EQ(next(bake).error, "");
 }
 
-TEST_F(ProgressiveBakeTest, LeavesNoFilesBehind) {
+TEST_F(ProgressiveBakeTest, LeavesNoFilesBehind_NoAsan) {
   std::string path;
   {
     ProgressiveBake bake(1);

@@ -62,7 +62,7 @@ struct TwoBakes {
               next = folder / "next.clamor";
 };
 
-TEST(ViewSession, BakesEditsOfALevelThatCouldNotBeReadAtFirst) {
+TEST(ViewSession, BakesEditsOfALevelThatCouldNotBeReadAtFirst_NoAsan) {
   const TwoBakes of;
   of.folder.write("box.gltf", "half of a file");
   const auto session = ViewSession::open(options_of(of.bake, of.level));
@@ -79,7 +79,7 @@ TEST(ViewSession, BakesEditsOfALevelThatCouldNotBeReadAtFirst) {
   EXPECT_EQ(view.newest_bake()->error, "");
 }
 
-TEST(ViewSession, BakesEditsWithTheOptionsOfTheBakeThatItFollows) {
+TEST(ViewSession, BakesEditsWithTheOptionsOfTheBakeThatItFollows_NoAsan) {
   const TwoBakes of;
   const auto session = ViewSession::open(options_of(of.bake, of.level));
   ASSERT_TRUE(session.ok()) << session.error().message;
@@ -129,7 +129,7 @@ struct TwoRooms {
   ViewOptions options;
 };
 
-TEST(ViewSession, OpensAndClosesAPortalWhichIsHeard) {
+TEST(ViewSession, OpensAndClosesAPortalWhichIsHeard_NoAsan) {
   const TwoRooms of;
   const auto session = ViewSession::open(of.options);
   ASSERT_TRUE(session.ok()) << session.error().message;
@@ -143,7 +143,7 @@ TEST(ViewSession, OpensAndClosesAPortalWhichIsHeard) {
   EXPECT_FALSE(view.is_open(portal));
 }
 
-TEST(ViewSession, MovesADoorWhichThenHidesNothingAnyMore) {
+TEST(ViewSession, MovesADoorWhichThenHidesNothingAnyMore_NoAsan) {
   const TwoRooms of;
   const auto session = ViewSession::open(of.options);
   ASSERT_TRUE(session.ok()) << session.error().message;

@@ -85,7 +85,7 @@ bool is_amber(const std::array<int, 3>& colour) {
   return colour[0] > 225 && colour[1] > 110 && colour[1] < 190 && colour[2] < 90;
 }
 
-TEST_F(ViewWindow, ShowsTheLevelAndOutlinesTheSurfaceThatIsClicked) {
+TEST_F(ViewWindow, ShowsTheLevelAndOutlinesTheSurfaceThatIsClicked_NoAsan) {
   const std::string before = folder_ / "before.ppm", after = folder_ / "after.ppm";
   run(level_, "--photons 500 --sources 500 --listener 2,1.5,4.5",
       "screenshot " + before + "\nmove 100 300\nclick\nwait frames 3\nscreenshot " + after + "\n");
@@ -109,7 +109,7 @@ TEST_F(ViewWindow, ShowsTheLevelAndOutlinesTheSurfaceThatIsClicked) {
   EXPECT_GT(amber_after - amber_before, 1500);
 }
 
-TEST_F(ViewWindow, SavesAnEditAndBakesWhatClamorBakeBakes) {
+TEST_F(ViewWindow, SavesAnEditAndBakesWhatClamorBakeBakes_NoAsan) {
   const std::string ours = folder_ / "ours.clamor", theirs = folder_ / "theirs.clamor";
   const std::string settings = "--photons 2500 --sources 2000";
   const std::string said =
@@ -134,7 +134,7 @@ TEST_F(ViewWindow, SavesAnEditAndBakesWhatClamorBakeBakes) {
 }
 
 // A box whose far wall is missing: black, where it is not marked.
-TEST_F(ViewWindow, ShowsTheHoleThatInspectNamesAndAddsTheSoundThatIsDropped) {
+TEST_F(ViewWindow, ShowsTheHoleThatInspectNamesAndAddsTheSoundThatIsDropped_NoAsan) {
   Mesh mesh = box({4, 3, 5});
   mesh.triangles.resize(10);  // no wall z = 5
   level_of(folder_, mesh);
@@ -178,7 +178,7 @@ TEST_F(ViewWindow, ShowsTheHoleThatInspectNamesAndAddsTheSoundThatIsDropped) {
 }
 
 // Level and bake are replaced once the window shows them, by those of a longer box.
-TEST_F(ViewWindow, FollowsABakeThatIsMadeAgain) {
+TEST_F(ViewWindow, FollowsABakeThatIsMadeAgain_NoAsan) {
   const std::string bake = folder_ / "box.clamor", next = folder_ / "next.clamor",
                     before = folder_ / "before.ppm", after = folder_ / "after.ppm";
   const auto make = [&](const std::string& output) {
@@ -219,7 +219,7 @@ double level_db(const std::string& path) {
   return 10 * std::log10(power / static_cast<double>(count));
 }
 
-TEST_F(ViewWindow, IsHeardLikeARender) {
+TEST_F(ViewWindow, IsHeardLikeARender_NoAsan) {
   const std::string bake = folder_ / "box.clamor", heard = folder_ / "heard.wav",
                     rendered = folder_ / "rendered.wav";
   // Fewer sources than are mixed even on the busiest machine (MixerLoadControl::kMinVoices).
@@ -238,7 +238,7 @@ TEST_F(ViewWindow, IsHeardLikeARender) {
 
 // One click in the list opens the door; it is drawn and, by the portal that is put into its doorway
 // and saved, it is one with the next bake.
-TEST_F(ViewWindow, OpensADoorWithTheMouseAndSavesThePortalInItsDoorway) {
+TEST_F(ViewWindow, OpensADoorWithTheMouseAndSavesThePortalInItsDoorway_NoAsan) {
   const std::string rooms = door_level(folder_), before = folder_ / "before.ppm",
                     after = folder_ / "after.ppm";
   folder_.write("rooms.acoustics.json", R"({"movable": ["Door"], "emitters": [
@@ -271,7 +271,7 @@ TEST_F(ViewWindow, OpensADoorWithTheMouseAndSavesThePortalInItsDoorway) {
   EXPECT_LT(length(sidecar->portals[0].portal.centre_m - Vec3(6, 1, 2.5)), 0.01);
 }
 
-TEST_F(ViewWindow, SaysThatAScriptWaitsForWhatCannotCome) {
+TEST_F(ViewWindow, SaysThatAScriptWaitsForWhatCannotCome_NoAsan) {
   const std::string bake = folder_ / "box.clamor";
   ASSERT_EQ(
       clamor({"bake", level_, "-o", bake, "--quiet", "--photons", "100", "--sources", "100"}).code,

@@ -90,7 +90,7 @@ json inspected(const std::string& file) {
   return json::parse(outcome.out);
 }
 
-TEST(InstancesCommand, BakeSaysWhatInstancesShareAndInspectShowsIt) {
+TEST(InstancesCommand, BakeSaysWhatInstancesShareAndInspectShowsIt_NoAsan) {
   const Folder folder;
   const std::string level = level_in(folder);
   const auto told = bake(level, folder / "a.clamor");
@@ -133,7 +133,7 @@ std::vector<float> samples_of(const std::string& path) {
   return samples;
 }
 
-TEST(InstancesCommand, RenderOfAllSourcesIsTheSameSound) {
+TEST(InstancesCommand, RenderOfAllSourcesIsTheSameSound_NoAsan) {
   const Folder folder;
   const std::string level = level_in(folder);
   std::vector<std::vector<float>> heard;
@@ -158,7 +158,7 @@ TEST(InstancesCommand, RenderOfAllSourcesIsTheSameSound) {
   EXPECT_LT(10 * std::log10(difference / sum), -80);
 }
 
-TEST(InstancesCommand, ShardsMergeAndThreadsBakeToTheSameBytes) {
+TEST(InstancesCommand, ShardsMergeAndThreadsBakeToTheSameBytes_NoAsan) {
   const Folder folder;
   const std::string level = level_in(folder);
   bake(level, folder / "whole.clamor", {"--threads", "1", "--no-journal"});
@@ -172,7 +172,7 @@ TEST(InstancesCommand, ShardsMergeAndThreadsBakeToTheSameBytes) {
   EXPECT_TRUE(read(folder / "whole.clamor") == read(folder / "merged.clamor"));
 }
 
-TEST(InstancesCommand, BakeOfALevelInWhichOneFanMovedTracesOnlyThatFan) {
+TEST(InstancesCommand, BakeOfALevelInWhichOneFanMovedTracesOnlyThatFan_NoAsan) {
   const Folder folder;
   bake(level_in(folder), folder / "a.clamor", {"--keep-journal"});
   const auto again = bake(level_in(folder, 0.02), folder / "a.clamor");
@@ -183,7 +183,7 @@ TEST(InstancesCommand, BakeOfALevelInWhichOneFanMovedTracesOnlyThatFan) {
   EXPECT_TRUE(read(folder / "a.clamor") == read(folder / "fresh.clamor"));
 }
 
-TEST(InstancesCommand, ImpulseOfOneInstancedFanIsThatOfTheFanAlone) {
+TEST(InstancesCommand, ImpulseOfOneInstancedFanIsThatOfTheFanAlone_NoAsan) {
   const Folder folder;
   const std::string level = level_in(folder);
   std::vector<json> g_db;

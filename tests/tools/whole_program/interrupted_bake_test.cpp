@@ -71,7 +71,7 @@ std::vector<std::string> bake_of(const std::string& level, const std::string& ou
           "--quiet"};
 }
 
-TEST(KilledBake, GoesOnToTheSameBytesAfterKillsAtAnyMoment) {
+TEST(KilledBake, GoesOnToTheSameBytesAfterKillsAtAnyMoment_NoAsan) {
   const Folder folder;
   const std::string log = folder / "log";
   const auto start = std::chrono::steady_clock::now();
@@ -113,7 +113,7 @@ TEST(KilledBake, GoesOnToTheSameBytesAfterKillsAtAnyMoment) {
   EXPECT_EQ(folder.names(), (std::vector<std::string>{"cut.clamor", "log", "whole.clamor"}));
 }
 
-TEST(BakeProgram, WritesTheSameBytesWhateverTheCLibraryMakesOfTheCpu) {
+TEST(BakeProgram, WritesTheSameBytesWhateverTheCLibraryMakesOfTheCpu_NoAsan) {
   // Without AVX2 and FMA, exp, sin and other functions of the C library round differently.
   const Folder folder;
   const std::string log = folder / "log";
@@ -168,7 +168,7 @@ TEST(MemoryCap, IsSaidBeforeTheBakeStartsAndIsAboveWhatItTakes) {
   }
 }
 
-TEST(StoppedBake, SaysHowToGoOnAndGoesOn) {
+TEST(StoppedBake, SaysHowToGoOnAndGoesOn_NoAsan) {
   const Folder folder;
   const std::string log = folder / "log";
   auto long_bake = bake_of(violin_room(), folder / "out.clamor");

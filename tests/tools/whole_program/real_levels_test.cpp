@@ -27,7 +27,7 @@ void PrintTo(const RealLevel& level, std::ostream* out) { *out << level.file; }
 
 class RealLevels : public ::testing::TestWithParam<RealLevel> {};
 
-TEST_P(RealLevels, BakeInspectRenderAndMeasureSanely) {
+TEST_P(RealLevels, BakeInspectRenderAndMeasureSanely_NoAsan) {
   const RealLevel& level = GetParam();
   const std::string path = testing::shared_level(level.file);
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "not on this machine: " << level.file;

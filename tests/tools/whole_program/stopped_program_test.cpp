@@ -108,7 +108,7 @@ std::size_t recorded_frames(const std::string& path) {
   return sound.ok() ? sound->frames() : 0;
 }
 
-TEST_F(StoppedProgram, LeavesARecordingThatCanBePlayed) {
+TEST_F(StoppedProgram, LeavesARecordingThatCanBePlayed_NoAsan) {
   const std::vector<std::pair<const char*, std::vector<int>>> stops = {
       {"r.wav", {SIGKILL, SIGTERM}}, {"r.flac", {SIGKILL, SIGINT, SIGHUP, SIGPIPE}}};
   for (const auto& [name, signals] : stops) {
@@ -137,7 +137,7 @@ TEST_F(StoppedProgram, LeavesARecordingThatCanBePlayed) {
   }
 }
 
-TEST_F(StoppedProgram, LeavesNoRenderAndTheNextOneRemovesWhatAKillLeft) {
+TEST_F(StoppedProgram, LeavesNoRenderAndTheNextOneRemovesWhatAKillLeft_NoAsan) {
   const std::string path = folder_ / "r.wav";
   const auto names = folder_.names();
   const auto render = [&](const std::string& seconds) {
@@ -158,7 +158,7 @@ TEST_F(StoppedProgram, LeavesNoRenderAndTheNextOneRemovesWhatAKillLeft) {
   EXPECT_EQ(folder_.names().size(), names.size() + 2) << "the sound and the log";
 }
 
-TEST_F(StoppedProgram, LeavesNoOutputAndExitsAsInterrupted) {
+TEST_F(StoppedProgram, LeavesNoOutputAndExitsAsInterrupted_NoAsan) {
   const std::string room = folder_ / "room.clamor", sound = folder_ / "hiss.wav";
   ASSERT_EQ(clamor({"bake", testing::violin_room(), "-o", room, "--photons", "20000", "--sources",
                     "100000", "--emitter", "signal=impulse,at=1,1.2,1", "--quiet", "--no-journal"})
