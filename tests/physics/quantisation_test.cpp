@@ -45,6 +45,7 @@ Violin traced_violin() {
   TraceSettings settings;
   settings.speed_mps = speed_of_sound_mps(room.level.air);
   settings.air_loss_per_m = air_loss_per_m(room.level.air);
+  settings.roulette_exponent = 0.5;  // more alike in power than bakes have them, for the same reason
   const PhotonTracer tracer(scene, room.level, settings);
   TracedRuns traced;
   std::vector<PhotonRun> runs;

@@ -182,7 +182,8 @@ def written(*words):
 # Devices, a benchmark of minutes and comparisons of all kinds: the keys that their source names.
 def in_source(command):
     text = (SOURCE / f"tools/commands/{command}_command.cpp").read_text()
-    return re.findall(r'\{"([a-z]\w*)",(?! ")|(?:json|one)\["(\w+)"\]', text[text.index("ordered_json") + 20:])
+    text = re.sub(r"parser\.choice\(.*?\);", "", text[re.search(r"\bOrderedJson\b", text).end():], flags=re.DOTALL)
+    return re.findall(r'\{"([a-z]\w*)",(?! ")|(?:json|one)\["(\w+)"\]', text)
 
 
 at = ("--listener", "-1,1.7,1")

@@ -4,8 +4,8 @@
 #include <ostream>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
+#include "tools/analysis/json_values.h"
 #include "tools/bench/bench_voices.h"
 #include "tools/bench/mixer_benchmark.h"
 #include "tools/commands/commands.h"
@@ -18,7 +18,6 @@ namespace clamor {
 
 namespace {
 
-using nlohmann::ordered_json;
 using What = MixerTiming::What;
 
 // 10^6 voices take 1.5 GB.
@@ -212,26 +211,26 @@ void print_tables(const MixerBenchmark& figures, const std::vector<std::uint32_t
   print_openal(figures, out);
 }
 
-ordered_json to_json(const MixerBenchmark& figures) {
-  ordered_json json = {{"rate_hz", 48000},
-                       {"frames", 256},
-                       {"instructions", figures.instructions},
-                       {"peak",
-                        {{"multiply_adds_per_s", figures.peak_multiply_adds_per_s},
-                         {"loads_per_s", figures.peak_loads_per_s}}}};
-  json["figures"] = ordered_json::array();
+OrderedJson to_json(const MixerBenchmark& figures) {
+  OrderedJson json = {{"rate_hz", 48000},
+                      {"frames", 256},
+                      {"instructions", figures.instructions},
+                      {"peak",
+                       {{"multiply_adds_per_s", figures.peak_multiply_adds_per_s},
+                        {"loads_per_s", figures.peak_loads_per_s}}}};
+  json["figures"] = OrderedJson::array();
   for (const MixerTiming& figure : figures.figures) {
-    ordered_json one = {{"what", figure.what == What::kMixer    ? "mixer"
-                                 : figure.what == What::kKernel ? "kernel"
-                                                                : "reference"},
-                        {"instructions", figure.instructions},
-                        {"curve", curve_of(figure.mode)},
-                        {"delays", figure.mode.delays},
-                        {"bands", figure.mode.two_layers() ? 8 : 1},
-                        {"output", output_of(figure.mode)},
-                        {"voices", figure.voices},
-                        {"real_time_voices", figure.real_time.best},
-                        {"median_real_time_voices", figure.real_time.median}};
+    OrderedJson one = {{"what", figure.what == What::kMixer    ? "mixer"
+                                : figure.what == What::kKernel ? "kernel"
+                                                               : "reference"},
+                       {"instructions", figure.instructions},
+                       {"curve", curve_of(figure.mode)},
+                       {"delays", figure.mode.delays},
+                       {"bands", figure.mode.two_layers() ? 8 : 1},
+                       {"output", output_of(figure.mode)},
+                       {"voices", figure.voices},
+                       {"real_time_voices", figure.real_time.best},
+                       {"median_real_time_voices", figure.real_time.median}};
     if (figure.what == What::kKernel) {
       one["multiply_adds_per_frame"] = figure.work.multiply_adds;
       one["loads_per_frame"] = figure.work.loads;
@@ -240,7 +239,7 @@ ordered_json to_json(const MixerBenchmark& figures) {
     }
     json["figures"].push_back(std::move(one));
   }
-  json["profiles"] = ordered_json::array();
+  json["profiles"] = OrderedJson::array();
   for (const KernelProfile& profile : figures.profiles)
     json["profiles"].push_back({{"curve", curve_of(profile.mode)},
                                 {"delays", profile.mode.delays},
@@ -259,7 +258,7 @@ ordered_json to_json(const MixerBenchmark& figures) {
   if (openal.version.empty()) return json;
   json["openal"] = {{"version", openal.version},     {"resampler", openal.resampler},
                     {"output_hz", openal.output_hz}, {"hrtf_by_default", openal.hrtf_by_default},
-                    {"head", figures.openal_head},   {"figures", ordered_json::array()}};
+                    {"head", figures.openal_head},   {"figures", OrderedJson::array()}};
   for (const OpenalTiming& figure : figures.against_openal)
     json["openal"]["figures"].push_back({{"output", output_of(figure.output)},
                                          {"voices", figure.voices},

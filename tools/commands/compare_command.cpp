@@ -29,8 +29,6 @@ namespace clamor {
 
 namespace {
 
-using nlohmann::ordered_json;
-
 constexpr float kMaxSample = 1e6f;
 constexpr int kMaxRolls = 10000, kMaxChannelsCompared = 2;
 constexpr std::size_t kMaxPointsInJson = 64;  // longer lists, such as moments, are left out
@@ -67,34 +65,30 @@ Result<Sound> read_alike(const std::string& path, const std::string& other_path,
   return sound;
 }
 
-ordered_json number(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? ordered_json(*value) : ordered_json(nullptr);
-}
-
-ordered_json to_json(const DifferencePoint& point, const MeasureInfo& info) {
-  ordered_json json;
+OrderedJson to_json(const DifferencePoint& point, const MeasureInfo& info) {
+  OrderedJson json;
   if (std::string_view(info.place) == "Hz") json["hz"] = point.at;
   if (std::string_view(info.place) == "s") json["s"] = point.at;
   if (point.channel) json["channel"] = *point.channel;
-  json["a"] = number(point.a);
-  json["b"] = number(point.b);
-  json["difference"] = number(point.difference);
-  json["jnd"] = info.jnd ? ordered_json(point.jnd) : ordered_json(nullptr);
+  json["a"] = as_json(point.a);
+  json["b"] = as_json(point.b);
+  json["difference"] = as_json(point.difference);
+  json["jnd"] = info.jnd ? OrderedJson(point.jnd) : OrderedJson();
   json["judged"] = point.judged;
   return json;
 }
 
-ordered_json to_json(const Difference& difference, const NullDistribution* null) {
+OrderedJson to_json(const Difference& difference, const NullDistribution* null) {
   const MeasureInfo& info = *difference.info;
   const DifferencePoint* const worst = difference.worst();
-  ordered_json json = to_json(worst == nullptr ? DifferencePoint{} : *worst, info);
+  OrderedJson json = to_json(worst == nullptr ? DifferencePoint{} : *worst, info);
   json.erase("judged");
-  if (worst == nullptr) json["jnd"] = number(info.jnd);
+  if (worst == nullptr) json["jnd"] = as_json(info.jnd);
   if (null != nullptr)
-    json["null_95"] = worst == nullptr ? ordered_json(nullptr)
-                                       : ordered_json(chance_95(*null, difference, worst->jnd));
+    json["null_95"] =
+        worst == nullptr ? OrderedJson() : OrderedJson(chance_95(*null, difference, worst->jnd));
   const std::string heard = verdict_on(difference, null);
-  json["verdict"] = heard.empty() ? ordered_json(nullptr) : ordered_json(heard);
+  json["verdict"] = heard.empty() ? OrderedJson() : OrderedJson(heard);
   json["value_unit"] = info.value_unit;
   json["unit"] = info.unit;
   json["source"] = info.source;
@@ -105,7 +99,7 @@ ordered_json to_json(const Difference& difference, const NullDistribution* null)
   return json;
 }
 
-ordered_json to_json(const std::string& path, const Sound& sound) {
+OrderedJson to_json(const std::string& path, const Sound& sound) {
   return {{"file", path},
           {"seconds", static_cast<double>(sound.frames()) / kSampleRate_hz},
           {"channels", sound.channels.size()},
@@ -193,15 +187,15 @@ Result<std::vector<float>> read_dry(const std::string& path, std::size_t frames)
   return dry;
 }
 
-void print_json(const Options& options, ordered_json json,
+void print_json(const Options& options, OrderedJson json,
                 const std::vector<Difference>& differences, const NullDistribution* null,
                 std::ostream& out) {
   if (options.null_rolls > 0)
     json["null"] = {{"rolls", options.null_rolls}, {"seed", options.seed}};
   else if (null != nullptr)
     json["null"] = {{"rolls", null->count()}, {"folder", options.rolls_folder}};
-  json["audible"] = ordered_json::array();
-  if (null != nullptr) json["beyond_chance"] = ordered_json::array();
+  json["audible"] = OrderedJson::array();
+  if (null != nullptr) json["beyond_chance"] = OrderedJson::array();
   for (const Difference& difference : differences) {
     const std::string heard = verdict_on(difference, null);
     if (heard == "audible") json["audible"].push_back(difference.info->key);
@@ -222,7 +216,7 @@ Result<void> run(const Options& options, std::ostream& out, std::ostream& notes)
   const SoundKind kind =
       options.kind.value_or(decays ? SoundKind::kImpulseResponse : SoundKind::kProgramme);
   const bool response = kind == SoundKind::kImpulseResponse;
-  ordered_json json;
+  OrderedJson json;
   json["a"] = to_json(options.a, *a);
   json["b"] = to_json(options.b, *b);
   json["kind"] = response ? "response" : "programme";

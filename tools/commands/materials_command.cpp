@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>
-#include <nlohmann/json.hpp>
 
 #include "formats/level/material_presets.h"
+#include "tools/analysis/json_values.h"
 #include "tools/commands/commands.h"
 #include "tools/program/arguments.h"
 
@@ -48,8 +48,8 @@ void print_table(std::ostream& out, const MaterialPresets& presets) {
   }
 }
 
-nlohmann::ordered_json json_of(const MaterialPresets& presets) {
-  auto list = nlohmann::ordered_json::array();
+OrderedJson json_of(const MaterialPresets& presets) {
+  auto list = OrderedJson::array();
   for (std::size_t i = 0; i < presets.names().size(); ++i) {
     const Material material = *presets.get(presets.names()[i]);
     const auto& origin = presets.origin(i);

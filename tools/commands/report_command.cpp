@@ -167,7 +167,7 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
     return document_of(options, notes);
   }();
   if (!document.ok()) return fail(document.error());
-  const std::string page = page_of_document(*document, kReportScript);
+  const std::string page = page_of_document(*document, std::string(kViewScript) + kReportScript);
   const Interrupt until_written;
   auto file = AtomicFile::create(options.output);
   if (!file.ok()) return fail(file.error());

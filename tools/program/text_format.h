@@ -18,8 +18,7 @@ inline std::string shortened(const std::string& name, std::size_t width) {
 }
 
 // Formats as "16 416".
-template <class Number>
-std::string grouped(Number number) {
+inline std::string grouped(double number) {
   std::string digits = std::to_string(std::llround(number));
   for (std::size_t i = digits.size(); i > 3; i -= 3) digits.insert(i - 3, " ");
   return digits;
@@ -27,7 +26,7 @@ std::string grouped(Number number) {
 
 // Formats as "1 photon" or "16 416 photons".
 inline std::string counted(std::uint64_t number, const std::string& thing) {
-  return grouped(number) + " " + thing + (number == 1 ? "" : "s");
+  return grouped(static_cast<double>(number)) + " " + thing + (number == 1 ? "" : "s");
 }
 
 inline double decibels_of(double power) { return power > 0 ? 10 * std::log10(power) : -INFINITY; }
