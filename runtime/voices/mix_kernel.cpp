@@ -27,12 +27,18 @@ constexpr int chunk_frames(int buses, bool low) {
   return kFloats == 16 ? 32 : 16;
 }
 
+// The gains of a group of buses: they begin at lane `first` of a voice's `count`.
+struct Lanes {
+  int count, first;
+};
+
 // Adds voices to a chunk of frames that begins at frame `first` of a step, for kBands buses of
-// kEarsHere ears from ear `ear` on. Their gains begin at lane kFirstLane of a voice's kLanes.
-template <bool kCubic, int kBands, int kEarsHere, bool kLow, int kLanes, int kFirstLane,
-          int kDelays, bool kTwoLayers, int kReads>
+// kEarsHere ears from ear `ear` on.
+template <bool kCubic, int kBands, int kEarsHere, bool kLow, int kDelays, bool kTwoLayers,
+          int kReads>
 HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kReads>& lines,
-                          int ear, float now, int first, float* HWY_RESTRICT out) {
+                          const Lanes& lanes, int ear, float now, int first,
+                          float* HWY_RESTRICT out) {
   const FloatTag d;
   constexpr int kFrames = chunk_frames(kBands * kEarsHere, kLow), kVectors = kFrames / kFloats;
   constexpr int kRate = kLow ? kLowRate : 1, kStep = kStepFrames / kRate;
@@ -51,8 +57,8 @@ HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kRe
 
   const auto add = [&](const float* HWY_RESTRICT gain,
                        const FloatVector(&x)[kReads][kVectors]) HWY_ATTR {
-    gain += kFirstLane + ear;
-    const float* HWY_RESTRICT slope = gain + kLanes;
+    gain += lanes.first + ear;
+    const float* HWY_RESTRICT slope = gain + lanes.count;
     for (int b = 0; b < kBands * kEarsHere; ++b) {
       const int e = kReads == 1 ? 0 : b % kEarsHere;
       const auto start = hn::Set(d, gain[b * kStride]), grows = hn::Set(d, slope[b * kStride]);
@@ -78,7 +84,7 @@ HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kRe
     prefetch_ahead(v);
     for (int r = 0; r < kReads; ++r)
       read_at_rest<kCubic, kFrames>(lines.x[r][v], lines.fraction[r][v], first, x[r]);
-    const float* HWY_RESTRICT gain = tile.gain[v] + kFirstLane + ear;
+    const float* HWY_RESTRICT gain = tile.gain[v] + lanes.first + ear;
     for (int b = 0; b < kBands * kEarsHere; ++b) {
       const int e = kReads == 1 ? 0 : b % kEarsHere;
       const auto g = hn::Set(d, gain[b * kStride]);
@@ -109,17 +115,18 @@ HWY_INLINE void mix_chunk(const Tile<kDelays, kTwoLayers>& tile, const Lines<kRe
       hn::Store(sum[b][i], d, out + b * kStride * kRow + i * kFloats);
 }
 
-// Adds one step of the tile's voices to `rows`, which begin at the first frame of the call.
-template <bool kCubic, int kBands, int kEarsHere, bool kLow, int kLanes, int kFirstLane,
-          int kDelays, bool kTwoLayers, int kReads>
-HWY_INLINE void mix_step(const Tile<kDelays, kTwoLayers>& tile, const Lines<kReads>& lines, int ear,
-                         const MixJob& job, int step, float* rows) {
+// Adds one step of the tile's voices to `rows`, which begin at the first frame of the call. Its
+// loops are long code, which takes seconds to compile, so its callers share it.
+template <bool kCubic, int kBands, int kEarsHere, bool kLow, int kDelays, bool kTwoLayers,
+          int kReads>
+HWY_NOINLINE void mix_step(const Tile<kDelays, kTwoLayers>& tile, const Lines<kReads>& lines,
+                           const Lanes& lanes, int ear, const MixJob& job, int step, float* rows) {
   constexpr int kRate = kLow ? kLowRate : 1, kStep = kStepFrames / kRate;
   constexpr int kFrames = std::min(kStep, chunk_frames(kBands * kEarsHere, kLow));
   const float now = static_cast<float>(job.first_frame + step) / kGainFrames;
   for (int f = 0; f < kStep; f += kFrames)
-    mix_chunk<kCubic, kBands, kEarsHere, kLow, kLanes, kFirstLane>(
-        tile, lines, ear, now, f, rows + (ear * kMaxFrames + step) / kRate + f);
+    mix_chunk<kCubic, kBands, kEarsHere, kLow>(tile, lines, lanes, ear, now, f,
+                                               rows + (ear * kMaxFrames + step) / kRate + f);
 }
 
 // Calls mix(tile, step) for all tiles and steps.
@@ -141,7 +148,7 @@ HWY_NOINLINE void mix_full_here(const MixJob& job) {
   Lines<kDelays> lines;
   for_steps<kDelays, false>(job, kEars, [&](const Tile<kDelays, false>& tile, int step) HWY_ATTR {
     lines.template look<false>(tile, 0);
-    mix_step<kCubic, 1, 2, false, kEars, 0>(tile, lines, 0, job, step, job.high);
+    mix_step<kCubic, 1, 2, false>(tile, lines, {kEars, 0}, 0, job, step, job.high);
   });
 }
 
@@ -154,11 +161,11 @@ HWY_NOINLINE void mix_bands_here(const MixJob& job) {
       job, kBandLanes, [&](const Tile<kDelays, true>& tile, int step) HWY_ATTR {
         for (int ear = 0; ear < kEars; ear += kEarsHere) {
           high.template look<false>(tile, ear);
-          mix_step<kCubic, kHighBands, kEarsHere, false, kBandLanes, kEars * kLowBands>(
-              tile, high, ear, job, step, job.high);
+          mix_step<kCubic, kHighBands, kEarsHere, false>(
+              tile, high, {kBandLanes, kEars * kLowBands}, ear, job, step, job.high);
         }
         low.template look<true>(tile, 0);
-        mix_step<true, kLowBands, 2, true, kBandLanes, 0>(tile, low, 0, job, step, job.low);
+        mix_step<true, kLowBands, 2, true>(tile, low, {kBandLanes, 0}, 0, job, step, job.low);
       });
 }
 
@@ -172,14 +179,15 @@ HWY_NOINLINE void mix_head_here(const MixJob& job) {
   for_steps<2, true>(job, kHrtfLanes, [&](const Tile<2, true>& tile, int step) HWY_ATTR {
     for (int ear = 0; ear < kEars; ++ear) {
       lines.look<false>(tile, ear);
-      mix_step<kCubic, kDozen, 1, false, kHrtfLanes, kDozenLanes>(tile, lines, ear, job, step,
-                                                                  job.high);
-      mix_step<kCubic, kDozen, 1, false, kHrtfLanes, 2 * kDozenLanes>(
-          tile, lines, ear, job, step, job.high + kDozenLanes * kMaxFrames);
+      mix_step<kCubic, kDozen, 1, false>(tile, lines, {kHrtfLanes, kDozenLanes}, ear, job, step,
+                                         job.high);
+      mix_step<kCubic, kDozen, 1, false>(tile, lines, {kHrtfLanes, 2 * kDozenLanes}, ear, job, step,
+                                         job.high + kDozenLanes * kMaxFrames);
       lines.look<true>(tile, ear);
-      mix_step<true, kDozen, 1, true, kHrtfLanes, 0>(tile, lines, ear, job, step, job.low);
-      mix_step<true, static_cast<int>(kHrtfQuadratures), 1, true, kHrtfLanes, 3 * kDozenLanes>(
-          tile, lines, ear, job, step, job.low + kDozenLanes * kLowRow);
+      mix_step<true, kDozen, 1, true>(tile, lines, {kHrtfLanes, 0}, ear, job, step, job.low);
+      mix_step<true, static_cast<int>(kHrtfQuadratures), 1, true>(
+          tile, lines, {kHrtfLanes, 3 * kDozenLanes}, ear, job, step,
+          job.low + kDozenLanes * kLowRow);
     }
   });
 }
