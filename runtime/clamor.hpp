@@ -47,8 +47,8 @@ inline clamor_source_options source_options() { return sized<clamor_source_optio
 inline clamor_group_options group_options() { return sized<clamor_group_options>(); }
 inline clamor_part_options part_options() { return sized<clamor_part_options>(); }
 
-// What a function of clamor.h writes to its last argument but the error. Of a structure, the size
-// is filled in.
+// Returns what a function of clamor.h writes to its last argument before the error. The size of a
+// structure is filled in.
 template <class T, class Function, class... Arguments>
 T written(Function* function, Arguments... arguments) {
   T value{};

@@ -9,7 +9,7 @@
 
 namespace clamor {
 
-// What the sampler's thread counts, as of the newest keyframe.
+// Counts of the sampler's thread, up to the newest keyframe.
 struct SamplerStatistics {
   std::uint64_t keyframes = 0;  // made
   std::uint32_t voices = 0;     // including those that fade

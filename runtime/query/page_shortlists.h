@@ -58,7 +58,7 @@ class ThresholdHistory {
     share_ = std::max(lowest_ / threshold, query::kMinRecentThreshold);
   }
   double lowest() const { return lowest_; }
-  // The same as a share of the last threshold, a third at least.
+  // Returns lowest() as a share of the last threshold, at least a third.
   double share() const { return share_; }
 
  private:

@@ -50,7 +50,7 @@ struct BoostedBound {
   double upper_bound;
 };
 
-// What all queries of a keyframe share.
+// All queries of a keyframe share it.
 struct QueryKeyframe {
   Listener listener;
   double time_s = 0;

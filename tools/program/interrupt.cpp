@@ -26,7 +26,7 @@ std::string sentence;  // message of ExitOnSignal; constant while its handler is
 // signals for one request.
 constexpr std::int64_t kOneRequestMs = 500;
 
-// Of StopDeadline.
+// StopDeadline looks for an interrupt this often, and gives the program this long to end.
 constexpr auto kLooksForInterrupt = std::chrono::milliseconds(50);
 constexpr auto kToEnd = std::chrono::milliseconds(600);
 

@@ -124,7 +124,7 @@ OrderedJson materials_of(std::span<const MetMaterial> materials) {
   return list;
 }
 
-// What clamor inspect says of the file: its JSON but for the emitters, and two of its tables.
+// Adds what clamor inspect prints: its JSON without the emitters, and two of its tables.
 Result<void> add_bake(const BakeFile& file, OrderedJson& json) {
   const auto overview = overview_of(file);
   if (!overview.ok()) return overview.error();

@@ -197,9 +197,9 @@ PickedTriangle pick(const Mesh& mesh, const Vec3& origin_m, const Vec3& directio
   return picked;
 }
 
-double free_m(const Mesh& mesh, const Vec3& from_m, const Vec3& direction, double most_m) {
+double free_m(const Mesh& mesh, const Vec3& from_m, const Vec3& direction, double max_m) {
   const PickedTriangle hit = pick(mesh, from_m, direction);
-  return hit.triangle == SIZE_MAX ? most_m : std::min(most_m, hit.distance_m);
+  return hit.triangle == SIZE_MAX ? max_m : std::min(max_m, hit.distance_m);
 }
 
 std::size_t pick_point(std::span<const Vec3> points_m, const Vec3& origin_m, const Vec3& direction,

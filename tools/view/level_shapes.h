@@ -50,8 +50,8 @@ struct PickedTriangle {
 };
 PickedTriangle pick(const Mesh& mesh, const Vec3& origin_m, const Vec3& direction);
 
-// How far one can go along a ray, at most `most_m`.
-double free_m(const Mesh& mesh, const Vec3& from_m, const Vec3& direction, double most_m);
+// How far one can go along a ray, at most `max_m`.
+double free_m(const Mesh& mesh, const Vec3& from_m, const Vec3& direction, double max_m);
 
 // The nearest of some points that lies within about `radius_m` of a ray and nearer than `limit_m`;
 // SIZE_MAX if none. Distant points count as if they were larger, as they are drawn.

@@ -197,7 +197,7 @@ Result<void> ViewSession::save() {
 
 Result<void> ViewSession::recover() { return level_->recover(); }
 
-// What follows an edit, and what bakes and files bring to the window.
+// The rest reacts to edits, and brings bakes and files to the window.
 
 namespace {
 

@@ -104,9 +104,9 @@ Listener viewpoint_of(const Mesh& mesh, const Vec3& place_m, double size_m,
                       std::cos(pitch_rad) * std::cos(yaw_rad));
       // Places lie on surfaces, which must not hide them.
       const Vec3 start_m = place_m + 0.02 * away;
-      const double way_m = free_m(mesh, start_m, away, wanted_m / 0.85);
-      const Vec3 eye_m = start_m + 0.85 * way_m * away;
-      double score = way_m / wanted_m;
+      const double clear_m = free_m(mesh, start_m, away, wanted_m / 0.85);
+      const Vec3 eye_m = start_m + 0.85 * clear_m * away;
+      double score = clear_m / wanted_m;
       for (std::size_t i = 0; i < inside.size(); ++i) {
         const Vec3 towards = inside[i] - place_m;
         if (const double distance_m = length(towards); distance_m > 0)
