@@ -31,15 +31,20 @@ std::uint32_t number_of(const Plan& plan, std::int32_t value) {
 int base_bits(std::uint32_t base) { return storable(std::bit_width(zigzag(base))); }
 
 // Finds the best k of a Rice code about a base. The search ends when the k bits alone exceed the
-// best size so far.
+// best size so far, and passes over a k whose unary parts would exceed it even if all of the low
+// bits that they leave out were ones.
 Plan best_rice(std::span<const std::int32_t> values, ColumnKind kind, std::uint32_t base,
                std::uint64_t at_most) {
   Plan best{kind, 0, base, at_most};
+  std::uint64_t sum = 0;
+  for (const std::int32_t value : values) sum += number_of(best, value);
   for (int k = 0; k <= 30; ++k) {
     Plan plan{kind, k, base, 0};
     const std::uint64_t without_unary = static_cast<std::uint64_t>(base_bits(base)) +
                                         values.size() * static_cast<std::uint64_t>(k + 1);
     if (without_unary >= best.bits) break;
+    const std::uint64_t left_out = values.size() * ((std::uint64_t{1} << k) - 1);
+    if (sum > left_out && without_unary + ((sum - left_out) >> k) >= best.bits) continue;
     plan.bits = without_unary;
     for (const std::int32_t value : values) plan.bits += number_of(plan, value) >> k;
     if (plan.bits < best.bits) best = plan;

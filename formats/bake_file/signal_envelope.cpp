@@ -27,8 +27,8 @@ constexpr float kLoudest = 1e14f;    // for samples of at most a million times f
 constexpr std::int64_t kTailFrames = 8192;
 constexpr std::int64_t kPieceFrames = 4 * kSampleRate_hz;
 
-// All eight bands side by side, for vectorised loops.
-using Lanes = std::array<double, kBandCount>;
+// All eight bands side by side, in as many registers as the instruction set needs.
+typedef double Lanes __attribute__((vector_size(8 * kBandCount)));
 
 // A band is the high side of its lower edge and the low side of its upper edge.
 class BandPass {
@@ -53,8 +53,7 @@ class BandPass {
   static constexpr std::size_t kSections = 2 * kButterworthFactors;
 
   struct Section {
-    Lanes b0{}, b1{}, b2{}, a1{}, a2{};
-    Section() { b0.fill(1); }
+    Lanes b0 = Lanes{} + 1, b1{}, b2{}, a1{}, a2{};
   };
   struct Memory {
     Lanes s1{}, s2{};
@@ -76,12 +75,10 @@ class BandPass {
     for (std::size_t k = 0; k < kSections; ++k) {
       const Section& f = sections_[k];
       Memory& m = memory_[k];
-      for (std::size_t b = 0; b < kBandCount; ++b) {
-        const double y = f.b0[b] * x[b] + m.s1[b];
-        m.s1[b] = f.b1[b] * x[b] - f.a1[b] * y + m.s2[b];
-        m.s2[b] = f.b2[b] * x[b] - f.a2[b] * y;
-        x[b] = y;
-      }
+      const Lanes y = f.b0 * x + m.s1;
+      m.s1 = f.b1 * x - f.a1 * y + m.s2;
+      m.s2 = f.b2 * x - f.a2 * y;
+      x = y;
     }
   }
 
@@ -119,21 +116,28 @@ class Analysis {
       tbb::parallel_for(std::size_t{0}, pieces.size(), listen);
     std::vector<Lanes> sums(static_cast<std::size_t>(moments_), Lanes{});
     for (const Energies& piece : pieces)
-      for (std::size_t i = 0; i < piece.sums.size(); ++i) {
-        Lanes& sum = sums[place_of(piece.first + static_cast<std::int64_t>(i))];
-        for (std::size_t b = 0; b < kBandCount; ++b) sum[b] += piece.sums[i][b];
-      }
+      for (std::size_t i = 0; i < piece.sums.size(); ++i)
+        sums[place_of(piece.first + static_cast<std::int64_t>(i))] += piece.sums[i];
     return sums;
   }
 
   double moment_frames() const { return moment_frames_; }
 
  private:
-  double sample(std::int64_t at) const {
-    if (signal_.loop) at = (at % size_ + size_) % size_;
-    if (at < 0 || at >= size_) return 0;
-    const float value = signal_.samples[static_cast<std::size_t>(at)];
-    return std::isfinite(value) ? value : 0;
+  // The samples [from, to), which may extend beyond the signal, in every lane; none if all are 0.
+  std::vector<Lanes> samples_between(std::int64_t from, std::int64_t to) const {
+    std::vector<Lanes> samples(static_cast<std::size_t>(to - from));
+    bool sounds = false;
+    std::int64_t at = signal_.loop ? (from % size_ + size_) % size_ : from;
+    for (Lanes& sample : samples) {
+      if (at >= 0 && at < size_) {
+        const float value = signal_.samples[static_cast<std::size_t>(at)];
+        if (std::isfinite(value)) sample += value;
+        sounds = sounds || sample[0] != 0;
+      }
+      if (++at == size_ && signal_.loop) at = 0;
+    }
+    return sounds ? samples : std::vector<Lanes>();
   }
 
   std::size_t place_of(std::int64_t moment) const {
@@ -143,13 +147,8 @@ class Analysis {
   }
 
   Energies energies_between(std::int64_t from, std::int64_t to) const {
-    std::vector<Lanes> samples(static_cast<std::size_t>(to - from + 2 * kTailFrames));
-    bool sounds = false;
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      samples[i].fill(sample(from - kTailFrames + static_cast<std::int64_t>(i)));
-      sounds = sounds || samples[i][0] != 0;
-    }
-    if (!sounds) return {};
+    std::vector<Lanes> samples = samples_between(from - kTailFrames, to + kTailFrames);
+    if (samples.empty()) return {};
     BandPass().run(samples);
 
     const auto moment_of = [&](std::int64_t at) {
@@ -164,10 +163,8 @@ class Analysis {
       const double later = 0.5 - 0.5 * cos_of(std::numbers::pi * (moment - before));
       const auto i = static_cast<std::size_t>(static_cast<std::int64_t>(before) - energies.first);
       const Lanes& y = samples[static_cast<std::size_t>(at - from + kTailFrames)];
-      for (std::size_t b = 0; b < kBandCount; ++b) {
-        energies.sums[i][b] += (1 - later) * y[b] * y[b];
-        energies.sums[i + 1][b] += later * y[b] * y[b];
-      }
+      energies.sums[i] += (1 - later) * y * y;
+      energies.sums[i + 1] += later * y * y;
     }
     return energies;
   }
