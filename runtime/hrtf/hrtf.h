@@ -9,23 +9,7 @@
 // There are two ITDs (interaural_times.h), half of each added at one ear and subtracted at the
 // other. Above 1.4 kHz the ITD is that of the envelope; below, in the low layer, that of the
 // waveform from 90 to 850 Hz. Narrowband voices also get the phase difference of each ERB band
-// below 1.4 kHz (hrtf_phase_fit.h). It is within 20 us or 5 % of the measurement in all of KEMAR's
-// directions from 105 Hz up; below that, responses of 11.6 ms have no defined phase. Octave-band
-// voices have the two ITDs alone, which are 13 to 79 us off (medians) in single bands, least at 650
-// Hz.
-//
-// Above 1.4 kHz the ITD of the whole envelope is within 5 us, except for 42 of KEMAR's 710
-// directions opposite an ear. There sound reaches the ear by two paths, and the measured ITD jumps
-// from one to the other. Ours changes by at most 25 us per degree and is up to 80 us off (below the
-// lowest measured directions, 40 degrees below the horizon, by up to 70 us per degree). The
-// envelope of one octave may have another ITD: medians of the difference are 30, 18 and 16 us at 2,
-// 4 and 8 kHz.
-//
-// When the head rotates about any axis, the level at an ear changes by less than 1 dB per degree
-// (0.2 where KEMAR was measured), and so does each ERB band below 1.6 kHz. Above, single bands
-// change by up to 3.8 dB per degree at notches, on at most 1.5 % of the way; measured neighbours
-// differ by up to 2.5 dB per degree. Below the measured directions the bound is 11 dB. (In steps of
-// a quarter of a degree.) Interpolation is continuous everywhere.
+// below 1.4 kHz (hrtf_phase_fit.h). runtime/README.md, "Heads", gives the errors of both.
 //
 // HRTFs are diffuse-field equalised: the average over all directions is removed in each band. This
 // removes the resonance of the ear canal, which the listener's own ears add again, and the

@@ -11,21 +11,13 @@
 // kOnset_frames once, after silence (auralizer_input.h). The voice switches to the loop where both
 // have the same samples.
 //
-// Occlusion changes in steps, as rays are cast, so a voice's gain moves half of the way to
-// its target at each keyframe. A source's power scale changes with tau, as k changes or the
-// listener walks. Each change of scale follows the curve of a fade over kFadeKeyframes, so that
-// voices that enter, leave and stay keep the total power that the sampler intends. (Exponential
-// smoothing instead was 0.7 dB too loud after k was halved, 1.0 dB when it was halved in each of
-// four keyframes, and 1.3 dB too quiet after it was doubled; now the errors are 0.00, 0.3 and 0.00
-// dB.)
+// Occlusion changes in steps, as rays are cast, so a voice's gain moves half of the way to its
+// target at each keyframe. Each change of a source's power scale, and of the power of a moving
+// source's reflection, follows the curve of a fade over kFadeKeyframes, so that voices that enter,
+// leave and stay keep the total power that the sampler intends, within 0.3 dB.
 //
-// The power of a moving source's reflection changes as the source moves (runtime/probes), and the
-// sampler scales it by less as it grows. Both follow the same curve: power that changed at once was
-// 0.6 dB too loud in rooms, between probes that differ by 3 dB, and stepped by up to 4 dB.
-//
-// A moving source takes its voice along, so that its delays change smoothly, and moves on while it
-// fades out; if it jumps, it is heard as two. A moving source is heard at the position where the
-// sound left it.
+// A moving source takes its voice along and moves on while it fades out; if it jumps, it is heard
+// as two. It is heard at the position where the sound left it.
 //
 // A voice whose source and listener have not moved, and whose power gain, scale and fade are
 // constant, keeps its values. All others are computed a tile of slots at a time by vector code

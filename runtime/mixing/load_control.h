@@ -1,44 +1,23 @@
 // load_control.h: load shedding: limits the number of voices to what the machine can process in
 // time.
 //
-// Work is measured twice: by the time that passes and by the thread's own CPU time. Whatever else
-// passes, the thread waits for a core, which other programs have. ThreadLoad tells the two apart:
-//
-//   own load   The CPU time exceeds the time that there is. The thread does less at once.
-//   others     More time passes than there is. A lead bridges that: keyframes are made further
-//              ahead (keyframe_lead.h) and the device's buffer grows (buffer_growth.h). Only where
-//              no lead would do, because the thread does not get enough of a core on average, it
-//              does less.
-//
-// Two control loops run on the threads whose time they measure. Neither waits for the other.
+// Work is measured twice: by the time that passes and by the thread's own CPU time. ThreadLoad
+// tells apart the thread's own load, which fewer voices reduce, and that of other programs, which a
+// lead bridges (keyframe_lead.h, buffer_growth.h).
 //
 // MixerLoadControl, on the audio thread, reduces the number of allowed voices when two measurements
 // in a row exceed kHighShare, when one exceeds the time that there is, or when a new keyframe's
-// voices would exceed kHighShare at their recent cost. The new limit aims at kAimShare; the mixer
-// fades out the voices that the sampler would miss least. Below kLowShare the limit rises, doubling
-// in kDouble_s, or in half of that with ample time.
+// voices would exceed kHighShare at their recent cost. The new limit aims at kAimShare. Below
+// kLowShare the limit rises, doubling in kDouble_s, or in half of that with ample time.
 //
-// SamplerLoadControl limits k, the number of chosen sources, and decides how many keyframes share a
-// sample. Choosing takes most of its time, and where there are many walls nearly as much with few
-// voices as with many, so more keyframes share a sample first. Only what is still too much reduces
-// k. The mixer's load does so at once, in proportion to the voices that it sheds. k rises by kRise
-// per keyframe while the recent worst share is below kLowShare and the mixer has room: all its
-// voices are allowed and take less than kLowShare of a block. Where voices are missing and the
-// sampler leaves them no such room, more keyframes share a sample, too; fewer do again when all
-// voices are back.
+// SamplerLoadControl, on the sampler's, decides how many keyframes share a sample, and limits k,
+// the number of chosen sources, where that is not enough or where the mixer sheds voices. k rises
+// by kRise per keyframe while the recent worst share is below kLowShare and the mixer has room.
 //
-// Between the thresholds both keep their limits (hysteresis): the load must grow by a third before
-// a rise is followed by a fall. After a fall both wait before they rise. If a rise soon leads to
-// the next fall, the wait doubles (Backoff), so that an intermittent load is met by a low limit,
-// but it leaves enough of kReturn_s for the rise.
-//
-// A sudden load is thus first met by the mixer, which loses the voices that it sheds. Some
-// keyframes later the sampler follows and restores the loudness: tau, and with it the power scale
-// of each voice, rises as k falls (sampler.h). When the load has gone, all voices are back within 4
-// s, even from a sixteenth of them.
-//
-// No step reduces by more than half, since one measurement may be an outlier, and there is a floor
-// below which fewer voices would save little.
+// Between the thresholds both keep their limits. After a fall both wait before they rise, and if
+// that rise soon leads to the next fall, the wait doubles (Backoff), but leaves enough of kReturn_s
+// for the rise. No step reduces by more than half, since one measurement may be an outlier.
+// runtime/README.md, "Load control", says what is heard of it.
 //
 // Both are functions of their inputs: the callers measure time, with a clock and a CPU meter that a
 // test may replace. Threads: any one each.

@@ -1,42 +1,23 @@
 // mixer.h: the inner half of the audio thread: interpolates voices between keyframes and sums them.
 //
 // Time is a 64-bit count of frames. A voice reads its signal at that count less its delay, which is
-// 40.24 fixed point, so phase does not drift, and a sound may begin up to 66 days after the clock does.
-// Mixing works in steps of kStepFrames on a grid fixed to the clock, several steps per call if
-// asked for. The output is a function of the keyframes alone.
+// 40.24 fixed point, so phase does not drift, and a sound may begin up to 66 days after the clock
+// does. Mixing works in steps of kStepFrames on a grid fixed to the clock, several steps per call
+// if asked for. The output is a function of the keyframes alone.
 //
-// Between keyframes gains are linear. Delays follow two parabolas that meet at a knot, cut into
-// steps, so that pitch is continuous. The slope of a delay at a keyframe is extrapolated from the
-// last two changes, with weights 1.5 and -0.5, which is exact for constant acceleration and needs
-// no look-ahead. A delay that would approach the speed of sound is interpolated linearly instead.
+// Between keyframes gains are linear, and delays follow two parabolas that meet at a knot, so that
+// pitch is continuous. With bands, gains and delays are both those of lead_frames() before (0.5 ms
+// with eight bands, 16 ms binaural); block_mixer.h compensates for that. runtime/README.md,
+// "Mixing", gives the errors of the interpolation and the delay of each band's filter.
 //
-// At a keyframe, gains are continuous within 1e-6 and delays within 2e-6 frames, the rounding of
-// 960 small steps. A delay's slope jumps by no more than its bend within kStepFrames. A gain's
-// slope jumps by what the keyframes say; for a voice that fades (keyframe_maker.h) by at most 0.31
-// per 960 frames, which at 1 kHz is no more than a step of -52 dB relative to the voice. With
-// bands, gains and delays are both those of lead_frames() before (0.5 ms with eight bands, 16 ms
-// binaural); block_mixer.h compensates for that. The delay of the eight bands' filters remains: a
-// change is heard 0.2 ms late at 8 kHz, 0.8 at 2 kHz, 2 at 1 kHz and 24 at 125 Hz, two or three
-// periods. HRTF filters have zero phase and no such delay.
+// More than two channels are mixed pair by pair, each pair from the voices that it hears, with the
+// panner's gain per channel. Binaural voices have their octave gains times the HRTF's gains at
+// their direction, in narrow bands for the loudest voices (narrowband_voices.h) and in octaves for
+// the others (diffuse_hrtf_eq.h), and delays that include the ITD.
 //
-// More than two channels are mixed pair by pair from the same paths, each pair from the voices that
-// it hears. A voice has one delay and one spectrum, times a gain per channel that the panner
-// computes from its direction at each keyframe and that is interpolated like all gains.
-//
-// Binaural voices have their octave gains times the HRTF's gains at their direction, computed at
-// each keyframe: in the narrow bands of hrtf_filter_bank.h for the loudest voices
-// (narrowband_voices.h), in octaves for the others, whose sum is equalised in narrow bands
-// (diffuse_hrtf_eq.h). Delays include the ITD. Low frequencies have a longer ITD, so the read
-// positions of the low layer diverge linearly from those of the high layer.
-//
-// Head rotation is followed between keyframes if asked for: voices are rotated from the axes that
-// their keyframe was made for to the newest ones, immediately at a keyframe and otherwise at the
-// next third of the period (mixer_head_rotation.cpp). If no keyframe comes, sources stand still but
-// the head still turns.
-//
-// Load shedding: when there is no time for all voices, those with the highest ranks fade out within
-// kShedFrames and are no longer mixed, while their delays advance. They fade in again at a
-// keyframe.
+// Head rotation is followed between keyframes if asked for (mixer_head_rotation.cpp). If no
+// keyframe comes, sources stand still but the head still turns. When there is no time for all
+// voices, those with the highest ranks fade out within kShedFrames, and in again at a keyframe.
 //
 // Threads: load(), hold(), allow(), mix() and step() run on the audio thread, begin() before it.
 // Cost: `clamor bench mixer` prints it.

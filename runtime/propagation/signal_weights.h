@@ -4,14 +4,12 @@
 // of the signal around the moment that is received, at `time - delay` of its own time. Loops
 // repeat; other signals are silent before and after.
 //
-// A sample that followed the momentary envelope would make the room change with the music: sources
-// receive the envelope at different delays, so each change of level or spectrum would reorder them
-// while it passes. Therefore
+// A sample that followed the momentary envelope would make the room change with the music, because
+// sources receive the envelope at different delays. Therefore
 //
-// * the level is the mean of all bands over `mean_s`, about as long as a room decays,
-// * the highest level of the last `hold_s` counts,
-// * a hysteresis holds the level until that has fallen by `give_db`: what matters is how far the
-//   level rises and falls in total, not how fast,
+// * the level is the mean of all bands over `mean_s`, about as long as a room decays, and the
+//   highest level of the last `hold_s` counts,
+// * a hysteresis holds the level until that has fallen by `give_db`,
 // * the level is never more than `burst_db` below the loudest 20 ms within `around_s`; otherwise
 //   claps and strokes would be chosen too seldom, and scaled up so far that single ones stand out,
 // * the bands keep their proportions,
@@ -19,20 +17,8 @@
 //   long as a source takes to fade in, and from `around_s` + `forget_s` after it ends.
 //
 // A weight may be below what the band plays at the moment. The scale of a chosen source (sampler.h)
-// compensates: the power is right on average as long as no sounding signal has zero weight.
-//
-// The time-varying part of the error (time_varying_part.h) for the dry violin, 4 m away in the
-// violin room, with 2000 of 200 000 sources; with all sources it is below -60 dB:
-//
-//   loudest moment of 20 ms within 0.1 s, falling by 1 / e in 0.15 s    -17.3 dB
-//   mean per band over 0.7 s / 1.4 s / 3 s                              -17.1 / -17.5 / -18.0
-//   one level for all bands, over 1.4 s, followed within +-6 dB         -20.4
-//   as above, over 3 s, from -3 to +12 dB                               -30.6
-//   mean over 1.4 s, held for 1.5 s, from 0 to 12 dB                    -25.0
-//   mean over 0.7 s, held for 2 s, from 0 to 12 dB                      below -59
-//   as above, and never below the loudest moment: the choice made here  -30.6
-//
-// Immutable.
+// compensates: the power is right on average as long as no sounding signal has zero weight. What
+// other rules cost is in runtime/README.md, "Sampling". Immutable.
 #pragma once
 
 #include <array>

@@ -1,48 +1,26 @@
 // sampler.h: which sources are heard by a listener, each with the factor that scales its power.
 //
-// Sources whose sounds are not in memory (sound_loader.h) are not chosen, so that others have their
-// voices: the sample is then one of the sources whose sounds are there, unbiased for their power.
-//
 // A source's weight estimates its audibility: w_i = sum_b loudness_b x signal_b x I_ib x e_ib, with
-// loudness_b from BS.1770 (loudness.h), signal_b the mean square of its signal in the band, at the
-// level around the moment that is heard (signal_weights.h), I_ib its intensity at the listener
-// (radiation_model.h), and e_ib the receivers' sensitivity towards it (reception.h). A source whose
-// signal is silent now has zero weight and is not sampled.
+// loudness_b from BS.1770 (loudness.h), signal_b the mean square of its signal in the band around
+// the moment that is heard (signal_weights.h), I_ib its intensity at the listener
+// (radiation_model.h), and e_ib the receivers' sensitivity towards it (reception.h).
 //
-// The sampler "all" takes every source as it is. The sampler "priority" takes the k sources of
-// highest priority w_i / u_i, with a permanent uniform u_i per source, and scales their power by
+// The sampler "all" takes every source. The sampler "priority" takes the k sources of highest
+// priority w_i / u_i, with a permanent uniform u_i per source, and scales their power by
 // max(1, tau / w_i), with tau the (k+1)-th priority. The estimate is unbiased in power, and the
 // sample changes only as far as weights do. (N. Duffield, C. Lund, M. Thorup. Priority sampling for
 // estimation of arbitrary subset sums. J. ACM 54(6), 2007. E. Cohen, H. Kaplan. Summarizing data
-// using bottom-k sketches. PODC 2007.) Where the bake knows the decay of the room, the priorities
-// of late reflections are higher by a factor f, and tau / f replaces tau (late_boost.h).
+// using bottom-k sketches. PODC 2007.) Sources that are silent now, or whose sounds are not in
+// memory (sound_loader.h), are not chosen. The late boost, missing pages and occlusion change the
+// factor; runtime/README.md, "Sampling", says how.
 //
-// The sample is exact: a threshold predicted from previous samples tells the pool what to cull, and
-// is lowered until k + 1 sources reach it. The pool culls by upper bounds that hold for the loudest
-// moment of every signal. Where pages are not loaded yet, the remaining samples of their parent
-// page replace them. With m the missing key, the highest P / u that is not in memory near source i,
-// and P its power over all bands, i is chosen only if u_i < P_i / m, so its factor is
-// max(1, tau / w_i, m / P_i): still unbiased, with a larger variance.
+// Two modes end a search that finds nearly all sources occluded:
 //
-// Occlusion (visibility_cache.h) only reduces weights. Sources are therefore found without it, but
-// for those that are known to be occluded (occlusion_upper_bounds.h), and those that would be
-// chosen are tested, best first, until k + 1 tested sources are ahead of all others: the top k of
-// all sources as far as their visibility is known, though few were tested.
-//
-// Where nearly all sources are occluded, the search for k + 1 sources would descend to the weakest
-// one in every keyframe. It ends earlier, at a threshold t that fewer than k audible sources reach.
-// These are published with t in place of tau: an audible source reaches t with probability
-// min(1, w_i / t), so the sum stays unbiased in power, with the variance of fewer voices. The
-// sample is empty where every source that reaches t is occluded. What ends the search:
-//
-//   kBounded    real time. A keyframe has a budget of work (work_budget.h), of which most keyframes
-//               need a tenth. If a lower threshold would probably exceed it, the last threshold
-//               with a completed query is taken, and the next keyframe continues from there. If no
-//               query was completed, as when a listener is teleported from silence into a crowd,
+//   kBounded    real time. A keyframe has a budget of work (work_budget.h), and the next one
+//               continues from the last threshold with a completed query. If none was completed,
 //               the sources found so far are published, which is too quiet for that keyframe.
 //   kUnbounded  offline render. Every source that may be chosen has a valid visibility estimate,
-//               and t is so low that at least 100 000 sources would reach it without occlusion.
-//               Smaller levels are searched to the last source.
+//               and the threshold falls until 100 000 sources would reach it without occlusion.
 #pragma once
 
 #include <atomic>

@@ -3,36 +3,22 @@
 // Voices add into buses, one row of frames per band and ear. With eight bands a signal is kept in
 // two layers (prepared_signal.h): the upper three bands at the full rate, the lower five at a
 // quarter of it. Eight band gains then cost 3 + 5 / 4 multiply-adds per ear and frame instead of
-// eight, and one and a quarter reads instead of one. The octave filter bank filters the buses after
-// the sum.
+// eight. The octave filter bank filters the buses after the sum.
 //
 // Read positions are computed for tiles of 64 voices and one step at a time, in columns
 // (mix_tile-inl.h). A chunk of 16 to 64 frames of the buses stays in registers for all voices of a
 // tile. If a voice's integer offset is constant within the step, it reads contiguous neighbours
-// with linearly changing fractions. The others, one in sixteen, are read in separate passes: across
-// the single change of the offset or, for fast changes, vector by vector. Where neither delays nor
-// gains change, as for a listener who stands still, each neighbour has one weight, which takes half
-// the time. The state for the next call is written back on request.
+// with linearly changing fractions; the others, one in sixteen, are read in separate passes. Where
+// neither delays nor gains change, each neighbour has one weight, which takes half the time.
 //
 // Cubic interpolation is a uniform B-spline over samples that were prefiltered at loading, so that
-// whole delays reproduce the signal. Its largest error, at a fraction of one half and relative to
-// the tone, is -122 dB at 1 kHz, -98 at 2, -74 at 4, -48 at 8, -31 at 12 and -18 at 16 kHz: some 20
-// dB below Catmull-Rom at the same cost. The low layer, at a quarter of the rate, has -74 dB at 1
-// kHz and -61 at 1.4 kHz, where it ends. Linear interpolation has -53, -29, -18 and -6 dB at 1, 4,
-// 8 and 16 kHz.
-//
-//     kHz                       1      2      4      8     12     16
-//     cubic, half-way, dB       0      0      0  -0.04  -0.24  -1.16    at its weakest
-//            mean               0      0      0  -0.02  -0.13  -0.58    of a moving voice
-//            images          -131   -107    -82    -56    -38    -25    all together
-//     linear, half-way      -0.02  -0.08  -0.30  -1.25  -3.01  -6.02
-//            mean           -0.01  -0.05  -0.20  -0.80  -1.82  -3.29
-//            images           -64    -52    -40    -27    -20    -15
+// whole delays reproduce the signal. runtime/README.md, "Mixing", has its errors and those of
+// linear interpolation.
 //
 // Voices are summed in their order, except that within each tile resting ones come first, sliding
-// ones after the others, and fast ones last. Multiply-adds are fused where the CPU can: CPUs may differ in the last bits,
-// but on one CPU the result does not depend on how calls divide time. Highway is visible only in
-// mix_*.cpp and mix_*-inl.h.
+// ones after the others, and fast ones last. Multiply-adds are fused where the CPU can: CPUs may
+// differ in the last bits, but on one CPU the result does not depend on how calls divide time.
+// Highway is visible only in mix_*.cpp and mix_*-inl.h.
 #pragma once
 
 #include <cstddef>
