@@ -5,30 +5,25 @@
 #include <cmath>
 #include <optional>
 
-#include <tbb/blocked_range.h>
 #include <tbb/info.h>
-#include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include "bake/bake_journals.h"
+#include "bake/bake_memory.h"
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
 #include "bake/closed_state.h"
 #include "bake/early/image_search.h"
 #include "bake/instances/emitter_instances.h"
-#include "bake/instances/instance_tree.h"
-#include "bake/journal/journal_set.h"
 #include "bake/journal/run_key.h"
-#include "bake/journal/trace_journal.h"
-#include "bake/octree/octree_builder.h"
-#include "bake/octree/octree_streaming.h"
-#include "bake/octree/patch_radius.h"
-#include "bake/octree/patch_radius_on_disk.h"
 #include "bake/path_cache.h"
 #include "bake/portals/portal_sets.h"
 #include "bake/probe_bake.h"
 #include "bake/probe_tracing.h"
 #include "bake/probes/probe_zones.h"
 #include "bake/report/decay_estimate.h"
+#include "bake/source_finishing.h"
+#include "bake/trace/kernel_material.h"
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
 #include "common/cpu_time.h"
@@ -37,7 +32,6 @@
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_writer.h"
 #include "formats/bake_file/page.h"
-#include "formats/bake_file/source_quantization.h"
 #include "formats/level/level.h"
 
 namespace clamor {
@@ -149,104 +143,6 @@ std::uint64_t probe_photons(const BakePlan& plan, const BakeOptions& options) {
                                                                : plan.wanted_photons;
 }
 
-std::string in_megabytes(std::uint64_t bytes) {
-  return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
-}
-
-// Where the sources are thinned and sorted.
-struct SortPlace {
-  SortStorage storage = SortStorage::kMemory;
-  std::uint64_t step_bytes = 0;  // of memory for each step on disk
-};
-
-// Fails if the plan exceeds the memory limit.
-Result<SortPlace> check_memory(const Level& level, const BakePlan& plan,
-                               const BakeOptions& options) {
-  const int threads = tbb::this_task_arena::max_concurrency();
-  const std::uint64_t listening = DecayEstimate::max_bytes(plan.longest_path_s);
-  const auto needs = [&](const BakePlan& of, SortStorage sorted) {
-    return bake_memory_bytes(level, of, threads, sorted) + listening;
-  };
-  if (options.memory_bytes == 0 || needs(plan, SortStorage::kMemory) <= options.memory_bytes)
-    return SortPlace{};
-  const SortStorage last = options.spill.empty() ? SortStorage::kMemory : SortStorage::kFiles;
-  const std::uint64_t needed = needs(plan, last);
-  // The steps get most of what the smallest of them leave.
-  constexpr std::uint64_t kMinStepBytes = 25'000'000;
-  if (needed <= options.memory_bytes)
-    return SortPlace{last, kMinStepBytes + (options.memory_bytes - needed) / 10 * 6};
-  BakePlan bare = plan;
-  bare.sources = 0;
-  const std::uint64_t least = needs(bare, last);
-  const std::string advice =
-      least < options.memory_bytes
-          ? "--sources " + std::to_string((options.memory_bytes - least) / kBytesPerSource) +
-                " would fit"
-          : "the level itself needs " + in_megabytes(least);
-  return Error("the bake needs about " + in_megabytes(needed) + " of memory, more than the " +
-               in_megabytes(options.memory_bytes) + " it may have; " + advice);
-}
-
-// A shard keeps no sources, so it needs far less memory than a bake.
-std::uint64_t shard_memory_bytes(const Level& level, const BakePlan& plan, int threads) {
-  BakePlan of_shard = plan;
-  of_shard.sources = 0;
-  return bake_memory_bytes(level, of_shard, threads) +
-         DecayEstimate::max_bytes(plan.longest_path_s);
-}
-
-Result<void> check_shard_memory(const Level& level, const BakePlan& plan,
-                                const BakeOptions& options) {
-  const std::uint64_t needed =
-      shard_memory_bytes(level, plan, tbb::this_task_arena::max_concurrency());
-  if (options.memory_bytes == 0 || needed <= options.memory_bytes) return {};
-  return Error("a shard needs about " + in_megabytes(needed) + " of memory, more than the " +
-               in_megabytes(options.memory_bytes) + " it may have");
-}
-
-// Opens a shard and checks all of it.
-Result<TraceJournal> open_shard(const Level& level, const std::string& path) {
-  auto opened = TraceJournal::open_to_read(path, deposit_materials(level.materials).size(),
-                                           level.portals.size());
-  if (!opened.ok()) return opened.error();
-  const std::string then =
-      ", so photons of it are in none of the shards; run its command again, which traces what is "
-      "missing";
-  if (opened->cut_bytes() > 0)
-    return Error(path + ": is cut short in the middle of a record" + then);
-  if (opened->damaged() > 0)
-    return Error(path + ": " + std::to_string(opened->damaged()) +
-                 " of its records fail their checksum" + then);
-  return opened;
-}
-
-// Opens the journal to append to, if any, followed by the shards.
-Result<OpenJournals> open_journals(const Level& level, const BakeOptions& options) {
-  OpenJournals journals;
-  journals.writes = !options.journal.empty();
-  journals.has_all = !options.shards.empty();
-  if (journals.writes) {
-    auto opened = TraceJournal::open(options.journal, deposit_materials(level.materials).size(),
-                                     level.portals.size());
-    if (!opened.ok()) return opened.error();
-    if (options.tells_progress) opened->tell_progress();
-    // A complete shard stays the same bytes when its command is run again.
-    if (!options.note.empty() && opened->note() != options.complete_note)
-      if (const auto noted = opened->set_note(options.note); !noted.ok()) return noted.error();
-    journals.list.push_back(std::move(*opened));
-  }
-  std::vector<std::optional<Result<TraceJournal>>> shards(options.shards.size());
-  tbb::parallel_for(std::size_t{0}, shards.size(), [&](std::size_t i) {
-    if (!options.is_stopped()) shards[i].emplace(open_shard(level, options.shards[i]));
-  });
-  for (auto& shard : shards) {
-    if (!shard) break;
-    if (!shard->ok()) return shard->error();
-    journals.list.push_back(std::move(**shard));
-  }
-  return journals;
-}
-
 void describe(const Level& level, const BakeOptions& options, const TraceSetup& setup,
               const BatchTracing::Output& traced, const DecayEstimate& decay,
               BakeContents& contents) {
@@ -271,60 +167,6 @@ void describe(const Level& level, const BakeOptions& options, const TraceSetup& 
   contents.mesh = level.mesh;
   contents.origin_m = level.origin_m;
   contents.movable_parts = level.movable_parts;
-}
-
-// Completes secondary sources: patch radii, and the values that the file can hold.
-void finish(std::span<Source> secondary_sources, std::span<const Material> materials) {
-  set_patch_radii(secondary_sources);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, secondary_sources.size(), 4096),
-                    [&](const tbb::blocked_range<std::size_t>& part) {
-                      quantize_sources(secondary_sources.subspan(part.begin(), part.size()),
-                                       materials);
-                    });
-}
-
-// Sorts the sources and the instances into the contents' octree, in memory.
-void sort_sources(std::vector<Source> sources, EmitterInstances& instances,
-                  BakeContents& contents) {
-  contents.octree = with_instances(build_octree(std::move(sources)), std::move(instances.instances),
-                                   instances.tops);
-}
-
-// Completes the sources of a state of the level, and moves them to `list`, all on disk.
-Result<void> finish_on_disk(BatchTracing::Output& traced, const BakeOptions& options,
-                            std::uint64_t step_bytes, std::span<const Material> materials,
-                            SourceSpill& list) {
-  if (!traced.on_disk) return {};
-  ScratchFile radii_file(options.spill);
-  const auto radii =
-      patch_radii_on_disk([&](const auto& visit) { return traced.on_disk->for_each(visit); },
-                          [&](const auto& visit) { return traced.on_disk->for_some(visit); },
-                          traced.on_disk->kept(), step_bytes, options.spill, radii_file);
-  if (!radii.ok()) return radii.error();
-  std::size_t next = 0;
-  const auto moved = traced.on_disk->for_each([&](std::span<Source> sources) -> Result<void> {
-    if (options.is_stopped()) return Error("stopped");
-    for (Source& source : sources) source.patch_radius_m = (*radii)[next++];
-    traced.portals.apply(sources);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 1024),
-                      [&](const tbb::blocked_range<std::size_t>& part) {
-                        quantize_sources(sources.subspan(part.begin(), part.size()), materials);
-                      });
-    return list.append(sources);
-  });
-  traced.on_disk.reset();
-  return moved;
-}
-
-// Sorts a list on disk into the contents' octree when they are written.
-void sort_on_disk(SourceSpill list, EmitterInstances& instances, std::uint64_t step_bytes,
-                  BakeContents& contents) {
-  contents.octree = instance_tree(std::move(instances.instances), instances.tops);
-  auto spill = std::make_shared<SourceSpill>(std::move(list));
-  contents.streamed_sources = spill->count();
-  contents.stream_octree = [spill, step_bytes](OctreeSink& sink) {
-    return stream_octree(std::move(*spill), step_bytes, sink);
-  };
 }
 
 // Numbers the sets of portals of the sources.
@@ -423,8 +265,8 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
 
   BakeContents contents;
   describe(level, options, setup, *traced, decay, contents);
-  finish(traced->sources, contents.materials);
-  finish(closed->sources, contents.materials);
+  finish_sources(traced->sources, contents.materials);
+  finish_sources(closed->sources, contents.materials);
   SourceSpill list(options.spill);
   for (BatchTracing::Output* state : {&*traced, &*closed})
     if (const auto done =
