@@ -2,7 +2,7 @@
 
 #include <atomic>
 
-#include <pthread.h>
+#include "common/platform/process.h"
 
 namespace clamor::interface {
 
@@ -15,7 +15,7 @@ void count_fork() { forks.fetch_add(1, std::memory_order_relaxed); }
 }  // namespace
 
 void watch_forks() {
-  [[maybe_unused]] static const int registered = ::pthread_atfork(nullptr, nullptr, count_fork);
+  [[maybe_unused]] static const bool registered = (call_in_forks(count_fork), true);
 }
 
 std::uint32_t fork_count() noexcept { return forks.load(std::memory_order_relaxed); }

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "formats/files/child_process.h"
+#include "common/platform/child_process.h"
 #include "tests/sanitized.h"
 
 namespace clamor::testing {

@@ -6,14 +6,9 @@
 #include <cstring>
 #include <utility>
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include "common/system_reason.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/files/atomic_file.h"
-#include "formats/files/retry_on_eintr.h"
 
 namespace clamor {
 
@@ -61,35 +56,22 @@ std::optional<RecordHeader> checked(std::span<const std::byte, sizeof(RecordHead
 
 std::string reason() { return system_reason(errno); }
 
-// A lock of the whole file that belongs to the open file, as flock() makes them; other than with
-// flock(), others can ask for it without taking it, also on a shared file system.
-struct flock lock_of_file() {
-  struct flock lock {};
-  lock.l_type = F_WRLCK;
-  lock.l_whence = SEEK_SET;
-  return lock;
-}
-
 }  // namespace
 
 JournalFile::~JournalFile() {
-  if (descriptor_ < 0) return;
-  if (!only_read_ && synced_bytes_ != bytes_) sync_file();
-  ::close(descriptor_);
+  if (file_.is_open() && !only_read_ && synced_bytes_ != bytes_) sync_file();
 }
 
 Result<void> JournalFile::open(const std::string& path) {
   path_ = path;
-  descriptor_ =
-      retry_on_eintr([&] { return ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644); });
-  if (descriptor_ < 0)
+  file_ = SystemFile(path, SystemFile::Mode::kUpdate);
+  if (!file_.is_open())
     return Error(path + ": the journal cannot be opened (" + reason() +
                  "); make its folder writable, or use --no-journal");
-  struct stat status {};
-  if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode))
+  const auto status = file_.status();
+  if (!status || status->type != FileType::kRegular)
     return Error(path + ": is not a regular file, so it cannot be a journal");
-  struct flock lock = lock_of_file();
-  if (::fcntl(descriptor_, F_OFD_SETLK, &lock) != 0) {
+  if (!file_.lock()) {
     if (errno != EAGAIN && errno != EACCES)
       return Error(path + ": the journal cannot be locked (" + reason() +
                    "); choose a folder whose file system has locks, or use --no-journal");
@@ -97,7 +79,7 @@ Result<void> JournalFile::open(const std::string& path) {
                  ": another bake is writing this journal; wait for it to end, or choose "
                  "another output");
   }
-  bytes_ = static_cast<std::uint64_t>(status.st_size);
+  bytes_ = status->version.bytes;
 
   const FileHeader header;
   const auto wanted = bytes_of(header);
@@ -118,7 +100,7 @@ Result<void> JournalFile::open(const std::string& path) {
   }
   // A crash may have left a new file empty or its header incomplete.
   if (bytes_ < sizeof header) {
-    if (!cut(0) || !write_at(0, bytes_of(header)) || !sync_file())
+    if (!file_.truncate(0) || !file_.write_at(0, bytes_of(header)) || !sync_file())
       return Error(path + ": cannot be written (" + reason() +
                    "); free some space, or use --no-journal");
     sync_folder_of(path);
@@ -131,14 +113,11 @@ Result<void> JournalFile::open(const std::string& path) {
 Result<void> JournalFile::open_to_read(const std::string& path) {
   path_ = path;
   only_read_ = true;
-  // O_NONBLOCK: opening a pipe must not wait for its writer.
-  descriptor_ =
-      retry_on_eintr([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); });
-  struct stat status {};
-  if (descriptor_ < 0 || ::fstat(descriptor_, &status) != 0)
-    return Error(path + ": cannot be read (" + reason() + ")");
-  if (!S_ISREG(status.st_mode)) return Error(path + ": is not a regular file");
-  bytes_ = static_cast<std::uint64_t>(status.st_size);
+  file_ = SystemFile(path, SystemFile::Mode::kRead);
+  const auto status = file_.is_open() ? file_.status() : std::nullopt;
+  if (!status) return Error(path + ": cannot be read (" + reason() + ")");
+  if (status->type != FileType::kRegular) return Error(path + ": is not a regular file");
+  bytes_ = status->version.bytes;
   FileHeader header;
   std::array<std::byte, sizeof header> raw;
   const bool whole = bytes_ >= sizeof header && read_at(0, raw);
@@ -152,30 +131,15 @@ Result<void> JournalFile::open_to_read(const std::string& path) {
   return {};
 }
 
-bool JournalFile::is_being_written() const {
-  struct flock lock = lock_of_file();
-  return ::fcntl(descriptor_, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
-}
+bool JournalFile::is_being_written() const { return file_.is_locked(); }
 
 bool JournalFile::read_at(std::uint64_t offset, std::span<std::byte> out) const {
-  return transfer_all(out.size(), [&](std::size_t at, std::size_t left) {
-    return ::pread(descriptor_, out.data() + at, left, static_cast<off_t>(offset + at));
-  });
-}
-
-bool JournalFile::write_at(std::uint64_t offset, std::span<const std::byte> data) const {
-  return transfer_all(data.size(), [&](std::size_t at, std::size_t left) {
-    return ::pwrite(descriptor_, data.data() + at, left, static_cast<off_t>(offset + at));
-  });
-}
-
-bool JournalFile::cut(std::uint64_t length) const {
-  return retry_on_eintr([&] { return ::ftruncate(descriptor_, static_cast<off_t>(length)); }) == 0;
+  return file_.read_at(offset, out) == out.size();
 }
 
 // Makes all previous writes survive a power cut.
 bool JournalFile::sync_file() {
-  if (retry_on_eintr([&] { return ::fdatasync(descriptor_); }) != 0) return false;
+  if (!file_.sync_bytes()) return false;
   synced_bytes_ = bytes_;
   last_sync_ = Clock::now();
   return true;
@@ -264,16 +228,16 @@ Result<std::uint64_t> JournalFile::append(std::uint32_t count, std::span<const s
   const auto sync_now_and_then = [&] {
     return Clock::now() - last_sync_ < kSyncEvery || sync_file();
   };
-  if (!write_at(bytes_, record) || !sync_now_and_then()) {
+  if (!file_.write_at(bytes_, record) || !sync_now_and_then()) {
     const Error error = unwritten();
-    (void)cut(bytes_);  // if this fails too, the next open() truncates the record
+    (void)file_.truncate(bytes_);  // if this fails too, the next open() truncates the record
     return error;
   }
   return std::exchange(bytes_, bytes_ + record.size());
 }
 
 Result<void> JournalFile::truncate_at(std::uint64_t offset) {
-  if (!only_read_ && offset < bytes_ && !cut(offset))
+  if (!only_read_ && offset < bytes_ && !file_.truncate(offset))
     return Error(path_ + ": cannot be cut to its last complete record (" + reason() + ")");
   cut_bytes_ = bytes_ - offset;
   bytes_ = offset;

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "common/platform/system_file.h"
 #include "common/result.h"
 
 namespace clamor {
@@ -100,13 +101,11 @@ class JournalFile {
   // The offset after the record at `offset`; nothing if that is incomplete.
   std::optional<std::uint64_t> after(std::uint64_t offset) const;
   bool read_at(std::uint64_t offset, std::span<std::byte> out) const;
-  bool write_at(std::uint64_t offset, std::span<const std::byte> data) const;
-  bool cut(std::uint64_t length) const;
   bool sync_file();
   Error unwritten() const;
 
   std::string path_;
-  int descriptor_ = -1;
+  SystemFile file_;
   bool only_read_ = false;
   std::uint64_t bytes_ = 0, synced_bytes_ = 0, cut_bytes_ = 0;
   Clock::time_point last_sync_ = Clock::now();

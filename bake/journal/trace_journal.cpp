@@ -15,10 +15,9 @@
 #include <utility>
 #include <vector>
 
-#include <unistd.h>
-
 #include "bake/journal/journal_file.h"
 #include "common/cpu_time.h"
+#include "common/platform/process.h"
 #include "formats/files/atomic_file.h"
 
 namespace clamor {
@@ -80,9 +79,8 @@ std::optional<std::string> text_of(const JournalFile::Record& record) {
 }
 
 std::string name_of_host() {
-  std::array<char, 256> name{};
-  if (::gethostname(name.data(), name.size() - 1) != 0 || name[0] == 0) return "unknown";
-  return name.data();
+  const std::string name = host_name();
+  return name.empty() ? "unknown" : name;
 }
 
 }  // namespace

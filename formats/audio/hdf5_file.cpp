@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include <dlfcn.h>
+#include "common/platform/process.h"
 
 namespace clamor {
 
@@ -39,16 +39,15 @@ struct Library {
 
 template <class T>
 bool find(void* handle, const char* name, T& symbol) {
-  symbol = reinterpret_cast<T>(::dlsym(handle, name));
+  symbol = reinterpret_cast<T>(symbol_in(handle, name));
   return symbol != nullptr;
 }
 
 const Library* library() {
   static const std::optional<Library> loaded = []() -> std::optional<Library> {
-    void* handle = nullptr;
-    for (const char* name : {"libhdf5_serial.so.103", "libhdf5_serial.so.310", "libhdf5.so.103",
-                             "libhdf5.so.200", "libhdf5.so.310", "libhdf5.so"})
-      if (handle == nullptr) handle = ::dlopen(name, RTLD_NOW | RTLD_LOCAL);
+    void* const handle =
+        loaded_library({"libhdf5_serial.so.103", "libhdf5_serial.so.310", "libhdf5.so.103",
+                        "libhdf5.so.200", "libhdf5.so.310", "libhdf5.so"});
     if (handle == nullptr) return std::nullopt;
     Library of{};
     const bool complete =

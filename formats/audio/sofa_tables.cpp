@@ -9,8 +9,8 @@
 #include <mysofa.h>
 
 #include "common/maths.h"
+#include "common/platform/child_process.h"
 #include "formats/audio/hdf5_file.h"
-#include "formats/files/child_process.h"
 
 namespace clamor {
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/platform/system_file.h"
 #include "common/result.h"
 #include "formats/bake_file/page_links.h"
 #include "formats/files/file_access.h"

@@ -14,6 +14,7 @@
 #include <string>
 #include <string_view>
 
+#include "common/platform/system_file.h"
 #include "common/result.h"
 #include "formats/files/byte_sink.h"
 #include "formats/files/output_target.h"
@@ -23,7 +24,7 @@ namespace clamor {
 class AtomicFile final : public ByteSink {
  public:
   static Result<AtomicFile> create(const std::string& path);
-  AtomicFile(AtomicFile&& other) noexcept;
+  AtomicFile(AtomicFile&& other) noexcept = default;
   AtomicFile& operator=(AtomicFile&& other) noexcept;
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
@@ -31,7 +32,7 @@ class AtomicFile final : public ByteSink {
 
   const std::string& path() const override { return path_; }  // as given to create()
   bool is_stream() const { return target_.is_stream(); }
-  int descriptor() const { return descriptor_; }  // for libraries that write it themselves
+  int descriptor() const { return file_.descriptor(); }  // for libraries that write it themselves
 
   Result<void> write(std::span<const std::byte> bytes) override;
   Result<void> write_at(std::size_t offset, std::span<const std::byte> bytes) override;
@@ -45,13 +46,13 @@ class AtomicFile final : public ByteSink {
   Result<void> commit();
 
  private:
-  AtomicFile(std::string path, OutputTarget target, std::string temporary, int descriptor);
+  AtomicFile(std::string path, OutputTarget target, std::string temporary, SystemFile file);
   Result<void> copy_to_stream();
 
   std::string path_;
   OutputTarget target_;
   std::string temporary_;  // empty if it has no name (any more)
-  int descriptor_ = -1;
+  SystemFile file_;
   bool has_appeared_ = false;
 };
 

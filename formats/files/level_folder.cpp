@@ -8,18 +8,16 @@
 #include <cstring>
 #include <filesystem>
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <xxhash.h>
 
+#include "common/platform/system_file.h"
 #include "common/system_reason.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr off_t kMaxFile_bytes = off_t{16} << 30;
+constexpr std::uint64_t kMaxFile_bytes = std::uint64_t{16} << 30;
 
 int hex_digit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -59,13 +57,6 @@ bool climbs(std::string_view path) {
   return false;
 }
 
-struct Descriptor {
-  int number;
-  ~Descriptor() {
-    if (number >= 0) ::close(number);
-  }
-};
-
 }  // namespace
 
 Result<FileBytes> read_whole_file(const std::string& path) {
@@ -73,25 +64,17 @@ Result<FileBytes> read_whole_file(const std::string& path) {
     return Error(path + ": cannot be read: " + system_reason(error) +
                  ". Check the name and that you may read it.");
   };
-  // O_NONBLOCK, because opening a pipe without a writer would block.
-  const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
-  if (file.number < 0) return failed(errno);
-  struct stat status {};
-  if (::fstat(file.number, &status) != 0) return failed(errno);
-  if (!S_ISREG(status.st_mode)) return Error(path + ": is no regular file; name a file.");
-  if (status.st_size > kMaxFile_bytes)
+  const SystemFile file(path, SystemFile::Mode::kRead);
+  const auto status = file.is_open() ? file.status() : std::nullopt;
+  if (!status) return failed(errno);
+  if (status->type != FileType::kRegular) return Error(path + ": is no regular file; name a file.");
+  if (status->version.bytes > kMaxFile_bytes)
     return Error(path + ": is larger than 16 GiB, the most that is read; cut it into parts.");
 
-  FileBytes bytes(static_cast<std::size_t>(status.st_size));
-  std::size_t done = 0;
-  while (done < bytes.size()) {
-    const ssize_t got = ::read(file.number, bytes.data() + done, bytes.size() - done);
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) return failed(errno);
-    if (got == 0) break;  // the file was truncated meanwhile
-    done += static_cast<std::size_t>(got);
-  }
-  bytes.resize(done);
+  FileBytes bytes(static_cast<std::size_t>(status->version.bytes));
+  const auto got = file.read_at(0, bytes);
+  if (!got) return failed(errno);
+  bytes.resize(*got);  // the file may have been cut meanwhile
   return bytes;
 }
 

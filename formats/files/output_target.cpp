@@ -2,15 +2,10 @@
 
 #include <cerrno>
 #include <charconv>
-#include <cstring>
 #include <filesystem>
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
+#include "common/platform/process.h"
 #include "common/system_reason.h"
-#include "formats/files/retry_on_eintr.h"
 
 namespace clamor {
 
@@ -27,7 +22,7 @@ Error unwritable(const std::string& path, int code) {
 
 // The descriptor of this process that a path in /proc names.
 std::optional<int> own_descriptor(const fs::path& folder, const std::string& name) {
-  const std::string process = "/proc/" + std::to_string(::getpid());
+  const std::string process = "/proc/" + std::to_string(process_id());
   const std::string where = folder.string();
   if (!where.starts_with(process + "/") || !where.ends_with("/fd")) return std::nullopt;
   int number = 0;
@@ -66,9 +61,7 @@ Result<EndOfLinks> follow(const std::string& path) {
 }  // namespace
 
 void InputFiles::add(const std::string& path) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode))
-    files_.push_back({status.st_dev, status.st_ino, path});
+  if (const auto version = file_version(path)) files_.push_back({*version, path});
 }
 
 void InputFiles::add(const InputFiles& more) {
@@ -82,18 +75,18 @@ std::vector<std::string> InputFiles::paths() const {
 }
 
 std::optional<std::string> InputFiles::same_as(const std::string& path) const {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) return std::nullopt;
+  const auto status = file_status(path);
+  if (!status) return std::nullopt;
   for (const File& file : files_)
-    if (file.device == status.st_dev && file.inode == status.st_ino) return file.path;
+    if (file.version.is_same_file(status->version)) return file.path;
   return std::nullopt;
 }
 
 Result<OutputTarget> OutputTarget::find(const std::string& path, const InputFiles& inputs) {
   if (path.empty()) return Error("the output's name is empty; name a file to write");
-  struct stat status {};
-  const bool exists = ::stat(path.c_str(), &status) == 0;
-  if (exists && S_ISDIR(status.st_mode)) return Error(path + ": is a folder; name a file to write");
+  const auto status = file_status(path);
+  if (status && status->type == FileType::kFolder)
+    return Error(path + ": is a folder; name a file to write");
   if (const auto input = inputs.same_as(path))
     return Error(path +
                  (*input == path
@@ -106,29 +99,28 @@ Result<OutputTarget> OutputTarget::find(const std::string& path, const InputFile
   OutputTarget target;
   target.path_ = path;
   if (const auto descriptor = own_descriptor(end->folder, end->name)) {
-    const int flags = ::fcntl(*descriptor, F_GETFL);
-    if (flags < 0 || (flags & O_ACCMODE) == O_RDONLY) return unwritable(path, EBADF);
-    if (::isatty(*descriptor) != 0)
+    if (!is_open_to_write(*descriptor)) return unwritable(path, EBADF);
+    if (is_terminal(*descriptor))
       return Error(path + ": is a terminal; send it to a file or a pipe");
     target.is_stream_ = true;
     target.descriptor_ = *descriptor;
     return target;
   }
   target.file_ = (end->folder / end->name).string();
-  if (!exists || S_ISREG(status.st_mode)) {
-    if (exists && ::access(path.c_str(), W_OK) != 0) return unwritable(path, errno);
-    if (::access(end->folder.c_str(), W_OK | X_OK) != 0) return unwritable(path, errno);
+  if (!status || status->type == FileType::kRegular) {
+    if (status && !may_write(path)) return unwritable(path, errno);
+    if (!may_write_in_folder(end->folder.string())) return unwritable(path, errno);
     return target;
   }
-  if (!S_ISFIFO(status.st_mode) && !S_ISCHR(status.st_mode))
-    return Error(path + ": is a " + (S_ISSOCK(status.st_mode) ? "socket" : "disk") +
+  if (status->type != FileType::kPipe && status->type != FileType::kCharacterDevice)
+    return Error(path + ": is a " + (status->type == FileType::kSocket ? "socket" : "disk") +
                  ", not a file; name a file to write");
-  if (::access(path.c_str(), W_OK) != 0) return unwritable(path, errno);
+  if (!may_write(path)) return unwritable(path, errno);
   target.is_stream_ = true;
   return target;
 }
 
-bool OutputTarget::is_stdout() const { return descriptor_ == STDOUT_FILENO; }
+bool OutputTarget::is_stdout() const { return descriptor_ == 1; }
 
 std::string OutputTarget::temporary_prefix() const {
   if (!is_stream_) return file_;
@@ -136,13 +128,11 @@ std::string OutputTarget::temporary_prefix() const {
   return fs::temp_directory_path(ignored) / "clamor";
 }
 
-Result<int> OutputTarget::open_stream() const {
-  const int opened = retry_on_eintr([&] {
-    return descriptor_ >= 0 ? ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0)
-                            : ::open(path_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
-  });
-  if (opened < 0) return unwritable(path_, errno);
-  return opened;
+Result<SystemFile> OutputTarget::open_stream() const {
+  SystemFile stream = descriptor_ >= 0 ? SystemFile::duplicate(descriptor_)
+                                       : SystemFile(path_, SystemFile::Mode::kStream);
+  if (!stream.is_open()) return unwritable(path_, errno);
+  return stream;
 }
 
 }  // namespace clamor

@@ -13,8 +13,7 @@
 #include <string>
 #include <vector>
 
-#include <sys/types.h>
-
+#include "common/platform/system_file.h"
 #include "common/result.h"
 
 namespace clamor {
@@ -33,8 +32,7 @@ class InputFiles {
 
  private:
   struct File {
-    dev_t device;
-    ino_t inode;
+    FileVersion version;
     std::string path;
   };
   std::vector<File> files_;
@@ -55,9 +53,8 @@ class OutputTarget {
   // folder for temporary files.
   std::string temporary_prefix() const;
 
-  // Opens the stream; the caller closes the descriptor. Opening a pipe blocks until it has a
-  // reader.
-  Result<int> open_stream() const;
+  // Opening a pipe blocks until it has a reader.
+  Result<SystemFile> open_stream() const;
 
  private:
   std::string path_, file_;

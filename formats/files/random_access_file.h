@@ -30,8 +30,9 @@
 #include <string>
 #include <vector>
 
+#include "common/platform/bus_error_guard.h"
+#include "common/platform/system_file.h"
 #include "common/result.h"
-#include "formats/files/bus_error_guard.h"
 #include "formats/files/file_access.h"
 
 namespace clamor {
@@ -51,11 +52,6 @@ class RandomAccessFile {
  public:
   static Result<RandomAccessFile> open(const std::string& path, FileAccess access);
   explicit RandomAccessFile(SuppliedBytes bytes);
-  RandomAccessFile(RandomAccessFile&& other) noexcept;
-  RandomAccessFile& operator=(RandomAccessFile&& other) noexcept;
-  RandomAccessFile(const RandomAccessFile&) = delete;
-  RandomAccessFile& operator=(const RandomAccessFile&) = delete;
-  ~RandomAccessFile();
 
   std::uint64_t size() const { return version_.bytes; }  // at the time of opening
   const FileVersion& version() const { return version_; }
@@ -72,10 +68,10 @@ class RandomAccessFile {
       return decode(supplied_.memory.subspan(offset, bytes), false);
     if (is_mapped() && holds(offset, bytes)) {
       will_need(offset, bytes);  // one request instead of one per memory page
-      BusErrorGuard guard({mapped_ + offset, bytes});
-      const Result<void> decoded = decode(std::span(mapped_ + offset, bytes), true);
+      BusErrorGuard guard({mapped_.get() + offset, bytes});
+      const Result<void> decoded = decode(std::span(mapped_.get() + offset, bytes), true);
       const std::span<std::byte> zeros = guard.zeros();
-      if (!zeros.empty()) map_again(zeros);
+      if (!zeros.empty()) file_.map_again(mapped_, zeros);
       if (zeros.empty() && decoded.ok()) return decoded;
     }
     if (const auto done = read(offset, bytes, copy); !done.ok()) return done;
@@ -91,13 +87,11 @@ class RandomAccessFile {
     return bytes > 0 && offset < size() && bytes <= size() - offset;
   }
   Result<void> read(std::uint64_t offset, std::uint64_t bytes, std::vector<std::byte>& into) const;
-  void map();
-  void map_again(std::span<std::byte> zeros) const;
 
-  int descriptor_ = -1;
+  SystemFile file_;
   FileVersion version_;
-  std::byte* mapped_ = nullptr;  // the whole file, or null
-  SuppliedBytes supplied_;       // instead of a file
+  FileMapping mapped_;      // the whole file, or null
+  SuppliedBytes supplied_;  // instead of a file
 };
 
 }  // namespace clamor

@@ -11,7 +11,7 @@
 #include <draco/attributes/attribute_quantization_transform.h>
 #include <draco/compression/decode.h>
 
-#include "formats/files/child_process.h"
+#include "common/platform/child_process.h"
 #include "formats/gltf/gltf_accessor.h"
 #endif
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include <pthread.h>
+#include "common/platform/thread.h"
 
 namespace clamor {
 
@@ -193,12 +193,9 @@ double BlockMixer::AudioThread::waiting_share() const {
 // Measures how long mixing took.
 void BlockMixer::tell_load(double took_s, std::size_t frames,
                            std::size_t sounding) noexcept REALTIME {
-  if (options_.clock.cpu_s != nullptr) {
-    clockid_t thread{};
-    if (::pthread_getcpuclockid(::pthread_self(), &thread) ==
-        0)  // computes it from the thread's id
-      counters_.audio_thread.store(thread, std::memory_order_relaxed);
-  }
+  if (options_.clock.cpu_s != nullptr)
+    if (const auto thread = clock_of_this_thread())
+      counters_.audio_thread.store(*thread, std::memory_order_relaxed);
   counters_.mixing_s.store(counters_.mixing_s.load(std::memory_order_relaxed) + took_s,
                            std::memory_order_release);
   measured_.took_s += took_s;

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <exception>
 
+#include "common/platform/thread.h"
 #include "formats/level/embree_mesh.h"
 #include "runtime/occlusion/packet_rays.h"
 #include "runtime/occlusion/part_scene.h"
-#include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
 

@@ -16,8 +16,8 @@
 #include <thread>
 
 #include <RtAudio.h>
-#include <dlfcn.h>
 
+#include "common/platform/process.h"
 #include "runtime/output/audio_output.h"
 #include "runtime/output/audio_thread.h"
 #include "runtime/output/device_selection.h"
@@ -39,7 +39,7 @@ constexpr const char* kApiName = "alsa";
 void ignore_alsa(const char*, int, const char*, int, const char*, ...) {}
 
 void silence_alsa() {
-  if (void* const set = ::dlsym(RTLD_DEFAULT, "snd_lib_error_set_handler"))
+  if (void* const set = symbol_in(nullptr, "snd_lib_error_set_handler"))
     reinterpret_cast<int (*)(decltype(&ignore_alsa))>(set)(ignore_alsa);
 }
 

@@ -7,8 +7,8 @@
 #include <thread>
 
 #include <jack/jack.h>
-#include <pthread.h>
 
+#include "common/platform/thread.h"
 #include "runtime/output/audio_thread.h"
 #include "runtime/output/device_selection.h"
 
@@ -136,10 +136,8 @@ class JackOutput final : public AudioOutput {
   // Runs on JACK's thread, which JACK may cancel at any instruction; cancellation is disabled in
   // the mixer.
   static int on_block(jack_nframes_t frames, void* self) {
-    int before = 0, ours = 0;
-    ::pthread_setcancelstate(PTHREAD_CANCEL_DISABLE, &before);
+    const CancellationDelay in_mixer;
     static_cast<JackOutput*>(self)->fill(frames);
-    ::pthread_setcancelstate(before, &ours);
     return 0;
   }
 

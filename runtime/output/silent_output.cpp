@@ -3,9 +3,9 @@
 #include <chrono>
 #include <thread>
 
+#include "common/platform/thread.h"
 #include "common/sample_rate.h"
 #include "runtime/output/audio_output.h"
-#include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
 

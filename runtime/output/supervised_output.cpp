@@ -6,8 +6,8 @@
 #include <optional>
 #include <thread>
 
+#include "common/platform/thread.h"
 #include "runtime/output/output_stream.h"
-#include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
 

@@ -10,6 +10,8 @@
 #include <thread>
 #include <utility>
 
+#include "common/platform/prefault_code.h"
+#include "common/platform/thread.h"
 #include "common/sample_rate.h"
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_file.h"
@@ -24,7 +26,6 @@
 #include "runtime/player/player_statistics.h"
 #include "runtime/player/render.h"
 #include "runtime/realtime/latest_value.h"
-#include "runtime/realtime/prefault_code.h"
 #include "runtime/realtime/sample_ring.h"
 #include "runtime/realtime/thread_cpu_usage.h"
 #include "runtime/voices/keyframe.h"

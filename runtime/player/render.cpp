@@ -9,9 +9,9 @@
 #include <thread>
 #include <vector>
 
+#include "common/platform/thread.h"
 #include "runtime/hrtf/hrtf_filter_bank.h"
 #include "runtime/mixing/limiter.h"
-#include "runtime/realtime/thread_cpu_usage.h"
 #include "runtime/voices/keyframe.h"
 
 namespace clamor {

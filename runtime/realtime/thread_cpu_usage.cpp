@@ -4,8 +4,6 @@
 #include <filesystem>
 #include <fstream>
 
-#include <pthread.h>
-
 #include "common/cpu_time.h"
 
 namespace clamor {
@@ -35,8 +33,6 @@ std::vector<ThreadTime> all_threads() {
 }
 
 }  // namespace
-
-void name_thread(const char* name) { ::pthread_setname_np(::pthread_self(), name); }
 
 ThreadCpuMeter::ThreadCpuMeter()
     : start_(std::chrono::steady_clock::now()), process_s_(process_time_s()) {

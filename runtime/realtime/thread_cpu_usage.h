@@ -11,9 +11,6 @@
 
 namespace clamor {
 
-// Names the calling thread for debuggers and for ThreadCpuMeter. Linux keeps 15 characters.
-void name_thread(const char* name);
-
 struct ThreadCpuUsage {
   std::string name;  // threads with the same name are added up
   double share = 0;  // of one core

@@ -1,7 +1,7 @@
 // thread_hooks.h: tells an application of the threads that the library keeps.
 #pragma once
 
-#include "runtime/realtime/thread_cpu_usage.h"
+#include "common/platform/thread.h"
 
 namespace clamor {
 

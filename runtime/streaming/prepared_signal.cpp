@@ -79,9 +79,9 @@ PreparedSignal::PreparedSignal(std::uint64_t frames, bool loop, const MixMode& m
     layout_.pieces =
         (static_cast<std::size_t>(layout_.buffer_frames) + kPieceFrames - 1) / kPieceFrames;
   layout_.high_bytes =
-      SoundMemory::whole_pages(static_cast<std::size_t>(layout_.buffer_frames) * sizeof(float));
+      ReservedMemory::whole_pages(static_cast<std::size_t>(layout_.buffer_frames) * sizeof(float));
   if (mode.two_layers())
-    layout_.low_bytes = SoundMemory::whole_pages(
+    layout_.low_bytes = ReservedMemory::whole_pages(
         static_cast<std::size_t>((layout_.buffer_frames + kLowRate - 1) / kLowRate) *
         sizeof(float));
   resident_ = std::make_unique<std::atomic<Residency>[]>(layout_.pieces);
@@ -90,7 +90,7 @@ PreparedSignal::PreparedSignal(std::uint64_t frames, bool loop, const MixMode& m
 PreparedSignal::PreparedSignal(const Signal& signal, const MixMode& mode)
     : PreparedSignal(signal.samples.size(), signal.loop, mode) {
   resident_ = nullptr;
-  use_memory(std::make_shared<SoundMemory>(memory_bytes()), 0);
+  use_memory(std::make_shared<ReservedMemory>(memory_bytes()), 0);
   const auto frames = static_cast<std::int64_t>(signal.samples.size());
   for (std::size_t piece = 0; piece < layout_.pieces; ++piece) {
     commit(piece);
@@ -115,7 +115,7 @@ PreparedSignal PreparedSignal::live(const MixMode& mode) {
                         same_in_all_bands(0.01f));
   signal.layout_.pieces = 1;
   signal.resident_ = nullptr;
-  signal.use_memory(std::make_shared<SoundMemory>(signal.memory_bytes()), 0);
+  signal.use_memory(std::make_shared<ReservedMemory>(signal.memory_bytes()), 0);
   signal.commit(0);
   signal.live_ = std::make_unique<LiveRange>();
   return signal;
@@ -142,7 +142,7 @@ void PreparedSignal::make_live(std::int64_t first, std::size_t frames, std::vect
   if (mode_.two_layers()) write(layers.low, buffer_.low, kLowRate);
 }
 
-void PreparedSignal::use_memory(std::shared_ptr<SoundMemory> memory, std::size_t offset) {
+void PreparedSignal::use_memory(std::shared_ptr<ReservedMemory> memory, std::size_t offset) {
   assert(offset + memory_bytes() <= memory->bytes());
   buffer_.memory = std::move(memory);
   buffer_.offset = offset;

@@ -27,10 +27,10 @@
 #include <vector>
 
 #include "common/bands.h"
+#include "common/platform/reserved_memory.h"
 #include "formats/bake_file/signal_section.h"
 #include "formats/level/signal.h"
 #include "runtime/realtime/realtime.h"
-#include "runtime/streaming/sound_memory.h"
 #include "runtime/voices/mix_kernel.h"
 
 namespace clamor {
@@ -51,7 +51,7 @@ class PreparedSignal {
   static PreparedSignal live(const MixMode& mode);
 
   std::size_t memory_bytes() const { return layout_.high_bytes + layout_.low_bytes; }
-  void use_memory(std::shared_ptr<SoundMemory> memory, std::size_t offset);
+  void use_memory(std::shared_ptr<ReservedMemory> memory, std::size_t offset);
 
   // Sets `path` to read from `position` (32.32 fixed point, frames of the signal). A loop extends
   // forever in both directions; a signal that plays once is silent before and after.
@@ -198,7 +198,7 @@ class PreparedSignal {
   };
   // The memory itself.
   struct Buffer {
-    std::shared_ptr<SoundMemory> memory;
+    std::shared_ptr<ReservedMemory> memory;
     std::size_t offset = 0;
     float* high = nullptr;  // at frame 0
     float* low = nullptr;

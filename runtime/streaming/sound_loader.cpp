@@ -125,7 +125,7 @@ SoundLoader::SoundLoader(const std::vector<SignalDescription>& shapes,
     signals_.emplace_back(shape.frames, shape.loop, mode, shape.mean_square);
     bytes += signals_.back().memory_bytes();
   }
-  memory_ = std::make_shared<SoundMemory>(bytes);
+  memory_ = std::make_shared<ReservedMemory>(bytes);
   bytes = 0;
   for (PreparedSignal& signal : signals_) {
     signal.use_memory(memory_, bytes);

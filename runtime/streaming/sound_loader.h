@@ -113,7 +113,7 @@ class SoundLoader {
   // By signal: the loop that follows an onset, and the onset that a loop starts with; else the
   // signal itself.
   std::vector<std::uint32_t> continuation_, onset_;
-  std::shared_ptr<SoundMemory> memory_;
+  std::shared_ptr<ReservedMemory> memory_;
   const std::uint64_t keyframes_, budget_bytes_;
   std::uint64_t all_bytes_ = 0;
 

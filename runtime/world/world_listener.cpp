@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/platform/prefault_code.h"
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer.h"
-#include "runtime/realtime/prefault_code.h"
 
 namespace clamor {
 

@@ -125,7 +125,7 @@ void BM_Piece(benchmark::State& state) {
       [&](std::size_t signal, std::size_t block) { return file->read_signal_block(signal, block); },
       kept);
   PreparedSignal signal(kLong_frames, true, {});
-  signal.use_memory(std::make_shared<SoundMemory>(signal.memory_bytes()), 0);
+  signal.use_memory(std::make_shared<ReservedMemory>(signal.memory_bytes()), 0);
   std::size_t piece = 0;
   for (auto _ : state) {
     const PreparedSignal::Window window = signal.window(piece);

@@ -8,8 +8,8 @@
 namespace clamor {
 namespace {
 
-using testing::ElementsAre;
-using testing::FloatEq;
+using ::testing::ElementsAre;
+using ::testing::FloatEq;
 
 TEST(Bands, AreInterpolatedLinearlyInFrequency) {
   const std::vector<double> hz = {125, 500, 4000}, values = {0.1, 0.4, 1.1};

@@ -6,7 +6,7 @@
 namespace clamor {
 namespace {
 
-using testing::ElementsAre;
+using ::testing::ElementsAre;
 
 // Known answers for philox4x32-10 published with Random123 1.14 (its tests/kat_vectors); the last
 // counter and key are digits of pi.

@@ -9,12 +9,12 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "common/platform/prefault_code.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/hrtf/hrtf.h"
 #include "runtime/player/render.h"
 #include "runtime/realtime/latest_value.h"
-#include "runtime/realtime/prefault_code.h"
 #include "runtime/realtime/prefault_stack.h"
 #include "tests/baked_room.h"
 #include "tests/realtime/forbidden.h"

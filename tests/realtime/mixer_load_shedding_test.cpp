@@ -6,11 +6,11 @@
 
 #include <gtest/gtest.h>
 
+#include "common/platform/prefault_code.h"
 #include "common/random.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/hrtf/hrtf.h"
-#include "runtime/realtime/prefault_code.h"
 #include "runtime/realtime/prefault_stack.h"
 #include "tests/baked_room.h"
 #include "tests/realtime/forbidden.h"

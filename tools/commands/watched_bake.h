@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bake/bake_request.h"
+#include "common/platform/system_file.h"
 #include "formats/files/file_access.h"
 #include "tools/commands/bake_run.h"
 

@@ -23,8 +23,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "common/platform/posix/retry_on_eintr.h"
 #include "formats/files/atomic_file.h"
-#include "formats/files/retry_on_eintr.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/shell_quote.h"
 

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <utility>
 
+#include "common/platform/thread.h"
 #include "common/sample_rate.h"
 #include "formats/bake_file/baked_portals.h"
 #include "runtime/engine/auralizer.h"
 #include "runtime/occlusion/moving_parts.h"
-#include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
 

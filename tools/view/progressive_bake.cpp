@@ -6,12 +6,11 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "bake/bake_observer.h"
 #include "bake/level_bake.h"
+#include "common/platform/thread.h"
 #include "formats/bake_file/bake_contents.h"
-#include "runtime/realtime/thread_cpu_usage.h"
 
 namespace clamor {
 

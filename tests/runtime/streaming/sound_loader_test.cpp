@@ -32,7 +32,7 @@ using testing::sound;
 using testing::tone_voice;
 
 std::uint64_t resident_bytes(std::span<const std::byte> memory) {
-  const std::size_t page = SoundMemory::page_bytes();
+  const std::size_t page = ReservedMemory::page_bytes();
   std::vector<unsigned char> present(memory.size() / page);
   EXPECT_EQ(::mincore(const_cast<std::byte*>(memory.data()), memory.size(), present.data()), 0);
   return page * static_cast<std::uint64_t>(

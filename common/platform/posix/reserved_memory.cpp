@@ -1,4 +1,5 @@
-#include "runtime/streaming/sound_memory.h"
+// reserved_memory.cpp: memory by mmap().
+#include "common/platform/reserved_memory.h"
 
 #include <cassert>
 #include <new>
@@ -8,16 +9,16 @@
 
 namespace clamor {
 
-std::size_t SoundMemory::page_bytes() {
+std::size_t ReservedMemory::page_bytes() {
   static const auto kPage = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
   return kPage;
 }
 
-std::size_t SoundMemory::whole_pages(std::size_t bytes) {
+std::size_t ReservedMemory::whole_pages(std::size_t bytes) {
   return (bytes + page_bytes() - 1) / page_bytes() * page_bytes();
 }
 
-SoundMemory::SoundMemory(std::size_t bytes) : bytes_(whole_pages(bytes)) {
+ReservedMemory::ReservedMemory(std::size_t bytes) : bytes_(whole_pages(bytes)) {
   if (bytes_ == 0) return;
   int flags = MAP_PRIVATE | MAP_ANONYMOUS;
 #ifdef MAP_NORESERVE
@@ -33,11 +34,11 @@ SoundMemory::SoundMemory(std::size_t bytes) : bytes_(whole_pages(bytes)) {
 #endif
 }
 
-SoundMemory::~SoundMemory() {
+ReservedMemory::~ReservedMemory() {
   if (data_ != nullptr) ::munmap(data_, bytes_);
 }
 
-bool SoundMemory::commit(std::size_t first, std::size_t bytes) {
+bool ReservedMemory::commit(std::size_t first, std::size_t bytes) {
   assert(first % page_bytes() == 0 && bytes % page_bytes() == 0 && first + bytes <= bytes_);
   // mlock() faults pages in; if it is not allowed, touching each page does.
   const bool locked = ::mlock(data_ + first, bytes) == 0;
@@ -48,7 +49,7 @@ bool SoundMemory::commit(std::size_t first, std::size_t bytes) {
   return locked;
 }
 
-void SoundMemory::decommit(std::size_t first, std::size_t bytes) {
+void ReservedMemory::decommit(std::size_t first, std::size_t bytes) {
   assert(first % page_bytes() == 0 && bytes % page_bytes() == 0 && first + bytes <= bytes_);
   // The kernel does not free locked pages. Unlocking pages that are not locked does no harm.
   ::munlock(data_ + first, bytes);

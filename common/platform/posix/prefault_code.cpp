@@ -1,4 +1,5 @@
-#include "runtime/realtime/prefault_code.h"
+// prefault_code.cpp: the code of ELF programs and libraries.
+#include "common/platform/prefault_code.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -20,8 +20,6 @@
 #include <cstddef>
 #include <span>
 
-#include <signal.h>
-
 namespace clamor {
 
 // The memory pages that contain any of the bytes.
@@ -38,17 +36,20 @@ class BusErrorGuard {
   BusErrorGuard(const BusErrorGuard&) = delete;
   BusErrorGuard& operator=(const BusErrorGuard&) = delete;
 
+  // Replaces the page and what follows it by zeros, if a guard of this thread covers the address.
+  // For the signal handler.
+  static bool replace_for_thread(void* address);
+
   // Pages replaced by zeros, which the caller maps again; empty if no access failed.
   std::span<std::byte> zeros() const;
 
  private:
-  static void handle(int signal, siginfo_t* information, void* context);
   bool replace(void* address);
 
   const std::span<std::byte> pages_;
   std::byte* volatile zeros_begin_;  // end of pages_ while there are no zeros
   BusErrorGuard* const outer_;
-  sigset_t blocked_before_{};
+  bool was_blocked_ = false;
 };
 
 }  // namespace clamor

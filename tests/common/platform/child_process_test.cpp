@@ -1,5 +1,5 @@
 // child_process_test.cpp: failures of the child are reported and do not affect this process.
-#include "formats/files/child_process.h"
+#include "common/platform/child_process.h"
 
 #include <csignal>
 #include <cstdlib>

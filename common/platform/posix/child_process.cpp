@@ -1,4 +1,5 @@
-#include "formats/files/child_process.h"
+// child_process.cpp: child processes by fork().
+#include "common/platform/child_process.h"
 
 #include <algorithm>
 #include <array>
@@ -16,8 +17,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "common/platform/posix/retry_on_eintr.h"
 #include "common/system_reason.h"
-#include "formats/files/retry_on_eintr.h"
 
 namespace clamor {
 

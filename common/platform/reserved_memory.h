@@ -1,4 +1,4 @@
-// sound_memory.h: memory for decoded sound that the audio thread reads without page faults.
+// reserved_memory.h: memory that the audio thread reads without page faults, such as decoded sound.
 //
 // Reserves address space for the largest possible size, which costs nothing. commit() faults pages
 // in and, where the system allows it (RLIMIT_MEMLOCK), locks them. Decommitted memory reads as
@@ -11,7 +11,7 @@
 
 namespace clamor {
 
-class SoundMemory {
+class ReservedMemory {
  public:
   // The system's page size, and `bytes` rounded up to it. Committed ranges must begin and end at
   // page boundaries.
@@ -19,10 +19,10 @@ class SoundMemory {
   static std::size_t whole_pages(std::size_t bytes);
 
   // Throws std::bad_alloc if the address space is not available.
-  explicit SoundMemory(std::size_t bytes);
-  ~SoundMemory();
-  SoundMemory(const SoundMemory&) = delete;
-  SoundMemory& operator=(const SoundMemory&) = delete;
+  explicit ReservedMemory(std::size_t bytes);
+  ~ReservedMemory();
+  ReservedMemory(const ReservedMemory&) = delete;
+  ReservedMemory& operator=(const ReservedMemory&) = delete;
 
   std::byte* data() const { return data_; }
   std::size_t bytes() const { return bytes_; }

@@ -1,10 +1,12 @@
-#include "formats/files/bus_error_guard.h"
+// bus_error_guard.cpp: the guard by a handler of SIGBUS.
+#include "common/platform/bus_error_guard.h"
 
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
 
 #include <pthread.h>
+#include <signal.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -16,6 +18,13 @@ namespace {
 [[gnu::tls_model("initial-exec")]] constinit thread_local BusErrorGuard* innermost = nullptr;
 
 const std::size_t system_page_bytes = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+
+const sigset_t bus_error = [] {
+  sigset_t set;
+  ::sigemptyset(&set);
+  ::sigaddset(&set, SIGBUS);
+  return set;
+}();
 
 struct sigaction previous;  // constant once the handler is installed
 
@@ -35,7 +44,22 @@ void pass_on(int signal, siginfo_t* information, void* context) {
   if (was_sent) ::raise(signal);
 }
 
+void handle(int signal, siginfo_t* information, void* context) {
+  const int error_before = errno;
+  const bool is_failed_access = information->si_code > 0;
+  const bool is_handled =
+      is_failed_access && BusErrorGuard::replace_for_thread(information->si_addr);
+  errno = error_before;
+  if (!is_handled) pass_on(signal, information, context);
+}
+
 }  // namespace
+
+bool BusErrorGuard::replace_for_thread(void* address) {
+  for (BusErrorGuard* guard = innermost; guard != nullptr; guard = guard->outer_)
+    if (guard->replace(address)) return true;
+  return false;
+}
 
 std::span<std::byte> whole_pages(std::span<std::byte> bytes) {
   const std::size_t before = reinterpret_cast<std::uintptr_t>(bytes.data()) % system_page_bytes;
@@ -61,10 +85,9 @@ BusErrorGuard::BusErrorGuard(std::span<std::byte> bytes)
     : pages_(whole_pages(bytes)), zeros_begin_(pages_.data() + pages_.size()), outer_(innermost) {
   // A failed access terminates the program if its thread blocks the signal, as threads of games
   // may.
-  sigset_t bus_error;
-  ::sigemptyset(&bus_error);
-  ::sigaddset(&bus_error, SIGBUS);
-  ::pthread_sigmask(SIG_UNBLOCK, &bus_error, &blocked_before_);
+  sigset_t before;
+  ::pthread_sigmask(SIG_UNBLOCK, &bus_error, &before);
+  was_blocked_ = ::sigismember(&before, SIGBUS) == 1;
   innermost = this;
   std::atomic_signal_fence(std::memory_order_seq_cst);
 }
@@ -72,8 +95,7 @@ BusErrorGuard::BusErrorGuard(std::span<std::byte> bytes)
 BusErrorGuard::~BusErrorGuard() {
   std::atomic_signal_fence(std::memory_order_seq_cst);
   innermost = outer_;
-  if (::sigismember(&blocked_before_, SIGBUS) == 1)
-    ::pthread_sigmask(SIG_SETMASK, &blocked_before_, nullptr);
+  if (was_blocked_) ::pthread_sigmask(SIG_BLOCK, &bus_error, nullptr);
 }
 
 std::span<std::byte> BusErrorGuard::zeros() const {
@@ -93,19 +115,6 @@ bool BusErrorGuard::replace(void* address) {
     return false;
   if (begin < zeros_begin_) zeros_begin_ = begin;
   return true;
-}
-
-void BusErrorGuard::handle(int signal, siginfo_t* information, void* context) {
-  const int error_before = errno;
-  const bool is_failed_access = information->si_code > 0;
-  for (BusErrorGuard* guard = innermost; guard != nullptr && is_failed_access;
-       guard = guard->outer_)
-    if (guard->replace(information->si_addr)) {
-      errno = error_before;
-      return;
-    }
-  errno = error_before;
-  pass_on(signal, information, context);
 }
 
 }  // namespace clamor

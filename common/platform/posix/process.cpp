@@ -1,0 +1,35 @@
+// process.cpp: processes and their libraries by POSIX.
+#include "common/platform/process.h"
+
+#include <array>
+#include <cerrno>
+
+#include <dlfcn.h>
+#include <pthread.h>
+#include <signal.h>
+#include <unistd.h>
+
+namespace clamor {
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+int process_id() { return ::getpid(); }
+
+bool has_ended(int process) { return ::kill(process, 0) != 0 && errno == ESRCH; }
+
+void call_in_forks(void (*counts)()) { ::pthread_atfork(nullptr, nullptr, counts); }
+
+void* loaded_library(std::initializer_list<const char*> names) {
+  for (const char* name : names)
+    if (void* const library = ::dlopen(name, RTLD_NOW | RTLD_LOCAL)) return library;
+  return nullptr;
+}
+
+void* symbol_in(void* library, const char* name) {
+  return ::dlsym(library != nullptr ? library : RTLD_DEFAULT, name);
+}
+
+}  // namespace clamor
