@@ -1,10 +1,9 @@
-// clamor_sources_test.cpp: sounds, streams, sources and groups of the C interface, in a free field.
+// clamor_sources_test.cpp: sounds, sources and groups of the C interface, in a free field.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <functional>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -19,123 +18,24 @@
 #include "runtime/sampling/moving_sources.h"
 #include "runtime/world/world_sound.h"
 #include "runtime/world/world_sources.h"
-#include "tests/library/library_room.h"
+#include "tests/library/sounding_field.h"
 #include "tests/temporary_file.h"
 
 namespace clamor {
 namespace {
 
-using testing::add_listener;
 using testing::Context;
+using testing::db;
+using testing::Field;
+using testing::frequency_hz;
+using testing::kSecond;
 using testing::make_context;
 using testing::offline;
 using testing::open_level;
+using testing::rms;
+using testing::rms_between;
 using testing::silent_field;
-
-constexpr std::size_t kSecond = kSampleRate_hz;
-
-std::vector<float> tone(double frequency_hz, std::size_t frames, float amplitude = 0.5f) {
-  std::vector<float> samples(frames);
-  for (std::size_t i = 0; i < frames; ++i)
-    samples[i] = amplitude * static_cast<float>(std::sin(2 * std::numbers::pi * frequency_hz *
-                                                         static_cast<double>(i) / kSampleRate_hz));
-  return samples;
-}
-
-// A context with one offline listener at the origin.
-struct Field {
-  explicit Field(uint32_t output = CLAMOR_OUTPUT_RECEIVERS, uint32_t voices = 100) {
-    clamor_listener_options options = offline();
-    options.pose = {};
-    options.output = output;
-    options.voices = voices;
-    options.reports_voices = 1;
-    listener = add_listener(context, level, options);
-  }
-
-  clamor_sound add(const std::vector<float>& samples, bool loops = false) const {
-    clamor_sound_options options{};
-    options.bytes = sizeof(options);
-    options.loops = loops;
-    clamor_sound sound = 0;
-    EXPECT_EQ(
-        clamor_add_sound(context.get(), samples.data(), samples.size(), &options, &sound, nullptr),
-        CLAMOR_OK);
-    return sound;
-  }
-  static clamor_source_options at(clamor_sound sound, const Vec3& position_m) {
-    clamor_source_options options{};
-    options.bytes = sizeof(options);
-    options.sound = sound;
-    options.motion = {{position_m.x, position_m.y, position_m.z}, {}, {}};
-    return options;
-  }
-  clamor_source add(const clamor_source_options& options) const {
-    clamor_source source = 0;
-    EXPECT_EQ(clamor_add_source(context.get(), &options, &source), CLAMOR_OK);
-    return source;
-  }
-
-  // The first channel of what is heard; before_keyframe(time_s) precedes each keyframe and commit.
-  std::vector<float> heard(std::size_t frames,
-                           const std::function<void(double)>& before_keyframe = {}) {
-    std::vector<float> left, block(2 * 480);
-    while (left.size() < frames) {
-      uint32_t wanted = 0;
-      double time_s = 0;
-      while (clamor_next_keyframe(context.get(), listener, &wanted, &time_s) == CLAMOR_OK &&
-             wanted) {
-        if (before_keyframe) before_keyframe(time_s);
-        EXPECT_EQ(clamor_commit(context.get(), time_s), CLAMOR_OK);
-        EXPECT_EQ(clamor_update(context.get(), 0, nullptr), CLAMOR_OK);
-      }
-      EXPECT_EQ(clamor_render(context.get(), listener, block.data(), 480), CLAMOR_OK);
-      for (std::size_t f = 0; f < block.size(); f += 2) left.push_back(block[f]);
-    }
-    left.resize(frames);
-    return left;
-  }
-
-  std::vector<clamor_voice> voices() const {
-    clamor_voices asked{};
-    asked.bytes = sizeof(asked);
-    std::vector<clamor_voice> voices(1000);
-    asked.voices = voices.data();
-    asked.capacity = 1000;
-    EXPECT_EQ(clamor_get_voices(context.get(), listener, &asked), CLAMOR_OK);
-    voices.resize(asked.count);
-    return voices;
-  }
-
-  Context context = make_context();
-  clamor_level level = open_level(context, silent_field());
-  clamor_listener listener = 0;
-};
-
-double rms(std::span<const float> samples) {
-  double sum = 0;
-  for (const float sample : samples) sum += static_cast<double>(sample) * sample;
-  return std::sqrt(sum / static_cast<double>(samples.size()));
-}
-
-double rms_between(const std::vector<float>& samples, double from_s, double to_s) {
-  const auto frame = [](double s) { return static_cast<std::size_t>(s * kSampleRate_hz); };
-  return rms(std::span(samples).subspan(frame(from_s), frame(to_s) - frame(from_s)));
-}
-
-double db(double ratio) { return 20 * std::log10(ratio); }
-
-// The frequency of a tone, from its zero crossings.
-double frequency_hz(std::span<const float> samples) {
-  double first = -1, last = -1, periods = -1;
-  for (std::size_t i = 1; i < samples.size(); ++i) {
-    if (!(samples[i - 1] < 0 && samples[i] >= 0)) continue;
-    last = static_cast<double>(i) - samples[i] / (samples[i] - samples[i - 1]);
-    if (first < 0) first = last;
-    ++periods;
-  }
-  return periods * kSampleRate_hz / (last - first);
-}
+using testing::tone;
 
 // Oracle: the auralizer with the same sound as one of its own.
 TEST(ClamorSources, AreHeardAsTheAuralizersOwnMovingSources) {
@@ -197,67 +97,6 @@ TEST(ClamorSources, HaveDopplerWithoutTellingTheirVelocity) {
   });
   const double c = speed_of_sound_mps(Air{});
   EXPECT_NEAR(frequency_hz(std::span(heard).subspan(kSecond / 2)), 1000 / (1 - 30 / c), 0.05);
-}
-
-// A stream arrives in pieces, and is prepared in pieces; a sound is prepared whole.
-TEST(ClamorSources, StreamsSoundLikeTheSameSoundInMemory) {
-  std::vector<float> samples(kSecond);
-  for (std::size_t i = 0; i < samples.size(); ++i)  // noise of all frequencies
-    samples[i] =
-        static_cast<float>(std::sin(1e-4 * static_cast<double>(i * i % 99'991) * 0.37)) / 4;
-  struct Player {
-    const std::vector<float>& samples;
-    std::size_t played = 0;
-  } player{samples};
-  clamor_stream stream{};
-  stream.bytes = sizeof(stream);
-  stream.user = &player;
-  stream.pull = [](void* user, float* into, uint32_t frames) -> uint32_t {
-    auto& from = *static_cast<Player*>(user);
-    const std::size_t count = std::min<std::size_t>(frames, from.samples.size() - from.played);
-    std::copy_n(from.samples.begin() + static_cast<std::ptrdiff_t>(from.played), count, into);
-    from.played += count;
-    return static_cast<uint32_t>(count);
-  };
-  // One after the other, because reading a head takes a second.
-  Field field(CLAMOR_OUTPUT_BINAURAL);
-  clamor_sound streamed = 0;
-  ASSERT_EQ(clamor_add_stream(field.context.get(), &stream, &streamed, nullptr), CLAMOR_OK);
-  const clamor_sound whole = field.add(samples);
-  clamor_source first = 0, second = 0;
-  const std::vector<float> heard = field.heard(4 * kSecond, [&](double t) {
-    if (first == 0) first = field.add(Field::at(whole, {2, 0, -6}));
-    if (second == 0 && t > 1.99) second = field.add(Field::at(streamed, {2, 0, -6}));
-  });
-  const std::span expected(heard.data(), 3 * kSecond / 2),
-      got(&heard[2 * kSecond], 3 * kSecond / 2);
-  EXPECT_GT(rms(expected), 0.005);
-  std::vector<float> difference(expected.size());
-  for (std::size_t i = 0; i < expected.size(); ++i) difference[i] = got[i] - expected[i];
-  // Delays are floats, which 2 s rounds to 1e-7 s.
-  EXPECT_LT(db(rms(difference) / rms(expected)), -60);
-}
-
-TEST(ClamorSources, StreamsThatAreWrittenAreHeardOnceAndMissingSamplesAreSilence) {
-  Field field;
-  clamor_stream stream{};
-  stream.bytes = sizeof(stream);
-  stream.rate_hz = 24'000;
-  clamor_sound sound = 0;
-  ASSERT_EQ(clamor_add_stream(field.context.get(), &stream, &sound, nullptr), CLAMOR_OK);
-  const std::vector<float> samples = tone(1000, 20'000);  // at 24 kHz: 2 kHz as 1 kHz
-  uint32_t taken = 0;
-  ASSERT_EQ(clamor_write_stream(field.context.get(), sound, samples.data(), 20'000, &taken),
-            CLAMOR_OK);
-  EXPECT_EQ(taken, 20'000u);
-  ASSERT_EQ(clamor_write_stream(field.context.get(), sound, samples.data(), 20'000, &taken),
-            CLAMOR_OK);
-  EXPECT_EQ(taken, 4'000u) << "the buffer is a second long";
-  field.add(Field::at(sound, {0, 0, -2}));
-  const std::vector<float> heard = field.heard(2 * kSecond);
-  EXPECT_NEAR(frequency_hz(std::span(heard).subspan(kSecond / 4, kSecond / 2)), 500, 0.05);
-  EXPECT_NEAR(rms_between(heard, 0.25, 0.75), 0.25 / std::sqrt(2.0), 0.001);
-  EXPECT_LT(rms_between(heard, 1.5, 2), 1e-6);
 }
 
 // A loop does not tell how often it has been played, and no gain that is allowed is too much.
@@ -440,86 +279,6 @@ TEST(ClamorSources, WhoseHandleEndsWithTheirSoundEndInRealTimeToo) {
   EXPECT_TRUE(exists_at(1000));
   EXPECT_TRUE(exists_at(1002));
   EXPECT_FALSE(exists_at(1004));
-}
-
-TEST(ClamorSources, OfAStreamDoNotReadItWhileTheirGroupIsPausedOrAfterTheyEnd) {
-  Field field;
-  std::size_t pulled = 0;
-  clamor_stream stream{};
-  stream.bytes = sizeof(stream);
-  stream.user = &pulled;
-  stream.pull = [](void* user, float* into, uint32_t frames) -> uint32_t {
-    std::fill_n(into, frames, 0.5f);
-    *static_cast<std::size_t*>(user) += frames;
-    return frames;
-  };
-  clamor_sound sound = 0;
-  ASSERT_EQ(clamor_add_stream(field.context.get(), &stream, &sound, nullptr), CLAMOR_OK);
-  clamor_group_options bus{};
-  bus.bytes = sizeof(bus);
-  clamor_group group = 0;
-  ASSERT_EQ(clamor_add_group(field.context.get(), &bus, &group), CLAMOR_OK);
-  clamor_source_options options = Field::at(sound, {0, 0, -2});
-  options.group = group;
-  field.heard(kSecond / 4);
-  EXPECT_EQ(pulled, 0u);
-  const clamor_source source = field.add(options);
-  const auto pulled_in = [&](std::size_t frames) {
-    const std::size_t before = pulled;
-    field.heard(frames);
-    return pulled - before;
-  };
-  pulled_in(kSecond / 4);
-  EXPECT_NEAR(static_cast<double>(pulled_in(kSecond)), kSecond, 2'000);
-  bus.is_paused = 1;
-  EXPECT_EQ(clamor_change_group(field.context.get(), group, &bus), CLAMOR_OK);
-  pulled_in(kSecond / 4);  // fades out
-  EXPECT_EQ(pulled_in(kSecond), 0u);
-  bus.is_paused = 0;
-  EXPECT_EQ(clamor_change_group(field.context.get(), group, &bus), CLAMOR_OK);
-  pulled_in(kSecond / 4);
-  const std::size_t before = pulled;
-  EXPECT_GT(rms(field.heard(kSecond / 2)), 0.01);
-  EXPECT_NEAR(static_cast<double>(pulled - before), kSecond / 2, 2'000);
-  EXPECT_EQ(clamor_remove_source(field.context.get(), source), CLAMOR_OK);
-  pulled_in(kSecond / 4);
-  EXPECT_EQ(pulled_in(kSecond), 0u);
-}
-
-// What a stream uses is the application's again once it has been released.
-TEST(ClamorSources, ReleaseTheirStreamsOnce) {
-  std::vector<int> released;
-  struct Used {
-    std::vector<int>& released;
-    int number;
-  } removed{released, 1}, kept{released, 2}, refused{released, 3};
-  clamor_stream stream{};
-  stream.bytes = sizeof(stream);
-  stream.pull = [](void*, float*, uint32_t) -> uint32_t { return 0; };
-  stream.release = [](void* user) {
-    const auto& used = *static_cast<Used*>(user);
-    used.released.push_back(used.number);
-  };
-  {
-    Field field;
-    const auto add = [&](Used& used, uint32_t rate_hz) {
-      stream.user = &used;
-      stream.rate_hz = rate_hz;
-      clamor_sound sound = 0;
-      (void)clamor_add_stream(field.context.get(), &stream, &sound, nullptr);
-      return sound;
-    };
-    const clamor_sound sound = add(removed, 48'000);
-    field.add(Field::at(add(kept, 48'000), {0, 0, -2}));
-    field.add(Field::at(sound, {0, 0, -2}));
-    EXPECT_EQ(add(refused, 1), 0u);
-    field.heard(kSecond / 4);
-    EXPECT_EQ(clamor_remove_sound(field.context.get(), sound), CLAMOR_OK);
-    EXPECT_TRUE(released.empty());
-    field.heard(kSecond / 4);
-    EXPECT_EQ(released, std::vector<int>{1});
-  }
-  EXPECT_EQ(released, (std::vector<int>{1, 2}));
 }
 
 // 120 dB of the source and 120 dB of its group make 120 dB.
