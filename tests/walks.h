@@ -1,9 +1,10 @@
-// walks.h: a walk for tests.
+// walks.h: a walk for tests, and keyframes along a walk.
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include "formats/level/walk_file.h"
+#include "runtime/engine/auralizer.h"
 #include "tests/temporary_file.h"
 
 namespace clamor::testing {
@@ -16,6 +17,12 @@ inline Walk across_the_room() {
   auto walk = Walk::read(file.path());
   EXPECT_TRUE(walk.ok());
   return walk.ok() ? *walk : Walk::standing({});
+}
+
+// Makes as many keyframes as the auralizer wants, each with the walk's listener at its time.
+inline void make_keyframes(Auralizer& auralizer, const Walk& walk) {
+  while (auralizer.wants_keyframe())
+    auralizer.make_keyframe(walk.at(auralizer.next_keyframe_time_s()));
 }
 
 }  // namespace clamor::testing

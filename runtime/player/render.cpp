@@ -95,11 +95,6 @@ class KeyframesAhead {
 
 }  // namespace
 
-void make_keyframes(Auralizer& auralizer, const Walk& walk) {
-  while (auralizer.wants_keyframe())
-    auralizer.make_keyframe(walk.at(auralizer.next_keyframe_time_s()));
-}
-
 Result<void> render(Auralizer& auralizer, const Walk& walk, std::uint64_t frames,
                     const BlockSink& sink, const std::atomic<bool>* stop) {
   const auto channels = static_cast<std::size_t>(auralizer.channels());

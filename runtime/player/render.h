@@ -26,7 +26,4 @@ using BlockSink = std::function<Result<void>(std::span<const float>)>;
 Result<void> render(Auralizer& auralizer, const Walk& walk, std::uint64_t frames,
                     const BlockSink& sink, const std::atomic<bool>* stop = nullptr);
 
-// Makes as many keyframes as the auralizer wants, each with the walk's listener at its time.
-void make_keyframes(Auralizer& auralizer, const Walk& walk);
-
 }  // namespace clamor

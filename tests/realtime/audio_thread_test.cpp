@@ -13,12 +13,12 @@
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/hrtf/hrtf.h"
-#include "runtime/player/render.h"
 #include "runtime/realtime/latest_value.h"
 #include "runtime/realtime/prefault_stack.h"
 #include "tests/baked_room.h"
 #include "tests/realtime/forbidden.h"
 #include "tests/sound_device.h"
+#include "tests/walks.h"
 
 namespace clamor {
 namespace {
@@ -187,7 +187,7 @@ TEST(AudioThread, AllocatesNothingWhenTheSamplerHasStopped) {
   auto auralizer = Auralizer::create(baked_room(), {});
   ASSERT_TRUE(auralizer.ok());
   AudioCallback callback(**auralizer, nullptr, 0);
-  make_keyframes(**auralizer, Walk::standing({{3, 4, 1.5}, 0, 0}));
+  testing::make_keyframes(**auralizer, Walk::standing({{3, 4, 1.5}, 0, 0}));
   std::array<float, 2 * 256> block{};
   for (int i = 0; i < 1000; ++i) {
     const Forbidden forbidden;
@@ -213,7 +213,8 @@ TEST(AudioCallback, FadesToAnotherAuralizerWithinATenthOfASecond) {
   AudioCallback callback(*old, nullptr, 0);
   Block block{}, from{}, to{};
   for (std::size_t i = 0; i < 30; ++i) {
-    for (const auto* one : {&old, &old_alone, &next, &next_alone}) make_keyframes(**one, standing);
+    for (const auto* one : {&old, &old_alone, &next, &next_alone})
+      testing::make_keyframes(**one, standing);
     if (i == 5) callback.fade_to(*next);
     {
       const Forbidden forbidden;
@@ -236,7 +237,7 @@ TEST(AudioCallback, EndsInTwoBlocksOfSilence) {
   auto auralizer = Auralizer::create(baked_room(), {});
   ASSERT_TRUE(auralizer.ok());
   AudioCallback callback(**auralizer, nullptr, 1000);
-  make_keyframes(**auralizer, Walk::standing({{3, 4, 1.5}, 0, 0}));
+  testing::make_keyframes(**auralizer, Walk::standing({{3, 4, 1.5}, 0, 0}));
   std::array<float, 2 * 256> block{};
   for (int i = 0; i < 4; ++i) callback.fill(block);  // 1024 frames
   for (std::size_t i = 2 * (1000 - 768); i < block.size(); ++i) EXPECT_EQ(block[i], 0);

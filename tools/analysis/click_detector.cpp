@@ -4,9 +4,9 @@
 #include <array>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
 #include "common/sample_rate.h"
+#include "tools/analysis/hann_window.h"
 
 namespace clamor {
 
@@ -22,9 +22,7 @@ constexpr auto kSpacing = static_cast<std::size_t>(kClickSpacing_s * kSampleRate
 constexpr double kWhitening = 1e-9;
 
 std::vector<double> residual_of(std::span<const float> samples) {
-  std::vector<double> window(kFit);
-  for (std::size_t i = 0; i < kFit; ++i)
-    window[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * (static_cast<double>(i) + 0.5) / kFit);
+  const std::vector<double> window = hann_window(kFit, kFit, 0.5);
   // Zeros on both sides keep every index in range.
   constexpr std::size_t kPad = kFit;
   std::vector<double> padded(samples.size() + 2 * kPad);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "common/sample_rate.h"
+#include "tools/analysis/hann_window.h"
 
 namespace clamor {
 
@@ -16,9 +17,8 @@ constexpr auto kHop_frames = static_cast<std::size_t>(kEchoDensityHop_s * kSampl
 }  // namespace
 
 std::vector<double> echo_density(std::span<const double> response, std::size_t first) {
-  std::vector<double> window(2 * kHalf + 1);
-  for (std::size_t i = 0; i < window.size(); ++i)
-    window[i] = (1 - std::cos(std::numbers::pi * static_cast<double>(i) / kHalf)) / (2 * kHalf);
+  std::vector<double> window = hann_window(2 * kHalf + 1, 2 * kHalf);
+  for (double& weight : window) weight /= kHalf;
   const double gaussian = std::erfc(1 / std::numbers::sqrt2);
 
   std::vector<double> densities;

@@ -1,11 +1,10 @@
 #include "tools/analysis/sound_spectrum.h"
 
 #include <cassert>
-#include <cmath>
-#include <numbers>
 
 #include "common/fourier.h"
 #include "common/sample_rate.h"
+#include "tools/analysis/hann_window.h"
 
 namespace clamor {
 
@@ -22,10 +21,7 @@ SoundSpectrum sound_spectrum(const Sound& sound) {
   const bool stereo = sound.channels.size() == 2;
   assert(stereo || sound.channels.size() == 1);
   const Fourier fourier(kSpectrumFrame);
-  std::vector<double> window(kSpectrumFrame);
-  for (std::size_t i = 0; i < kSpectrumFrame; ++i)
-    window[i] =
-        0.5 - 0.5 * std::cos(2 * std::numbers::pi * static_cast<double>(i) / kSpectrumFrame);
+  const std::vector<double> window = hann_window(kSpectrumFrame, kSpectrumFrame);
 
   SoundSpectrum spectrum;
   spectrum.energy[0].assign(kSpectrumBins, 0);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 
 #include "common/fourier.h"
 #include "common/sample_rate.h"
+#include "tools/analysis/hann_window.h"
 
 namespace clamor {
 
@@ -49,10 +49,7 @@ Spectrogram spectrogram_of(const Sound& sound, std::size_t max_columns) {
   result.length_s = static_cast<double>(frames) / kSampleRate_hz;
   result.power.resize((hops + hops_of_column - 1) / hops_of_column);
 
-  std::vector<double> window(kFrame);
-  for (std::size_t i = 0; i < kFrame; ++i)
-    window[i] =
-        0.5 - 0.5 * std::cos(2 * std::numbers::pi * (static_cast<double>(i) + 0.5) / kFrame);
+  const std::vector<double> window = hann_window(kFrame, kFrame, 0.5);
   constexpr double kSquares = 3.0 / 8 * kFrame;  // energy of the window
   std::array<std::vector<Share>, kThirdOctaves> bands;
   for (int b = 0; b < kThirdOctaves; ++b) bands[static_cast<std::size_t>(b)] = bins_of(b);

@@ -9,6 +9,7 @@
 #include "common/fourier.h"
 #include "common/sample_rate.h"
 #include "runtime/hrtf/erb_bands.h"
+#include "tools/analysis/hann_window.h"
 
 namespace clamor {
 
@@ -41,9 +42,7 @@ struct Band {
 // Compressed envelopes of all bands.
 std::vector<std::vector<double>> envelopes_of(std::span<const float> samples) {
   const Fourier fourier(kBlock);
-  std::vector<double> window(kBlock);
-  for (std::size_t i = 0; i < kBlock; ++i)
-    window[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * static_cast<double>(i) / kBlock);
+  const std::vector<double> window = hann_window(kBlock, kBlock);
   std::vector<Band> bands;
   std::vector<Fourier> inverses;
   std::vector<std::vector<std::complex<double>>> begun(kTextureBands);  // by the previous block
@@ -112,14 +111,13 @@ double correlation_of(const std::vector<double>& a, const std::vector<double>& b
 void add_modulation(const std::vector<double>& envelope, const Fourier& fourier,
                     std::vector<double>& modulation_db) {
   const double mean = Moments(envelope).mean;
+  const std::vector<double> window = hann_window(kModulationFrame, kModulationFrame);
   std::vector<double> octaves(kModulationBands);
   std::vector<std::complex<double>> values(kModulationFrame);
   for (std::size_t start = 0; start + kModulationFrame <= envelope.size();
        start += kModulationFrame / 2) {
     for (std::size_t i = 0; i < kModulationFrame; ++i)
-      values[i] =
-          (envelope[start + i] - mean) *
-          (0.5 - 0.5 * std::cos(2 * std::numbers::pi * static_cast<double>(i) / kModulationFrame));
+      values[i] = (envelope[start + i] - mean) * window[i];
     fourier.forward(values);
     for (std::size_t k = 1; k < kModulationFrame / 2; ++k)
       octaves[static_cast<std::size_t>(std::bit_width(k)) - 1] += std::norm(values[k]);

@@ -14,13 +14,13 @@
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
-#include "runtime/player/render.h"
 #include "runtime/sampling/sampling_strategy.h"
 #include "runtime/streaming/page_loader.h"
 #include "runtime/voices/keyframe.h"
 #include "tests/baked_room.h"
 #include "tests/sanitized.h"
 #include "tests/temporary_file.h"
+#include "tests/walks.h"
 #include "tools/strategies/strategies.h"
 
 namespace clamor {
@@ -156,9 +156,9 @@ TEST(Auralizer, HoldsTheLastKeyframeWhileTheSamplerStalls_NoTsan) {
              stalled = auralizer_with(60, "priority", input);
   std::vector<float> a(512), b(512);
   for (int block = 0; block < 900; ++block) {
-    make_keyframes(*steady, still);
+    testing::make_keyframes(*steady, still);
     // The stalled sampler makes no keyframe for three seconds.
-    if (block < 190 || block > 750) make_keyframes(*stalled, still);
+    if (block < 190 || block > 750) testing::make_keyframes(*stalled, still);
     steady->mix(a);
     stalled->mix(b);
     for (std::size_t i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], 1e-5) << "block " << block;
@@ -292,7 +292,7 @@ TEST(Auralizer, PlaysTheSampleOfAStrategyThatTheApplicationBrings_NoTsan) {
   options.strategy = std::make_shared<const FirstSource>();
   auto auralizer = Auralizer::create(baked_room(), options);
   ASSERT_TRUE(auralizer.ok()) << auralizer.error().message;
-  make_keyframes(**auralizer, Walk::standing(walking(0)));
+  testing::make_keyframes(**auralizer, Walk::standing(walking(0)));
   EXPECT_EQ((*auralizer)->statistics().voices, 1u);
 }
 

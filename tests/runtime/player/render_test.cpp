@@ -32,7 +32,7 @@ std::vector<float> in_turn(const AuralizerOptions& options, const Walk& walk,
   const auto channels = static_cast<std::uint64_t>(auralizer->channels());
   std::vector<float> all(frames * channels);
   for (std::uint64_t done = 0; done < frames; done += kKeyframeFrames) {
-    make_keyframes(*auralizer, walk);
+    testing::make_keyframes(*auralizer, walk);
     const auto count = std::min<std::uint64_t>(kKeyframeFrames, frames - done);
     auralizer->mix(std::span(all).subspan(done * channels, count * channels));
   }
