@@ -10,13 +10,13 @@ and what to do, and ValueError or TypeError for arguments of a wrong value, shap
 from ._library import ClamorError, ClamorWarning
 from .baking import BakeLevel, BakeProgress, BakeReport, bake, presets
 from .impulse import impulse_responses, spatial_impulse_responses
+from .information import EmitterInfo, LevelInfo, PartInfo, PortalInfo, Statistics
 from .offline import open, render_walk
 from .parts import Part
 from .sound_file import write_wav
 from .sources import Group, Sound, Source, Stream
 from .walk import Pose, Walk, orientation
-from .world import (Context, EmitterInfo, Level, LevelInfo, LevelPart, Listener, PartInfo,
-                    PortalInfo, Statistics)
+from .world import Context, Level, LevelPart, Listener
 
 __all__ = ["BakeLevel", "BakeProgress", "BakeReport", "ClamorError", "ClamorWarning",
            "Context", "EmitterInfo",

@@ -14,7 +14,8 @@ from . import _arguments as given
 from ._library import ClamorError
 from ._library import bake as native
 from ._mesh import mesh_arrays
-from .world import _Owner, _told
+from .information import information_of
+from .world import _Owner
 
 Path = Union[str, "os.PathLike[str]"]
 PHASES = ("preparing", "tracing", "sorting", "writing")
@@ -258,7 +259,8 @@ def _run(level: BakeLevel, path: Optional[Path], settings: dict,
             return 0
         try:
             now = pointer.contents
-            return int(progress(_told(BakeProgress, now, phase=PHASES[now.phase])) is False)
+            told = information_of(BakeProgress, now, phase=PHASES[now.phase])
+            return int(progress(told) is False)
         except BaseException as exception:  # no exception can pass through the library
             raised.append(exception)
             return 1
@@ -278,9 +280,9 @@ def _run(level: BakeLevel, path: Optional[Path], settings: dict,
             report = level._call("clamor_bake_to_file", options, given.text(path, "path"))
         if raised:
             raise raised[0]
-        told = _told(BakeReport, report, missed_goal=bool(report.missed_goal), messages=notes,
-                     warnings=warnings, t30_s=np.array(report.t30_s),
-                     t30_error_s=np.array(report.t30_error_s))
+        told = information_of(BakeReport, report, missed_goal=bool(report.missed_goal),
+                              messages=notes, warnings=warnings, t30_s=np.array(report.t30_s),
+                              t30_error_s=np.array(report.t30_error_s))
         return told if path is not None else (ctypes.string_at(baked, count), told)
     except ClamorError:
         if raised:

@@ -6,14 +6,16 @@ import os
 import threading
 import warnings
 import weakref
-from ctypes import Array, c_void_p
-from typing import Any, Callable, Dict, NamedTuple, Optional, Tuple, Union
+from ctypes import c_void_p
+from typing import Any, Callable, Dict, Optional, Tuple, Union
 
 import numpy as np
 
 from . import _arguments as given
 from ._library import ClamorWarning
 from ._library import runtime as native
+from .information import (EmitterInfo, LevelInfo, PartInfo, PortalInfo, Statistics,
+                          information_of)
 from .walk import Pose
 
 OUTPUTS = {"binaural": native.CLAMOR_OUTPUT_BINAURAL,
@@ -34,74 +36,6 @@ _numbers = itertools.count(1)
 @native.clamor_reader_release
 def _release(number: int) -> None:
     _used_by_library.pop(number, None)
-
-
-class LevelInfo(NamedTuple):
-    """What a level holds; `sources` counts emitters and secondary sources of all instances."""
-
-    emitters: int
-    sounds: int
-    sources: int
-    portals: int
-    parts: int
-
-
-class EmitterInfo(NamedTuple):
-    """An emitter of a level: its name in glTF, the number of its sound, position and amplitude."""
-
-    name: str
-    sound: int
-    position_m: Tuple[float, float, float]
-    gain: float
-
-
-class PortalInfo(NamedTuple):
-    """A portal of a level: its name, and its rectangle, the points centre + a half_u + b half_v.
-
-    Vectors are metres; a and b lie between -1 and 1.
-    """
-
-    name: str
-    centre_m: Tuple[float, float, float]
-    half_u_m: Tuple[float, float, float]
-    half_v_m: Tuple[float, float, float]
-
-
-class PartInfo(NamedTuple):
-    """A movable part: its name in glTF or "", its triangles and the last pose that it was given."""
-
-    name: str
-    triangles: int
-    pose: Pose
-    is_enabled: bool
-
-
-class Statistics(NamedTuple):
-    """A listener's statistics, as clamor_listener_statistics tells them."""
-
-    voices: int
-    keyframes: int
-    held_blocks: int
-    keyframe_ms: float
-    pages: int
-    page_bytes: int
-    sound_bytes: int
-    failures: int
-    unseen_sources: int
-
-
-def _told(kind: Any, info: Any, **others: Any) -> Any:
-    """A named tuple of those members of a structure that it has, and of others."""
-
-    def value(member: Any) -> Any:
-        if isinstance(member, native.clamor_pose):
-            return Pose(tuple(member.position_m), tuple(member.orientation))
-        if isinstance(member, Array):
-            return tuple(member)
-        return member.decode() if isinstance(member, bytes) else member
-
-    return kind(*(others[name] if name in others else value(getattr(info, name))
-                  for name in kind._fields))
 
 
 class _Owner:
@@ -254,7 +188,7 @@ class Level(_Owned):
     @property
     def info(self) -> LevelInfo:
         """The numbers of emitters, sounds, sources, portals and movable parts."""
-        return _told(LevelInfo, self._call("clamor_get_level_info"))
+        return information_of(LevelInfo, self._call("clamor_get_level_info"))
 
     def _number(self, number: Any, things: str) -> int:
         return given.index(number, "number", getattr(self.info, things), things)
@@ -262,7 +196,7 @@ class Level(_Owned):
     def emitter(self, number: int) -> EmitterInfo:
         """The emitter number `number`, below info.emitters."""
         number = self._number(number, "emitters")
-        return _told(EmitterInfo, self._call("clamor_get_emitter_info", number))
+        return information_of(EmitterInfo, self._call("clamor_get_emitter_info", number))
 
     def find_emitter(self, name: str) -> int:
         """The number of the first emitter with this name. Raises ClamorError if there is none."""
@@ -285,7 +219,7 @@ class Level(_Owned):
     def portal(self, number: int) -> PortalInfo:
         """The portal number `number`, below info.portals."""
         number = self._number(number, "portals")
-        return _told(PortalInfo, self._call("clamor_get_portal_info", number))
+        return information_of(PortalInfo, self._call("clamor_get_portal_info", number))
 
     def find_portal(self, name: str) -> int:
         """The number of the first portal with this name. Raises ClamorError if there is none."""
@@ -324,7 +258,7 @@ class LevelPart(_InContext):
     def info(self) -> PartInfo:
         """Its name, number of triangles and last pose, and whether it is enabled."""
         info = self._call("clamor_get_part_info")
-        return _told(PartInfo, info, is_enabled=not info.is_disabled)
+        return information_of(PartInfo, info, is_enabled=not info.is_disabled)
 
     def move(self, pose: Any) -> None:
         """Turns and moves it about its pivot: a Pose, or a position (3,) in metres, not turned."""
@@ -449,7 +383,7 @@ class Listener(_Owned):
     @property
     def statistics(self) -> Statistics:
         """Voices, keyframes, memory, failures and sources without reflections so far."""
-        return _told(Statistics, self._call("clamor_get_listener_statistics"))
+        return information_of(Statistics, self._call("clamor_get_listener_statistics"))
 
 
 def _pose(pose: Any, limit_m: float = given.MAX_LISTENER_M) -> Any:
