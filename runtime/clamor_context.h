@@ -59,8 +59,8 @@ inline bool read_pose(const clamor_pose& given, double limit_m, Vec3& position_m
   return square > 1e-12;
 }
 
-// What the application lends with a release callback. It is the application's again if the call
-// that takes it fails; otherwise it is released with its last owner.
+// An object that the application lends with a release callback. The application keeps it if the
+// call that takes it fails; otherwise it is released with its last owner.
 class Loan {
  public:
   Loan(void* user, void (*release)(void* user))

@@ -20,7 +20,7 @@ inline constexpr int kMinSoundRate_hz = 1000, kMaxSoundRate_hz = 768000;
 // quality). Sounds longer than 30 minutes and samples that are NaN or infinite are Errors.
 Result<std::vector<float>> read_audio(const std::string& path);
 
-// What averaging the channels of a sound did to it.
+// Effect of averaging the channels of a sound.
 struct Downmix {
   int channels = 1;
   float peak = 0;      // of the mean

@@ -16,7 +16,7 @@
 
 namespace clamor {
 
-// Never reads beyond the end of invalid data: ok() then becomes false for good, and values are
+// Never reads beyond the end of invalid data: ok() is false from then on, and values are
 // meaningless.
 class BitReader {
  public:

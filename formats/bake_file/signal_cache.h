@@ -30,8 +30,8 @@ Result<EncodedSignal> encode_signal(const Signal& signal);
 
 class SignalCache {
  public:
-  // Returns the signals encoded, in their order. Those of the last call are not encoded again;
-  // those of earlier ones are forgotten. Fails as encode_signal() does.
+  // Returns the signals encoded, in their order. Signals of the last call are not encoded again;
+  // signals of earlier calls are forgotten. Fails as encode_signal() does.
   Result<std::vector<std::shared_ptr<const EncodedSignal>>> encode(
       const std::vector<Signal>& signals);
 

@@ -1,6 +1,6 @@
 // hubs_audio.h: rewrites the sounds of Mozilla Hubs as KHR_audio_emitter.
 //
-// MOZ_hubs_components is an extension of nodes. Of its components,
+// MOZ_hubs_components is an extension of nodes. These components are read:
 //
 // | audio          | becomes an emitter: src, autoPlay, loop                                      |
 // | audio-params   | is its positional data; audioType "stereo" is global, angles are in degrees. |

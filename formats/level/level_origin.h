@@ -17,8 +17,8 @@ namespace clamor {
 inline constexpr double kMaxWorldCoordinate_m = 1e8;
 
 // A place of the world relative to a level's origin, but at most 1000 km from it in each direction,
-// as far as numbers in a level go: nothing is heard from there. What is no place in the world stays
-// out of range.
+// as far as numbers in a level go: nothing is heard from there. A place that is out of the world's
+// range stays out of range.
 Vec3 in_level(const Vec3& place_m, const Vec3& origin_m);
 
 // A place as messages tell it and options take it: "1,1.7,-3".

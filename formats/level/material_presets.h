@@ -13,7 +13,7 @@
 
 namespace clamor {
 
-// What a material's name tells.
+// Guess of a preset from a material's name.
 struct NameGuess {
   std::string preset;  // empty if it tells nothing
   std::string doubt;   // a preset of the opposite kind that it tells as well, or empty

@@ -34,7 +34,7 @@ inline constexpr std::size_t kNoSurfaceReasons = 11;
 // "collision hull".
 std::string_view in_words(NoSurface reason);
 
-// What a reason applies to: "ubx_*, ucp_*, ...".
+// The names that a reason applies to: "ubx_*, ucp_*, ...".
 std::string surface_rule_in_words(NoSurface reason);
 
 // One convention for names, as in "ubx_*", without case, and with any of - . $ for each _.
@@ -79,8 +79,8 @@ struct SurfacePatterns {
   std::vector<std::string> ignored, kept;
 };
 
-// What patterns say of names: true: kept, false: left out, or nothing. Later origins precede
-// earlier ones, and `kept` precedes `ignored` within one.
+// Decides by patterns whether a name is kept (true), left out (false) or undecided. Later origins
+// precede earlier ones, and `kept` precedes `ignored` within one.
 class SurfaceChoice {
  public:
   explicit SurfaceChoice(std::vector<SurfacePatterns> origins);

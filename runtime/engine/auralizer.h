@@ -129,13 +129,13 @@ class Auralizer {
   // index; those beyond the end of the list keep theirs. Sampler thread.
   void set_emitter_powers(std::vector<float> powers);
   // Scales the power of everything that has passed a portal of the level, 0 to 1, by the portal's
-  // index. Those with kOpenedByParts (baked_portals.h) or beyond the end of the list are as open as
-  // their movable parts leave them, or open without parts. Voices fade to it. Sampler thread; costs
-  // microseconds for each thousand virtual emitters (baked_portals.h).
+  // index. Portals with kOpenedByParts (baked_portals.h) or beyond the end of the list are as open
+  // as their movable parts leave them, or open without parts. Voices fade to it. Sampler thread;
+  // costs microseconds for each thousand virtual emitters (baked_portals.h).
   void set_portals(std::vector<float> openness);
 
   // Scales bands, and direct, early and late sound, of all voices that are sampled from now on;
-  // those that play fade to it. What is chosen does not change. Sampler thread.
+  // those that play fade to it. The choice of sources does not change. Sampler thread.
   void set_focus(const SoloSettings& focus);
 
   // The sources that the newest keyframe was made from, by ascending number; empty unless the

@@ -67,7 +67,7 @@ struct AuralizerOptions {
   bool keeps_keyframe = false;  // for newest_keyframe()
   bool keeps_sample = false;    // for newest_sample()
   // Time on the clock of the emitters at which it begins: looping signals are then as far as if
-  // they had been playing since time 0. Those that play once begin with the auralizer.
+  // they had been playing since time 0. Signals that play once begin with the auralizer.
   double begins_s = 0;
   bool mixes_voices = true;                // otherwise the output is silent, and costs nothing
   std::shared_ptr<MovingScript> script{};  // moves sources instead of the caller; sets `moving`

@@ -21,7 +21,7 @@ namespace clamor {
 // Returns how many keyframes one sample of so many voices serves.
 std::size_t keyframes_per_sample(std::size_t voices);
 
-// As many keyframes find most of what is heard in a room (0.3 s).
+// This number of keyframes finds most of the sound of a room (0.3 s).
 inline constexpr int kMaxWarmUps = 16;
 
 class SampleSchedule {
@@ -64,8 +64,8 @@ class SampleSchedule {
   const bool wait_for_pages_;
   const LoadClock clock_;
   const bool shares_;  // samples
-  // That a sample serves. With fewer voices, sampling is hardly faster, so this number does not
-  // fall with them.
+  // The number of keyframes that one sample serves. With fewer voices, sampling is hardly faster,
+  // so this number does not fall with them.
   std::size_t keyframes_;
   const std::atomic<bool>* stop_ = nullptr;
   std::span<const SampledSource> sample_;  // the sampler's

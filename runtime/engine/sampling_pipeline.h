@@ -68,8 +68,8 @@ class SamplingPipeline {
   bool has_new_parts() const { return parts_ != nullptr && !part_scene_.is_up_to_date(*parts_); }
 
   // Scales the power of the sources of each emitter of the level, and of what has passed each of
-  // its portals: 0 to 1, or kOpenedByParts. Those beyond the end of a list have their full power,
-  // and are opened by their parts.
+  // its portals: 0 to 1, or kOpenedByParts. Emitters beyond the end of a list have their
+  // full power, and portals beyond it are opened by their parts.
   void set_emitter_powers(std::vector<float> powers);
   void set_portals(std::vector<float> openness);
 

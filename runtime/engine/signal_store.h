@@ -15,7 +15,7 @@
 
 namespace clamor {
 
-// What all sounds of a bake take decoded, for any output.
+// Memory of all sounds of a bake when decoded, for any output.
 std::uint64_t decoded_sounds_bytes(const BakeFile& file);
 
 class SignalStore {

@@ -163,7 +163,7 @@ class BlockMixer {
     WorkTime so_far_s_, recent_s_;
   };
 
-  // What was mixed since the last measurement.
+  // Voices and frames that were mixed since the last measurement.
   struct Measured {
     double took_s = 0;
     std::size_t frames = 0, sounding = 0;

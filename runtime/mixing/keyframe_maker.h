@@ -108,7 +108,7 @@ class KeyframeMaker {
     bool smooths = false;           // its power gain is moving to its target
     std::uint32_t loop = kNoOnset;  // the loop that follows while the voice plays an onset
   };
-  // Which slots are free, and which belong to which source.
+  // The free slots, and the slot of each source.
   struct SlotDirectory {
     struct Entry {
       std::uint64_t number;

@@ -61,7 +61,7 @@ struct LoadClock {
   double (*cpu_s)(void* context, clockid_t thread) noexcept = nullptr;
 
   double now() const noexcept REALTIME { return now_s(context); }
-  // Of the calling thread so far.
+  // Work of the calling thread so far.
   WorkTime work() const {
     const double passed_s = now();
     return cpu_s == nullptr ? passed_s

@@ -31,7 +31,7 @@ struct DirectSound {
   std::optional<BentPath> bent{};  // where the straight line is blocked
 };
 
-// What arrives along a line, from the estimate of fresnel_visibility(). Adds the rays cast to
+// Sound that arrives along a line, from the estimate of fresnel_visibility(). Adds the rays cast to
 // `rays`.
 DirectSound direct_sound(const OcclusionGeometry& geometry, const LineOfSight& line,
                          const Bands& zone, bool line_is_free, std::uint64_t& rays);

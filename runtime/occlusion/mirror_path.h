@@ -1,9 +1,9 @@
 // mirror_path.h: the path by which mirrors reflect sound from one place to another.
 //
 // From a place towards an image, the first surface is the last mirror of the path, if there is a
-// path at all. The image's own image in that mirror is where the path goes on, and so back to what
-// the image is of. Which mirrors these are, the walk finds out: an image behind a corner is heard
-// by one order of reflections here and by another there.
+// path. The path continues to the image's own image in that mirror, and so back to the source. The
+// walk finds the mirrors: the same image behind a corner may be heard by different orders of
+// reflection in two places.
 //
 // Threads: any.   Cost: a ray per reflection, and one more.
 #pragma once

@@ -28,7 +28,7 @@ class AudioCallback {
 
   std::size_t channels() const noexcept REALTIME { return playing_.channels(); }
 
-  // As those of AuralizerCrossfade.
+  // The same functions as those of AuralizerCrossfade.
   void fade_to(Auralizer& next, std::uint64_t from_frame = 0) {
     playing_.fade_to(next, from_frame);
   }

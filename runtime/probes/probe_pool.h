@@ -2,10 +2,10 @@
 //
 // First reflections are each source's own (first_reflections.h), and so are its images in mirrors
 // (image_pool.h). All later ones are copies of the trees of the probes round it (probe_copies.h),
-// ranked together with all other sources. Of a level with 500 probes and 1000 moving sources these
-// are ten million, of which a query looks at few: a tree is traversed once per query for all its
-// copies, with the highest factor of any of them, and a source that is found meets those copies
-// that hold it.
+// ranked together with all other sources. A level with 500 probes and 1000 moving sources has ten
+// million of them, of which a query tests few: a tree is traversed once per query for all its
+// copies, with the highest factor of any of them, and a source that is found is then tested for
+// each copy that holds it.
 //
 // Threads: the sampler's alone.
 #pragma once

@@ -87,7 +87,7 @@ class ProbeBounds {
     return static_cast<std::uint16_t>(radiation_.material_count() - 1);
   }
 
-  // Sources of which the page holds bounds: the stored ones. Those of a zone have the last
+  // The sources whose bounds the page holds: the stored ones. Sources of a zone have the last
   // material.
   std::vector<Source> bounding_sources(std::span<const Source> stored, bool of_zone) const;
 

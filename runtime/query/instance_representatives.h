@@ -1,10 +1,10 @@
 // instance_representatives.h: the source that stands for a distant instance of a tree.
 //
-// Of a tree that has instances one source has a key above the tree's power, its representative, and
-// each instance gives that source a key of its own (instance.h). An instance that is too far away
-// for any other source of it to reach the threshold is then that single source, however many trees
-// lie between: it need not be traversed, and its pages need not be in memory. Kept per tree are the
-// representative, its position in the tree, and the highest key of all other sources.
+// In a tree that has instances, one source has a key above the tree's power: the representative.
+// Each instance gives it a key of its own (instance.h). An instance that is so far away that none
+// of its other sources reaches the threshold is found as that single source, however many trees
+// lie between: it need not be traversed, and its pages need not be in memory. Each tree keeps its
+// representative, the position of that in the tree, and the highest key of all other sources.
 //
 // The representative is found from the top of the tree by following the highest key of each page
 // (resident_page.h), through instances within instances.

@@ -7,8 +7,8 @@
 //   page_shortlists.h     has kept the sources of each node's page that can reach it near by;
 //   shortlist_kernel.h    tests these, 16 at a time, for this moment and this very place.
 //
-// Of the pages in memory, nothing is left out but by upper bounds, so within its budget a query
-// finds what testing all sources would find. Each cached result knows the region of place,
+// Sources of pages in memory are culled by upper bounds alone, so within its budget a query finds
+// what testing all sources would find. Each cached result knows the region of place,
 // threshold and time that it holds in (validity_region.h).
 //
 // The bound of a page that is missing is known from its parent's page, so missing pages are

@@ -29,7 +29,7 @@
 
 namespace clamor {
 
-// What all traversals of a level share.
+// Data that all traversals of a level share.
 struct QueryContext {
   QueryContext(const RadiationModel& model, const SignalWeights& weights,
                std::span<const PageEntry> tree_tops,
@@ -105,7 +105,7 @@ class OctreeTraversal {
 
   bool is_done() const { return stack_.empty(); }
   const ValidityRegion& region() const { return region_; }
-  // Of the last expand().
+  // The distant instances of the last expand().
   std::span<const DistantInstance> distant_instances() const { return distant_; }
 
   // Frames of the nodes so far.

@@ -27,7 +27,7 @@ struct FoundSource {
   std::uint32_t frame = 0;  // of the pool
   // Factor of its priority by the late boost (late_boost.h).
   float boost = 1;
-  // Of its priority at any time.
+  // Upper bound of its priority at any time.
   double upper_bound = std::numeric_limits<double>::infinity();
   // A moving source is heard under this number and its occlusion is known under `number`; 0: one
   // number for both. `velocity_mps` is that at `source`, the place that its sound left.

@@ -53,8 +53,8 @@ class CandidateSet {
   // returned. There must be more than `count`.
   double keep_highest(std::size_t count);
 
-  // Sources whose priority reached the threshold of weigh(), occluded or not. Those that the pool
-  // has culled by occlusion bounds are missing.
+  // Sources whose priority reached the threshold of weigh(), occluded or not, without those that
+  // the pool has culled by occlusion bounds.
   std::size_t reached() const { return reached_; }
 
   std::size_t size() const { return candidates_.size(); }

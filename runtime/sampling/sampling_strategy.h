@@ -1,7 +1,7 @@
 // sampling_strategy.h: the interface through which an application brings its own sampler.
 //
-// The library has one strategy, priority sampling (sampler.h). Those of the paper, and the one that
-// takes all sources, are in tools/strategies.
+// The library has one strategy, priority sampling (sampler.h). The strategies of the paper, and the
+// one that takes all sources, are in tools/strategies.
 //
 // Threads: immutable, so any.
 #pragma once
@@ -16,7 +16,7 @@ namespace clamor {
 
 inline constexpr int kMaxVoices = 1'000'000;  // ten times what a core mixes
 
-// What a sampler draws from. Everything must outlive the sampler.
+// The data that a sampler draws from. Everything must outlive the sampler.
 struct SamplerInput {
   const RadiationModel& radiation;
   const SignalWeights& weights;

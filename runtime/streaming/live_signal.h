@@ -30,7 +30,7 @@ class LiveSignal {
   // `first` is the number of the frame that arrives first, a multiple of kLowRate.
   explicit LiveSignal(const MixMode& mode, std::int64_t first = 0);
 
-  // Appends samples at the mixer's rate. Those that are not finite count as 0.
+  // Appends samples at the mixer's rate. Samples that are not finite count as 0.
   void append(std::span<const float> samples);
 
   const PreparedSignal& signal() const { return signal_; }

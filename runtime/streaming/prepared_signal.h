@@ -13,8 +13,8 @@
 // A live signal (live_signal.h) is a ring of its newest kRing_frames, read like a loop. Its range
 // of frames that may be read moves on as it is written.
 //
-// Threads: any may read resident pieces. Of a streamed signal, one thread at a time may write a
-// piece that is not resident, and of a live one frames outside the range that may be read.
+// Threads: any may read resident pieces. One thread at a time may write a piece of a streamed
+// signal that is not resident, or frames of a live signal outside the range that may be read.
 #pragma once
 
 #include <algorithm>

@@ -44,7 +44,7 @@ class SoundResidency {
   enum class State : std::uint8_t { kAbsent, kLoading, kResident, kEvicting, kFailed };
   enum class Need : std::uint8_t { kNone, kEmitted, kSoon, kNow };
 
-  // Who reads, or would read.
+  // The positions that are read, or would be read.
   struct Needs {
     std::vector<ReadPosition> played;   // by voices
     std::vector<ReadPosition> wanted;   // by sources that had voices if their sounds were resident

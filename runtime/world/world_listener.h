@@ -86,7 +86,7 @@ class WorldListener {
   std::size_t channels() const noexcept REALTIME { return mixed_.channels(); }
   // Overwrites any number of frames of all channels.
   void render(std::span<float> interleaved) noexcept REALTIME;
-  // As above, into one array of `frames` samples for each channel.
+  // Does the same into one array of `frames` samples for each channel.
   void render(float* const* planes, std::size_t frames) noexcept REALTIME;
 
  private:

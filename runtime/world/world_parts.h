@@ -40,8 +40,8 @@ class WorldParts {
   // `tag` distinguishes handles.
   explicit WorldParts(std::uint64_t tag);
 
-  // Handles of parts, or 0 if there are kMaxMovableParts already. That of a level's part is the
-  // same each time. Poses are in the world, and `origin_m` is that of the level.
+  // Handles of parts, or 0 if there are kMaxMovableParts already. A level's part has the same
+  // handle each time. Poses are in the world, and `origin_m` is that of the level.
   std::uint64_t add(WorldPart part);
   std::uint64_t of_level(std::uint64_t level, std::uint32_t index, const MovablePart& part,
                          const Vec3& origin_m);

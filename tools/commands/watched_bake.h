@@ -21,12 +21,12 @@ namespace clamor {
 // Threads: one.
 class FilesWatcher {
  public:
-  // Also watches these, from how they are now on. Those that are known stay as they were seen.
+  // Also watches these files from their present versions on. Known files keep the version seen.
   void add(std::span<const std::string> paths);
 
   // Checks the file system. Returns true once some files have changed and two checks in a row have
-  // seen the same versions, since programs write files piece by piece. What was seen is then what
-  // counts from now on.
+  // seen the same versions, since programs write files piece by piece. Later changes are
+  // relative to these versions.
   bool check();
 
  private:

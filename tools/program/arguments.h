@@ -61,7 +61,7 @@ class Arguments {
     choice(name, usual, names, help, [&value, words](std::size_t i) { value = words[i].second; });
   }
 
-  // As parse_bytes() and parse_listener() read them. An empty listener counts as none.
+  // Values are read by parse_bytes() and parse_listener(). An empty listener counts as none.
   void bytes(const std::string& name, std::uint64_t& value, const std::string& help);
   void listener(const std::string& name, std::optional<Listener>& value, const std::string& help);
 

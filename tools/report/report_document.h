@@ -14,7 +14,7 @@
 
 namespace clamor {
 
-// What was measured in one bake.
+// Measurements of one bake.
 struct MeasuredRoom {
   const RoomMeter* meter = nullptr;
   std::vector<RoomResponse> responses;  // one per listener

@@ -1,7 +1,7 @@
 // room.h: a bake file as the place that a report measures: its sources, surfaces and emitters.
 //
-// Portals are open and movable parts at rest. Of a large bake these are the sources of highest key
-// only, a fair sample of all (expanded_sources.h).
+// Portals are open and movable parts at rest. A large bake gives its sources of highest key only, a
+// fair sample of all (expanded_sources.h).
 //
 // Threads: immutable after construction; any thread may use it.
 #pragma once

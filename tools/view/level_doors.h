@@ -3,8 +3,8 @@
 //
 // A part that is moved turns about its pivot or slides, from where the level has it to where its
 // motion ends; the level does not say how, so that is guessed from its shape and may be changed.
-// Portals that parts open follow them in the runtime (formats/level/portal_coupling.h). None of it
-// is saved: how open a door is, is the game's.
+// Portals that parts open follow them in the runtime (formats/level/portal_coupling.h). Openness
+// is not saved: the game sets it.
 #pragma once
 
 #include <cstddef>
@@ -45,8 +45,8 @@ class LevelDoors {
     bool operator==(const Door&) const = default;
   };
 
-  // Takes over the parts and portals of a level. Those that were there before, by name and place,
-  // stay as open as they were.
+  // Takes over the parts and portals of a level. Doors that the level had before, by name and
+  // place, stay as open as they were.
   void update(std::span<const MovablePart> parts, std::span<const Portal> portals,
               const Vec3& origin_m);
 

@@ -14,9 +14,9 @@ namespace clamor {
 // sorted; at most 200.
 std::vector<std::string> sounds_beside(const std::string& level_path);
 
-// What a sidecar of the level writes for a file, given by a path from the level's folder, the
-// current folder or the root. Errors: it is not there, lies outside the level's folder, or is no
-// sound.
+// The name by which a sidecar of the level refers to a file, given by a path from the level's
+// folder, the current folder or the root. Errors: it is not there, lies outside the level's folder,
+// or is no sound.
 Result<std::string> sound_of_level(const std::string& level_path, const std::string& file);
 
 }  // namespace clamor

@@ -114,14 +114,14 @@ class ViewSession {
   // Adds a portal in the doorway that the listener looks through, or one of a door's usual size
   // ahead of him, or the one that a part fills; and selects it.
   Result<void> add_portal(std::optional<std::size_t> of_part = std::nullopt);
-  // As EditedLevel::set_movable(). Selects the new part.
+  // Calls EditedLevel::set_movable(). Selects the new part.
   Result<void> set_movable(const std::string& node, bool movable);
   // The nodes that a triangle belongs to, from that of its mesh upwards; none without a level.
   std::vector<std::string> nodes_of(std::uint32_t triangle) const;
 
-  // What the bake that plays found in its level.
+  // Findings of the bake that plays about its level.
   const std::vector<LevelFinding>& findings() const { return findings_; }
-  // What makes the room of that bake boom or ring, in a sentence; "" if it does neither.
+  // The cause of booming or ringing in the room of that bake, as a sentence; "" if there is none.
   const std::string& cause_of_decay() const { return cause_of_decay_; }
   // T30 of that bake, 0 in octaves where it is not known.
   const Bands& t30_s() const { return t30_s_; }

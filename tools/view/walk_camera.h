@@ -12,7 +12,7 @@
 
 namespace clamor {
 
-// What is pressed, from -1 to 1.
+// Pressed keys, from -1 to 1.
 struct WalkKeys {
   double ahead = 0, right = 0, up = 0;
   double turn_left = 0;

@@ -17,7 +17,7 @@ struct WindowOptions {
   std::vector<ViewEvent> script;   // instead of a person, if there are any
 };
 
-// Runs the window until it is closed. What a script prints goes to `out`. Errors: no display, no
+// Runs the window until it is closed. Output of a script goes to `out`. Errors: no display, no
 // OpenGL 3.3, a script that waits for what cannot come.
 Result<void> run_view_window(ViewSession& session, const WindowOptions& options, std::ostream& out);
 
