@@ -38,7 +38,7 @@ def read_json(path):
 
 
 # --- Scripts ----------------------------------------------------------------------------------------
-SCHEMAS = {name: read_json(f"formats/{name}.schema.json") for name in ("walk", "moving", "acoustics")}
+SCHEMAS = {name: read_json(f"formats/{name}.schema.json") for name in ("walk", "moving", "acoustics", "room")}
 STORE = {f"{name}.schema.json": schema for name, schema in SCHEMAS.items()}
 
 
@@ -146,6 +146,9 @@ for name, example in (("walk", walk), ("moving", script)):
     for path, kind, changed in mutations(example):
         compare(name, changed, f"{path}: {kind}")
         tried += 1
+
+room = re.search(r"^```json\n(.*?)^```$", (SOURCE / "bake/README.md").read_text(), re.M | re.S)
+expect(is_valid("room", json.loads(room[1])), "the page's example of a measured room is not valid by the schema")
 
 # --- Output -----------------------------------------------------------------------------------------
 PAGE = (SOURCE / "tools/README.md").read_text()

@@ -24,6 +24,7 @@ NEEDS = {
     "a sound device": "tests/player",
     "a screen": "tests/tools/view, and tools/packaging/try_pages",
     "the benchmarks": "by hand",
+    "BRAS": "tests/tools/experiments/room_experiment_test.cpp",
     "Ctrl-C to end": "tests/tools/view/progressive_bake_test.cpp, and tools/packaging/try_pages",
     "~/clamor": "tests/library, and tools/packaging/try_pages",
     "root": "tools/packaging",

@@ -22,14 +22,15 @@ struct Known {
   const char* name;
   Experiment* run;
 };
-constexpr std::array<Known, 8> kExperiments = {{{"stadium", stadium_experiment},
+constexpr std::array<Known, 9> kExperiments = {{{"stadium", stadium_experiment},
                                                 {"violin", violin_experiment},
                                                 {"octave-bands", octave_bands_experiment},
                                                 {"convergence", convergence_experiment},
                                                 {"walk", walk_experiment},
                                                 {"motion", motion_experiment},
                                                 {"probes", probes_experiment},
-                                                {"seeds", seeds_experiment}}};
+                                                {"seeds", seeds_experiment},
+                                                {"room", room_experiment}}};
 
 void add_options(Arguments& parser, ExperimentOptions& options, std::optional<Listener>& listener) {
   parser.listener("--listener", listener,
@@ -44,7 +45,7 @@ void add_options(Arguments& parser, ExperimentOptions& options, std::optional<Li
                 "motion: number of sources to choose (k)");
   parser.option("--seeds", options.seeds, {2, 10000},
                 "convergence, walk, octave-bands: random seeds per strategy and k");
-  parser.option("--bakes", options.bakes, {2, 1000}, "seeds: number of seeds");
+  parser.option("--bakes", options.bakes, {2, 1000}, "seeds, room: number of seeds");
   parser.option(
       "--null", options.rolls, {19, 1000},
       "stadium: exact renderings with other phases, 19 or more; 100 take 5 times as long");
@@ -90,15 +91,17 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
       "times\n"
       "  probes        reflections through probes against bakes of --readings places\n"
       "  seeds         room parameters of bakes with other seeds, and with four times the "
-      "photons\n\n"
+      "photons\n"
+      "  room          a measured room, from its description ROOM.json, beside its measurement\n\n"
       "The figures of the paper are those of assets/levels/stadium_paper.glb baked with "
       "--sources 20000 (16 416 fans, 20 000 reflections) and violin_room.glb with --sources 50000. "
       "violin and octave-bands bake the level in the file again with other materials, seeds with "
       "other seeds.",
       "clamor experiment stadium stadium.clamor -o report");
   parser.positional("experiment", name,
-                    "stadium, violin, octave-bands, convergence, walk, motion, probes or seeds");
-  parser.positional("bake", options.level, "the bake file");
+                    "stadium, violin, octave-bands, convergence, walk, motion, probes, seeds or "
+                    "room");
+  parser.positional("bake", options.level, "the bake file; for room, the description");
   parser.option("-o,--output", folder, "folder to write to");
   parser.required("-o");
   add_options(parser, options, listener);

@@ -110,26 +110,17 @@ Result<std::vector<SeedResult>> baked_with(const Level& level, const BakeSetting
   return results;
 }
 
-struct OverSeeds {
-  double mean = 0, deviation = 0;
-};
-
 // Over the seeds; nothing if one of them has no value.
-std::optional<OverSeeds> over_seeds(const SeedResults& results, std::size_t place,
-                                    RoomParameters SeedResult::*kind, const ParameterKind& judged,
-                                    std::size_t band) {
-  OverSeeds over;
+std::optional<Spread> over_seeds(const SeedResults& results, std::size_t place,
+                                 RoomParameters SeedResult::*kind, const ParameterKind& judged,
+                                 std::size_t band) {
   std::vector<double> values;
   for (const auto& places : results) {
     const auto& value = (places[place].*kind.*judged.value)[band];
     if (!value) return std::nullopt;
     values.push_back(*value);
   }
-  const auto n = static_cast<double>(values.size());
-  for (const double value : values) over.mean += value / n;
-  for (const double value : values) over.deviation += (value - over.mean) * (value - over.mean);
-  over.deviation = std::sqrt(over.deviation / (n - 1));
-  return over;
+  return spread_of(values);
 }
 
 using Row = std::vector<ReportTable::Cell>;

@@ -98,6 +98,17 @@ double mean_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
+std::optional<Spread> spread_of(const std::vector<double>& values) {
+  if (values.empty()) return std::nullopt;
+  Spread spread;
+  const auto n = static_cast<double>(values.size());
+  for (const double value : values) spread.mean += value / n;
+  for (const double value : values)
+    spread.deviation += (value - spread.mean) * (value - spread.mean);
+  spread.deviation = n > 1 ? std::sqrt(spread.deviation / (n - 1)) : 0;
+  return spread;
+}
+
 double level_db(double part, double whole) {
   return part > 0 ? 10 * std::log10(part / whole) : -20;
 }

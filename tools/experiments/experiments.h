@@ -21,7 +21,7 @@ namespace clamor {
 class OcclusionGeometry;
 
 struct ExperimentOptions {
-  std::string level;
+  std::string level;               // bake file, or description of a measured room
   std::optional<Vec3> listener_m;  // unset: ExperimentScene::default_listener_m()
   double seconds = 1;              // duration of each rendering
   double minutes = 10;             // duration at each speed
@@ -41,7 +41,7 @@ struct ExperimentOptions {
 // Experiments print their progress to `err`.
 using Experiment = Result<ReportPage>(const ExperimentOptions& options, std::ostream& err);
 Experiment stadium_experiment, violin_experiment, octave_bands_experiment, convergence_experiment,
-    walk_experiment, probes_experiment, seeds_experiment, motion_experiment;
+    walk_experiment, probes_experiment, seeds_experiment, motion_experiment, room_experiment;
 
 // Part of the motion experiment: time per keyframe.
 Result<ReportTable> keyframe_times(const ExperimentOptions& options, std::ostream& err);
@@ -110,6 +110,12 @@ std::optional<double> fitted_exponent(const std::vector<double>& x, const std::v
 
 // Mean over all values.
 double mean_of(const std::vector<double>& values);
+
+// Mean and standard deviation, which is 0 for a single value; nothing for no values.
+struct Spread {
+  double mean = 0, deviation = 0;
+};
+std::optional<Spread> spread_of(const std::vector<double>& values);
 
 // `part` in decibels relative to `whole`; -20 for nothing.
 double level_db(double part, double whole);
