@@ -8,8 +8,8 @@
 # node-web-audio-api 2.2.0 follows the formula.
 #
 # It concerns who renders on a server, or tests there, what browsers play. Set normalize to false before the buffer,
-# and scale the response oneself: the two packages then agree. Clamor convolves by itself,
-# and is not concerned.
+# and scale the response oneself: the two packages then agree. Clamor convolves by itself, and is
+# not concerned.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
