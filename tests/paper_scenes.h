@@ -11,6 +11,7 @@
 #include "formats/gltf/level_import.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/propagation/loudness.h"
+#include "runtime/propagation/radiation_model.h"
 #include "runtime/streaming/prepared_signal.h"
 #include "tests/build_paths.h"
 #include "tools/strategies/strategies.h"

@@ -25,8 +25,12 @@
 #include "runtime/mixing/block_mixer.h"
 #include "runtime/mixing/head_rotation.h"
 #include "runtime/mixing/keyframe_maker.h"
+#include "runtime/occlusion/visibility_cache.h"
+#include "runtime/probes/probe_pool.h"
 #include "runtime/propagation/radiation_model.h"
 #include "runtime/sampling/moving_script.h"
+#include "runtime/sampling/sampling_strategy.h"
+#include "runtime/streaming/page_loader.h"
 
 namespace clamor {
 

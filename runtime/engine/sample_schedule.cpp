@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "runtime/occlusion/visibility_cache.h"
+#include "runtime/sampling/sampling_strategy.h"
+
 namespace clamor {
 
 std::size_t keyframes_per_sample(std::size_t voices) {

@@ -15,6 +15,7 @@
 #include "runtime/mixing/load_control.h"
 #include "runtime/propagation/reception.h"
 #include "runtime/sampling/moving_script.h"
+#include "runtime/sampling/sampler.h"
 
 namespace clamor {
 

@@ -6,9 +6,23 @@
 #include <vector>
 
 #include "formats/bake_file/bake_file.h"
+#include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/sample_schedule.h"
+#include "runtime/occlusion/moving_parts.h"
+#include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/part_shape.h"
+#include "runtime/occlusion/visibility_cache.h"
+#include "runtime/probes/combined_pool.h"
+#include "runtime/probes/part_images.h"
+#include "runtime/probes/probe_pool.h"
 #include "runtime/propagation/loudness.h"
+#include "runtime/query/octree_pool.h"
+#include "runtime/sampling/moving_source_list.h"
+#include "runtime/sampling/moving_sources.h"
+#include "runtime/sampling/sampler.h"
+#include "runtime/sampling/sampling_strategy.h"
+#include "runtime/streaming/page_loader.h"
+#include "runtime/streaming/prepared_signal.h"
 #include "runtime/voices/keyframe.h"
 
 namespace clamor {
@@ -126,6 +140,8 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
   if (!portals_.sets.empty()) apply_powers();  // the closed state is silent
 }
 
+SamplingPipeline::~SamplingPipeline() = default;
+
 void SamplingPipeline::add_occlusion(const AuralizerInput& input, const RadiationModel& radiation,
                                      const AuralizerOptions& options) {
   const bool has_parts = options.takes_parts || !input.movable_parts.empty();
@@ -191,6 +207,14 @@ void SamplingPipeline::apply_powers() {
   }
   if (probes_ != nullptr) probes_->set_portals(by_set, openness);
   sampler_->set_emitter_powers(std::move(powers));
+}
+
+void SamplingPipeline::limit_group(std::uint16_t group, std::size_t max_voices) {
+  moving_list_->limit_group(group, max_voices);
+}
+
+void SamplingPipeline::forget_removed(std::uint32_t signal) {
+  if (moving_list_ != nullptr) moving_list_->forget_removed(signal);
 }
 
 void SamplingPipeline::improve_occlusion() {

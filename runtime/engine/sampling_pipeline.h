@@ -9,25 +9,31 @@
 #include <vector>
 
 #include "runtime/engine/auralizer_input.h"
-#include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/memory_budget.h"
-#include "runtime/occlusion/moving_parts.h"
-#include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/part_scene.h"
 #include "runtime/occlusion/portal_parts.h"
-#include "runtime/occlusion/visibility_cache.h"
-#include "runtime/probes/combined_pool.h"
-#include "runtime/probes/part_images.h"
-#include "runtime/probes/probe_pool.h"
-#include "runtime/query/octree_pool.h"
-#include "runtime/sampling/moving_source_list.h"
-#include "runtime/sampling/moving_sources.h"
+#include "runtime/propagation/signal_weights.h"
 #include "runtime/sampling/part_script.h"
-#include "runtime/sampling/sampling_strategy.h"
-#include "runtime/streaming/page_loader.h"
-#include "runtime/streaming/prepared_signal.h"
 
 namespace clamor {
+
+class BakeFile;
+class MovingParts;
+class MovingSourceList;
+class MovingSources;
+class OcclusionGeometry;
+class PageLoader;
+class PartImages;
+class PreparedSignal;
+class ProbeBounds;
+class ProbePool;
+class RadiationModel;
+class Sampler;
+class SamplingStrategy;
+class SourceList;
+class SourcePool;
+class VisibilityCache;
+struct AuralizerOptions;
 
 // The strategy of the options, or the default one.
 const SamplingStrategy& strategy_options_of(const AuralizerOptions& options);
@@ -48,6 +54,7 @@ class SamplingPipeline {
                    std::span<const PreparedSignal> signals, const MemoryBudget& memory,
                    std::shared_ptr<std::vector<LoudnessTrack>> slot_weights,
                    const AuralizerOptions& options);
+  ~SamplingPipeline();
 
   Sampler& sampler() const { return *sampler_; }
 
@@ -73,13 +80,9 @@ class SamplingPipeline {
   void set_emitter_powers(std::vector<float> powers);
   void set_portals(std::vector<float> openness);
 
-  void limit_group(std::uint16_t group, std::size_t max_voices) {
-    moving_list_->limit_group(group, max_voices);
-  }
+  void limit_group(std::uint16_t group, std::size_t max_voices);
   // Sources that played this signal and were removed are heard no more.
-  void forget_removed(std::uint32_t signal) {
-    if (moving_list_ != nullptr) moving_list_->forget_removed(signal);
-  }
+  void forget_removed(std::uint32_t signal);
 
   // Call after each sample: builds the full acceleration structure for rays if that was put off.
   void improve_occlusion();

@@ -14,6 +14,9 @@
 
 namespace clamor {
 
+// Whether a search ends where its budget does, or finds all.
+enum class SearchBound { kBounded, kUnbounded };
+
 class WorkBudget {
  public:
   static constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();

@@ -33,9 +33,9 @@
 #include "common/bands.h"
 #include "common/listener.h"
 #include "common/vec.h"
-#include "runtime/occlusion/visibility_cache.h"
 #include "runtime/propagation/reception.h"
 #include "runtime/query/source_pool.h"
+#include "runtime/query/work_budget.h"
 #include "runtime/sampling/gain_factors.h"
 #include "runtime/streaming/wanted_sound.h"
 
@@ -65,6 +65,7 @@ struct SampledSource {
 
 class MovingSourceList;
 class SoundLoader;
+class VisibilityCache;
 
 class Sampler {
  public:
@@ -114,8 +115,6 @@ class Sampler {
  private:
   Reception reception_;
 };
-
-enum class SearchBound { kBounded, kUnbounded };
 
 // Budget of a bounded keyframe for samples of this size, in units of work_budget.h. A keyframe that
 // samples 2000 of a million sources and spends all of it takes about 6 ms, and 1 ms for planning

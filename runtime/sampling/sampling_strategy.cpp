@@ -1,5 +1,7 @@
 #include "runtime/sampling/sampling_strategy.h"
 
+#include "runtime/sampling/sampler.h"
+
 namespace clamor {
 
 namespace {

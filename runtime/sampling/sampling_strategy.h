@@ -10,9 +10,17 @@
 #include <memory>
 #include <string>
 
-#include "runtime/sampling/sampler.h"
+#include "runtime/query/work_budget.h"
 
 namespace clamor {
+
+class MovingSourceList;
+class RadiationModel;
+class Sampler;
+class SourceList;
+class SourcePool;
+class VisibilityCache;
+struct SignalWeights;
 
 inline constexpr int kMaxVoices = 1'000'000;  // ten times what a core mixes
 

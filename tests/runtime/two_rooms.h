@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bake/bake.h"
+#include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/sampling/sampler.h"
 #include "tests/rooms.h"
 

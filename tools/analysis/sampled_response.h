@@ -5,7 +5,9 @@
 #include <span>
 #include <vector>
 
+#include "runtime/propagation/radiation_model.h"
 #include "runtime/response/energy_response.h"
+#include "runtime/sampling/sampler.h"
 #include "tools/strategies/strategies.h"
 
 namespace clamor {

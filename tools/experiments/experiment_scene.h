@@ -13,6 +13,7 @@
 #include "formats/audio/audio_file.h"
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/propagation/source_weight.h"
+#include "runtime/sampling/sampler.h"
 #include "runtime/streaming/prepared_signal.h"
 #include "tools/strategies/strategies.h"
 

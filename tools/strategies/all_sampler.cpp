@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "runtime/occlusion/visibility_cache.h"
 #include "runtime/sampling/moving_source_list.h"
 
 namespace clamor {

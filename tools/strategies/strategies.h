@@ -35,12 +35,11 @@
 #include <string>
 
 #include "common/result.h"
+#include "runtime/query/work_budget.h"
 #include "runtime/sampling/sampling_strategy.h"
 #include "tools/strategies/dynamic_sampling.h"
 
 namespace clamor {
-
-class MovingSourceList;
 
 enum class Estimator { kPower, kAmplitude };
 

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "bake/bake_cache.h"
 #include "bake/bake_observer.h"
 #include "bake/level_bake.h"
 #include "common/platform/thread.h"
@@ -62,7 +63,8 @@ class ProgressiveBake::Observer final : public BakeObserver {
   ProgressiveBake& owner_;
 };
 
-ProgressiveBake::ProgressiveBake(int threads) : threads_(threads) {}
+ProgressiveBake::ProgressiveBake(int threads)
+    : threads_(threads), cache_(std::make_unique<BakeCache>()) {}
 
 ProgressiveBake::~ProgressiveBake() {
   cancel();
@@ -165,7 +167,7 @@ ProgressiveBake::Event ProgressiveBake::bake(const Job& job, const BakeStage& st
   if (threads_ == 0 && !is_first)
     options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
   options.journal = fmt::format("{}/{}.journal", folder_, stage.name);
-  options.cache = &cache_;
+  options.cache = cache_.get();
   options.reweighs = is_first && !is_last;
   options.keeps_paths = stage.keeps_paths;
   options.stop = &stop_;

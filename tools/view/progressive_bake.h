@@ -16,16 +16,18 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include "bake/bake_cache.h"
 #include "bake/bake_request.h"
 
 namespace clamor {
+
+struct BakeCache;
 
 struct BakeStage {
   std::string name;  // "quick", "better" or "final"
@@ -92,7 +94,7 @@ class ProgressiveBake {
 
   const int threads_;
   std::string folder_;
-  BakeCache cache_;                // used by the thread alone
+  std::unique_ptr<BakeCache> cache_;  // used by the thread alone
   std::atomic<bool> stop_{false};  // the stage in progress
   mutable std::mutex mutex_;       // guards what follows
   std::condition_variable_any asked_;

@@ -14,6 +14,7 @@
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
+#include "runtime/sampling/sampler.h"
 #include "runtime/sampling/sampling_strategy.h"
 #include "runtime/streaming/page_loader.h"
 #include "runtime/voices/keyframe.h"

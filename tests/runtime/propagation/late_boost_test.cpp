@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "runtime/engine/auralizer_input.h"
+#include "runtime/propagation/late_boost.h"
 #include "tests/paper_scenes.h"
 #include "tests/sanitized.h"
 #include "tools/analysis/sampled_response.h"

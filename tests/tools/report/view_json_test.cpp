@@ -1,4 +1,5 @@
 // Tests that the page of a report chooses the sources that the sampler chooses.
+#include "runtime/sampling/sampler.h"
 #include "tools/report/view_json.h"
 
 #include <cstdlib>

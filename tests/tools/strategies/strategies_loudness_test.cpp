@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "runtime/propagation/source_weight.h"
+#include "runtime/sampling/sampler.h"
 #include "tests/paper_scenes.h"
 #include "tests/sanitized.h"
 
