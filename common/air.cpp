@@ -1,6 +1,7 @@
 #include "common/air.h"
 
 #include <cmath>
+#include <numbers>
 
 #include "common/maths.h"
 

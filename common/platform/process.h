@@ -19,6 +19,10 @@ bool has_ended(int process);
 // Calls `counts` in each child of a fork from now on, on its only thread.
 void call_in_forks(void (*counts)());
 
+// For a program's start: makes writes to closed standard outputs and beyond limits fail, rather
+// than damage files or end the program.
+void prepare_to_write();
+
 // The first of these libraries that the system finds, which stays loaded; null if there is none.
 void* loaded_library(std::initializer_list<const char*> names);
 

@@ -40,6 +40,9 @@ std::optional<FileStatus> file_status(const std::string& path);
 // Current version of the file at `path`; none if it is no regular file.
 std::optional<FileVersion> file_version(const std::string& path);
 
+// Whether a write failed because the disk, a quota or a limit of files has no more room.
+bool is_disk_full(int code);
+
 bool may_write(const std::string& path);
 bool may_write_in_folder(const std::string& path);
 void remove_file(const std::string& path);

@@ -13,10 +13,9 @@ namespace clamor {
 namespace {
 
 Error failed(const std::string& path, const std::string& doing, int code) {
-  const char* advice = code == ENOSPC || code == EDQUOT || code == EFBIG
-                           ? "free some space or choose another disk"
-                       : code == EPIPE ? "what read it has ended"
-                                       : "choose a place you may write to";
+  const char* advice = is_disk_full(code) ? "free some space or choose another disk"
+                       : code == EPIPE    ? "what read it has ended"
+                                          : "choose a place you may write to";
   return Error(path + ": cannot " + doing + " (" + system_reason(code) + "); " + advice);
 }
 

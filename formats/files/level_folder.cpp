@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <climits>
-#include <cstdlib>
-#include <cstring>
 #include <filesystem>
 
 #include <xxhash.h>
@@ -95,17 +92,14 @@ Result<std::string> confined_path(const std::string& folder, std::string_view ur
         "leads out of the folder of what names it; put the file into that folder and give its "
         "path from there.");
 
-  char* const real_folder = ::realpath(folder.c_str(), nullptr);
-  if (real_folder == nullptr)
-    return refused(std::string("has no folder: ") + system_reason(errno) + ".");
-  const std::string root = std::string(real_folder) == "/" ? "/" : std::string(real_folder) + "/";
-  std::free(real_folder);
-  char* const real = ::realpath((root + path).c_str(), nullptr);
-  if (real == nullptr)
-    return refused(std::string("cannot be read: ") + system_reason(errno) +
+  std::error_code problem;
+  std::string root = std::filesystem::canonical(folder, problem).generic_string();
+  if (problem) return refused("has no folder: " + system_reason(problem.value()) + ".");
+  if (!root.ends_with('/')) root += '/';
+  const std::string resolved = std::filesystem::canonical(root + path, problem).generic_string();
+  if (problem)
+    return refused("cannot be read: " + system_reason(problem.value()) +
                    ". Put the file into the folder of what names it.");
-  std::string resolved(real);
-  std::free(real);
   if (resolved + "/" == root) return refused("is the folder itself; name a file in it.");
   if (!resolved.starts_with(root))
     return refused(

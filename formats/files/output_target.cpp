@@ -125,7 +125,7 @@ bool OutputTarget::is_stdout() const { return descriptor_ == 1; }
 std::string OutputTarget::temporary_prefix() const {
   if (!is_stream_) return file_;
   std::error_code ignored;
-  return fs::temp_directory_path(ignored) / "clamor";
+  return (fs::temp_directory_path(ignored) / "clamor").string();
 }
 
 Result<SystemFile> OutputTarget::open_stream() const {

@@ -49,7 +49,7 @@ Result<void> RandomAccessFile::read(std::uint64_t offset, std::uint64_t bytes,
 void RandomAccessFile::will_need(std::uint64_t offset, std::uint64_t bytes) const {
   if (!holds(offset, bytes) || !file_.is_open()) return;
   if (is_mapped())
-    SystemFile::will_need(whole_pages({mapped_.get() + offset, bytes}));
+    SystemFile::will_need(whole_pages({mapped_.get() + offset, static_cast<std::size_t>(bytes)}));
   else
     file_.will_need(offset, bytes);
 }

@@ -68,8 +68,9 @@ class RandomAccessFile {
       return decode(supplied_.memory.subspan(offset, bytes), false);
     if (is_mapped() && holds(offset, bytes)) {
       will_need(offset, bytes);  // one request instead of one per memory page
-      BusErrorGuard guard({mapped_.get() + offset, bytes});
-      const Result<void> decoded = decode(std::span(mapped_.get() + offset, bytes), true);
+      const std::span mapped(mapped_.get() + offset, static_cast<std::size_t>(bytes));
+      BusErrorGuard guard(mapped);
+      const Result<void> decoded = decode(mapped, true);
       const std::span<std::byte> zeros = guard.zeros();
       if (!zeros.empty()) file_.map_again(mapped_, zeros);
       if (zeros.empty() && decoded.ok()) return decoded;

@@ -22,7 +22,7 @@ std::vector<ThreadTime> all_threads() {
   std::error_code problem;
   for (const auto& task : std::filesystem::directory_iterator("/proc/self/task", problem)) {
     ThreadTime thread;
-    thread.id = std::atoi(task.path().filename().c_str());
+    thread.id = std::atoi(task.path().filename().string().c_str());
     double cpu_ns = 0;
     if (!std::getline(std::ifstream(task.path() / "comm"), thread.name)) continue;
     if (!(std::ifstream(task.path() / "schedstat") >> cpu_ns)) continue;

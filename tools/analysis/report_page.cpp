@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
+#include "common/platform/system_file.h"
 #include "common/printable.h"
 #include "common/system_reason.h"
 #include "common/version.h"
@@ -200,7 +200,7 @@ Result<void> ReportPage::check_folder(const std::string& folder, const std::stri
   if (!fs::is_directory(present, problem))
     return Error(present.string() + ": is not a folder, and a report is several files; name a " +
                  "folder for them");
-  if (::access(present.c_str(), W_OK | X_OK) != 0)
+  if (!may_write_in_folder(present.string()))
     return Error(present.string() + ": cannot write here (" + system_reason(errno) +
                  "); choose a place you may write to");
   for (fs::directory_iterator file(folder, problem), end; !problem && file != end;

@@ -1,10 +1,9 @@
 #include "tools/farm/farm_schedulers.h"
 
 #include <algorithm>
-#include <array>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <map>
@@ -15,15 +14,10 @@
 #include <thread>
 #include <utility>
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ostream.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include "common/platform/posix/retry_on_eintr.h"
+#include "common/platform/child_program.h"
 #include "formats/files/atomic_file.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/shell_quote.h"
@@ -51,47 +45,10 @@ std::string last_line_of(const std::string& path) {
   return last;
 }
 
-Result<pid_t> start(const std::string& command, const std::string& log) {
-  posix_spawn_file_actions_t actions;
-  ::posix_spawn_file_actions_init(&actions);
-  ::posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, log.c_str(),
-                                     O_WRONLY | O_CREAT | O_APPEND, 0644);
-  ::posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
-  ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  std::string shell = "sh", option = "-c", line = "exec " + command;
-  std::array<char*, 4> words{shell.data(), option.data(), line.data(), nullptr};
-  pid_t child = 0;
-  const int failed = ::posix_spawn(&child, "/bin/sh", &actions, nullptr, words.data(), environ);
-  ::posix_spawn_file_actions_destroy(&actions);
-  if (failed != 0)
-    return Error(std::string("no process can be started for '") + command + "' (" +
-                 std::strerror(failed) + "); run fewer at a time with --local");
-  return child;
-}
-
-std::string why_it_ended(int status, const std::string& log) {
-  if (WIFSIGNALED(status))
-    return fmt::format("was ended by signal {} ({})", WTERMSIG(status),
-                       ::strsignal(WTERMSIG(status)));
+std::string why_it_ended(const EndedProgram& ended, const std::string& log) {
+  if (!ended.signal.empty()) return "was ended by signal " + ended.signal;
   const std::string line = last_line_of(log);
   return fmt::format("failed: {}", line.empty() ? "see " + log : line);
-}
-
-struct ProgramOutput {
-  bool ok = false;
-  std::string text;  // of both streams
-};
-
-ProgramOutput run_program(const std::string& command) {
-  ProgramOutput output;
-  FILE* const pipe = ::popen((command + " 2>&1").c_str(), "r");
-  if (pipe == nullptr) return output;
-  std::array<char, 4096> some{};
-  while (const std::size_t got = std::fread(some.data(), 1, some.size(), pipe))
-    output.text.append(some.data(), got);
-  output.ok = ::pclose(pipe) == 0;
-  while (output.text.ends_with('\n')) output.text.pop_back();
-  return output;
 }
 
 Error slurm_error(const std::string& program, const std::string& printed) {
@@ -220,40 +177,42 @@ Result<void> run_here(const FarmPlan& plan, const std::string& kind,
                       const std::vector<FarmJob>& jobs, int at_once, bool quiet,
                       std::ostream& err) {
   const Interrupt interrupt;
-  SavedSignalHandlers children;
-  children.handle(SIGCHLD, SIG_DFL);  // where it is ignored, waitpid() tells nothing
-  std::map<pid_t, const FarmJob*> running;
+  SignalHandlers children;
+  children.heed_children();
+  std::map<int, const FarmJob*> running;
   std::string failed;
   std::size_t next = 0, done = 0, failures = 0;
   bool told = false;
   while (next < jobs.size() || !running.empty()) {
     const bool stopped = Interrupt::requested();
     if (stopped && !std::exchange(told, true))
-      for (const auto& [child, job] : running) ::kill(child, SIGTERM);
+      for (const auto& [child, job] : running) ask_to_end(child);
     if (stopped && running.empty()) break;
     if (!stopped && next < jobs.size() && running.size() < static_cast<std::size_t>(at_once)) {
-      const auto child = start(jobs[next].command, log_of(plan, kind, jobs[next].number));
-      if (!child.ok()) return child.error();
+      const std::string& command = jobs[next].command;
+      const auto child = start_program(command, log_of(plan, kind, jobs[next].number));
+      if (!child)
+        return Error("no process can be started for '" + command + "' (" + std::strerror(errno) +
+                     "); run fewer at a time with --local");
       running[*child] = &jobs[next++];
       continue;
     }
-    // It does not wait in waitpid(), which goes on after a signal that ends this program.
-    int status = 0;
-    const pid_t ended = ::waitpid(-1, &status, WNOHANG);
-    if (ended <= 0) std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    const auto which = running.find(ended);
+    // A wait for the next end would go on after a signal that ends this program.
+    const auto ended = next_ended_program();
+    if (!ended) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    const auto which = ended ? running.find(ended->process) : running.end();
     if (which == running.end()) continue;
     const FarmJob& job = *which->second;
     running.erase(which);
     ++done;
-    if (status == 0) {
+    if (ended->is_ok) {
       if (!quiet)
         fmt::print(err, "  {:<8} {} done, {} of {}\n", kind, job.number, done, jobs.size());
     } else if (!stopped) {
       // A full disk ends all of them, and a few tell why.
       if (++failures <= 3)
         failed += fmt::format("{}{} {} {}", failed.empty() ? "" : "; ", kind, job.number,
-                              why_it_ended(status, log_of(plan, kind, job.number)));
+                              why_it_ended(*ended, log_of(plan, kind, job.number)));
     }
   }
   if (Interrupt::requested())

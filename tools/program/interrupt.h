@@ -1,35 +1,14 @@
 // interrupt.h: ends commands in order on Ctrl-C, a closed terminal or a closed output pipe.
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <string>
 #include <thread>
 
-#include <signal.h>
+#include "common/platform/signals.h"
 
 namespace clamor {
-
-// Saves signal handlers, and restores them in the destructor.
-class SavedSignalHandlers {
- public:
-  SavedSignalHandlers() = default;
-  ~SavedSignalHandlers();
-  SavedSignalHandlers(const SavedSignalHandlers&) = delete;
-  SavedSignalHandlers& operator=(const SavedSignalHandlers&) = delete;
-
-  // An ignored SIGHUP stays ignored, as under nohup.
-  void handle(int number, void (*handler)(int));
-
- private:
-  struct Saved {
-    int number = 0;
-    struct sigaction action {};
-  };
-  std::array<Saved, 4> saved_;
-  std::size_t count_ = 0;
-};
 
 // Milliseconds of a clock that never goes back. A signal handler may call it.
 std::int64_t monotonic_ms();
@@ -50,11 +29,8 @@ class Interrupt {
   static void forget();
 
  private:
-  SavedSignalHandlers signals_;
+  SignalHandlers signals_;
 };
-
-// Returns whether standard output or error is a pipe without a reader.
-bool output_reader_is_gone();
 
 // During its lifetime, SIGINT, SIGTERM and SIGHUP end the program at once, with exit code 130 and a
 // message on standard error. For commands that have created nothing that must be removed.
@@ -65,7 +41,7 @@ class ExitOnSignal {
   ExitOnSignal& operator=(const ExitOnSignal&) = delete;
 
  private:
-  SavedSignalHandlers signals_;
+  SignalHandlers signals_;
 };
 
 // Ends an interrupted command within a second, whatever it is doing.

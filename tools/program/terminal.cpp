@@ -6,9 +6,6 @@
 #include <string_view>
 #include <thread>
 
-#include <poll.h>
-#include <unistd.h>
-
 namespace clamor {
 
 namespace {
@@ -41,32 +38,16 @@ constexpr std::array<Sequence, 20> kSequences = {{{"\x1b[A", Key::kForward},
 
 }  // namespace
 
-Terminal::Terminal() {
-  if (isatty(STDIN_FILENO) == 0 || tcgetattr(STDIN_FILENO, &before_) != 0) return;
-  is_terminal_ = true;
-  termios raw = before_;
-  raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
-  raw.c_cc[VMIN] = 0;
-  raw.c_cc[VTIME] = 0;
-  tcsetattr(STDIN_FILENO, TCSANOW, &raw);
-}
-
-Terminal::~Terminal() {
-  if (is_terminal_) tcsetattr(STDIN_FILENO, TCSANOW, &before_);
-}
-
 Key Terminal::read(int milliseconds) {
-  if (!is_terminal_) {
+  if (!is_terminal()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
     return Key::kNone;
   }
   if (pending_.empty()) {
-    pollfd input{STDIN_FILENO, POLLIN, 0};
-    if (::poll(&input, 1, milliseconds) <= 0) return Key::kNone;
-    std::array<char, 64> bytes;
-    const ssize_t count = ::read(STDIN_FILENO, bytes.data(), bytes.size());
-    if (count <= 0) return Key::kQuit;  // the terminal was closed
-    pending_.assign(bytes.data(), static_cast<std::size_t>(count));
+    const auto bytes = input_.read(milliseconds);
+    if (!bytes) return Key::kQuit;  // the terminal was closed
+    if (bytes->empty()) return Key::kNone;
+    pending_ = *bytes;
   }
   if (pending_ == "\x1b") {  // a lone Escape
     pending_.clear();

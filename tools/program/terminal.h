@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include <termios.h>
+#include "common/platform/terminal.h"
 
 namespace clamor {
 
@@ -11,19 +11,13 @@ enum class Key { kNone, kForward, kBack, kLeft, kRight, kTurnLeft, kTurnRight, k
 
 class Terminal {
  public:
-  Terminal();  // unbuffered, no echo; does nothing if stdin is no terminal
-  ~Terminal();
-  Terminal(const Terminal&) = delete;
-  Terminal& operator=(const Terminal&) = delete;
-
-  bool is_terminal() const { return is_terminal_; }
+  bool is_terminal() const { return input_.is_terminal(); }
 
   // Waits at most that long for the next key.
   Key read(int milliseconds);
 
  private:
-  bool is_terminal_ = false;
-  termios before_{};
+  RawInput input_;
   std::string pending_;
 };
 

@@ -7,9 +7,8 @@
 #include <string>
 #include <utility>
 
-#include <sys/ioctl.h>
-#include <unistd.h>
-
+#include "common/platform/system_file.h"
+#include "common/platform/terminal.h"
 #include "common/printable.h"
 
 namespace clamor {
@@ -20,8 +19,8 @@ constexpr std::size_t kUsualColumns = 80;
 constexpr std::string_view kYellow = "\x1b[1;33m", kRed = "\x1b[1;31m", kPlain = "\x1b[0m";
 
 int descriptor_of(const std::ostream& stream) {
-  if (&stream == &std::cerr) return STDERR_FILENO;
-  return &stream == &std::cout ? STDOUT_FILENO : -1;
+  if (&stream == &std::cerr) return 2;
+  return &stream == &std::cout ? 1 : -1;
 }
 
 std::string_view environment(const char* name) {
@@ -128,14 +127,13 @@ void erase_line(std::ostream& stream) {
 
 bool is_terminal(const std::ostream& stream) {
   const int descriptor = descriptor_of(stream);
-  return descriptor >= 0 && ::isatty(descriptor) != 0;
+  return descriptor >= 0 && is_terminal(descriptor);
 }
 
 std::size_t columns_of(const std::ostream& stream) {
-  winsize size{};
-  if (is_terminal(stream) && ::ioctl(descriptor_of(stream), TIOCGWINSZ, &size) == 0 &&
-      size.ws_col > 0)
-    return size.ws_col;
+  if (is_terminal(stream))
+    if (const std::size_t columns = terminal_columns(descriptor_of(stream)); columns > 0)
+      return columns;
   const std::string_view text = environment("COLUMNS");
   std::size_t columns = 0;
   const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), columns);

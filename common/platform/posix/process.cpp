@@ -5,6 +5,7 @@
 #include <cerrno>
 
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <pthread.h>
 #include <signal.h>
 #include <unistd.h>
@@ -21,6 +22,16 @@ int process_id() { return ::getpid(); }
 bool has_ended(int process) { return ::kill(process, 0) != 0 && errno == ESRCH; }
 
 void call_in_forks(void (*counts)()) { ::pthread_atfork(nullptr, nullptr, counts); }
+
+void prepare_to_write() {
+  // If a standard descriptor is closed, the next opened file would get its number, and messages
+  // would be written into it. Placeholders prevent that, and fail like closed descriptors.
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(number, F_GETFD) < 0)
+      (void)::open("/dev/null", number == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+  // Beyond `ulimit -f`, a write should fail with an error.
+  ::signal(SIGXFSZ, SIG_IGN);
+}
 
 void* loaded_library(std::initializer_list<const char*> names) {
   for (const char* name : names)

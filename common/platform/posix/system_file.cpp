@@ -74,6 +74,8 @@ std::optional<FileVersion> file_version(const std::string& path) {
   return status->version;
 }
 
+bool is_disk_full(int code) { return code == ENOSPC || code == EDQUOT || code == EFBIG; }
+
 bool may_write(const std::string& path) { return ::access(path.c_str(), W_OK) == 0; }
 
 bool may_write_in_folder(const std::string& path) {
