@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <list>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <tbb/info.h>
 #include <tbb/task_arena.h>
@@ -12,20 +16,21 @@
 #include "bake/bake_memory.h"
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
-#include "bake/closed_state.h"
-#include "bake/early/image_search.h"
 #include "bake/instances/emitter_instances.h"
-#include "bake/journal/run_key.h"
+#include "bake/journal/trace_journal.h"
 #include "bake/path_cache.h"
 #include "bake/portals/portal_sets.h"
 #include "bake/probe_bake.h"
 #include "bake/probe_tracing.h"
 #include "bake/probes/probe_zones.h"
 #include "bake/report/decay_estimate.h"
+#include "bake/reweighed_photons.h"
 #include "bake/source_finishing.h"
 #include "bake/trace/kernel_material.h"
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
+#include "bake/trace_pass.h"
+#include "bake/traced_state.h"
 #include "common/cpu_time.h"
 #include "common/random.h"
 #include "common/version.h"
@@ -86,87 +91,33 @@ BakeStatistics statistics_of(const TraceTally& tally, const PhotonTracer& tracer
   return statistics;
 }
 
-// Everything needed to trace a level.
-struct TraceSetup {
-  // `reweighed`: photons that are not traced again, or null. `kept`: where those of the last bake
-  // are, or null.
-  TraceSetup(const Level& level, const BakeSettings& settings,
-             const ReweighedPhotons* reweighed = nullptr, const PathCache* kept = nullptr)
-      : scene(level.mesh, reweighed != nullptr ? Scene::Build::kQuick : Scene::Build::kThorough),
-        early_order(settings.early_order < 0 ? image_order_for(level.emitters.size())
-                                             : std::min(settings.early_order, kMaxImageOrder)),
-        trace(trace_settings(settings)),
-        plan(reweighed != nullptr ? reweighed->plan()
-                                  : make_bake_plan(scene, level, settings, trace)),
-        tracer(scene, level, complete(level, reweighed, kept)) {
-    if (reweighed != nullptr && settings.sources > 0) plan.sources = settings.sources;
-  }
-
-  const TraceSettings& complete(const Level& level, const ReweighedPhotons* reweighed,
-                                const PathCache* kept) {
-    if (kept != nullptr) keep_estimates(plan, kept->plan());
-    trace.deposit_threshold = plan.deposit_threshold;
-    trace.decay = plan.decay;
-    trace.longest_path_s = plan.longest_path_s;
-    trace.fade_s = plan.fade_s;
-    if (reweighed != nullptr)
-      trace.images = reweighed->images();
-    else if (auto images = find_images(scene, level, early_order); !images.empty())
-      trace.images = std::make_shared<const ImageIndex>(images);
-    if (has_closed_state(level)) trace.first_portals = PortalSet::of_state(PortalSet::kStateOpen);
-    return trace;
-  }
-
-  // Uses about 400 000 deposits at most, which costs a few percent of the tracing time, and fewer
-  // where nothing is traced.
-  DecayEstimate decay_estimate(const Level& level, bool is_reweighed) const {
-    const double deposits = is_reweighed ? 30'000 : 400'000;
-    return {scene, level, trace, plan.photons,
-            static_cast<std::uint64_t>(plan.deposits / deposits)};
-  }
-
-  std::vector<ImageSource> images() const {
-    if (trace.images == nullptr) return {};
-    return {trace.images->images().begin(), trace.images->images().end()};
-  }
-
-  Scene scene;
-  int early_order;
-  TraceSettings trace;
-  BakePlan plan;
-  PhotonTracer tracer;
-};
-
-// The photons that the probes' numbers are bounded by. A level without emitters traces none itself.
-std::uint64_t probe_photons(const BakePlan& plan, const BakeOptions& options) {
-  return plan.photons.empty() && options.settings.photons == 0 ? ~std::uint64_t{0}
-                                                               : plan.wanted_photons;
-}
-
-void describe(const Level& level, const BakeOptions& options, const TraceSetup& setup,
-              const BatchTracing::Output& traced, const DecayEstimate& decay,
-              BakeContents& contents) {
+BakeContents describe(const TracedState& state, const BakeOptions& options,
+                      const BatchTracing::Output& traced, const DecayEstimate& decay) {
+  BakeContents contents;
   contents.settings = options.settings;
-  contents.settings.photons = setup.plan.wanted_photons;
-  contents.settings.sources = setup.plan.sources;
-  contents.settings.longest_path_s = setup.trace.longest_path_s;
+  contents.settings.photons = state.plan.wanted_photons;
+  contents.settings.sources = state.plan.sources;
+  contents.settings.longest_path_s = state.trace.longest_path_s;
+  contents.settings.early_order = state.early_order;
   contents.provenance.tool = std::string("clamor ") + kVersion;
   contents.provenance.libraries = file_library_versions();
   contents.provenance.libraries.insert(contents.provenance.libraries.begin(),
                                        "Embree " + embree_version());
+  const Level& level = state.level;
   contents.statistics =
-      statistics_of(traced.tally, setup.tracer, level, setup.trace.longest_path_s);
+      statistics_of(traced.tally, state.tracer, level, state.trace.longest_path_s);
   for (const auto& arrived : traced.power_arrived)
     contents.statistics.power_arrived.push_back(as_bands(arrived));
-  contents.statistics.rooms = setup.plan.rooms;
+  contents.statistics.rooms = state.plan.rooms;
   contents.statistics.deposits = traced.deposits;
   contents.statistics.decay = decay.summary();
-  contents.settings.early_order = setup.early_order;
   contents.materials = deposit_materials(level.materials);
   contents.signals = level.signals;
   contents.mesh = level.mesh;
   contents.origin_m = level.origin_m;
   contents.movable_parts = level.movable_parts;
+  contents.images = state.images();
+  return contents;
 }
 
 // Numbers the sets of portals of the sources.
@@ -206,135 +157,158 @@ std::optional<ReweighedPhotons> reweigh(const Level& level, const BakeOptions& o
   return std::nullopt;
 }
 
+// The photons of a bake or of a shard, traced.
+struct TracedLevel {
+  std::vector<BatchTracing::Output> states;  // the level as it is, then with closed portals
+  PortalSetTable portal_sets;
+  std::vector<PortalEmitter> portal_emitters;
+  BakedProbes probes;
+};
+
+// `states` has the level as it is, and receives that with closed portals.
+Result<TracedLevel> trace_level(std::list<TracedState>& states, DecayEstimate& decay,
+                                const BakePasses& passes) {
+  const BakeOptions& options = passes.options;
+  const TracedState& open = states.front();
+  TracedLevel traced;
+  const auto trace = [&](const TracedState& state, const char* stage, DecayEstimate* of_state) {
+    auto output =
+        trace_pass({stage, state.level, state.level, state.tracer, state.plan, of_state}, passes);
+    if (output.ok()) traced.states.push_back(std::move(*output));
+    return output.ok() ? Result<void>() : output.error();
+  };
+  if (const auto done = trace(open, "tracing", &decay); !done.ok()) return done.error();
+  if (has_closed_state(open.level)) {
+    const TracedState& closed = states.emplace_back(open, options.settings);
+    if (const auto done = trace(closed, "closed portals", nullptr); !done.ok()) return done.error();
+  }
+  // Half of the sets are for probes, if there are any.
+  const std::size_t max_sets = options.probes_m.empty() ? kMaxPortalSets : kMaxPortalSets / 2;
+  for (BatchTracing::Output& state : traced.states)
+    if (const auto done =
+            number_portals(state, traced.portal_sets, max_sets, traced.portal_emitters);
+        !done.ok())
+      return done.error();
+  auto probes = bake_probes(states, passes, traced.portal_sets);
+  if (!probes.ok()) return probes.error();
+  traced.probes = std::move(*probes);
+  return traced;
+}
+
+// Adds the level's emitters, their images and their instances to the contents. Returns the sources
+// of emitters that are in no instance.
+std::vector<Source> add_emitters(const TracedState& open, EmitterInstances& instances,
+                                 BakeContents& contents, BakeReport& report) {
+  std::vector<Source> sources;
+  for (const std::uint32_t i : instances.alone)
+    sources.push_back(emitter_source(open.level.emitters[i], instances.table_index[i],
+                                     open.tracer.emitter_key(i)));
+  report.instanced_sources = instances.emitters;
+  report.instanced_groups = instances.groups;
+  report.instance_prototypes = instances.prototypes;
+  for (ImageSource& image : contents.images) image.emitter = instances.table_index[image.emitter];
+  contents.emitters = std::move(instances.table);
+  contents.prototypes = std::move(instances.trees);
+  contents.signal_maps = std::move(instances.signal_maps);
+  return sources;
+}
+
+// Completes the sources of all states, and sorts them with `emitters` into the contents' octree.
+Result<void> sort_all(std::vector<BatchTracing::Output>& states, std::vector<Source> emitters,
+                      EmitterInstances& instances, const BakeOptions& options,
+                      const SortPlace& place, BakeContents& contents) {
+  SourceSpill list(options.spill);
+  std::vector<Source> sources;
+  for (BatchTracing::Output& state : states) {
+    finish_sources(state.sources, contents.materials);
+    if (const auto done =
+            finish_on_disk(state, options, place.step_bytes, contents.materials, list);
+        !done.ok())
+      return done.error();
+    if (sources.empty()) sources.swap(state.sources);
+    sources.insert(sources.end(), state.sources.begin(), state.sources.end());
+    state.sources = {};
+  }
+  if (options.is_stopped()) return Error("stopped");
+  sources.insert(sources.end(), emitters.begin(), emitters.end());
+  if (place.storage == SortStorage::kMemory) {
+    sort_sources(std::move(sources), instances, contents);
+    return {};
+  }
+  // Only the emitters are in memory.
+  if (const auto added = list.append(sources); !added.ok()) return added.error();
+  sort_on_disk(std::move(list), instances, place.step_bytes, contents);
+  return {};
+}
+
 Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& options,
                                         BakeReport& report) {
   auto reweighed = reweigh(level, options, report);
   PathCache* const kept = reweighed || !options.probes_m.empty() || has_closed_state(level)
                               ? nullptr
                               : options.keeps_paths;
-  const TraceSetup setup(level, options.settings, reweighed ? &*reweighed : nullptr, kept);
-  if (options.is_stopped()) return BakeContents{};
-  BakePlan all_states = setup.plan;
-  if (has_closed_state(level)) all_states.sources *= 2;
-  const auto sorted = check_memory(level, all_states, options);
-  report.exceeds_memory = !sorted.ok();
-  if (!sorted.ok()) return sorted.error();
+  std::list<TracedState> states;
+  const TracedState& open =
+      states.emplace_back(level, options.settings, reweighed ? &*reweighed : nullptr, kept);
+  const auto place = check_memory(level, open.plan, options);
+  report.exceeds_memory = !place.ok();
+  if (!place.ok()) return place.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
   if (!options.journal.empty()) report.journal_runs = journals->list.front().runs();
-  const RunKeys keys(level, setup.tracer, scene_hash(level, setup.trace));
-  JournalSet journal_set(*journals, keys);
-  std::optional<KeptPaths> kept_paths;
-  RunSource* source = &journal_set;
-  if (reweighed) source = &*reweighed;
-  if (kept != nullptr) {
-    kept->begin(level, options.settings, setup.plan, setup.trace, keys.scene());
-    source = &kept_paths.emplace(*kept, journal_set, keys);
-  }
-  DecayEstimate decay = setup.decay_estimate(level, reweighed.has_value());
-  const bool on_disk = sorted->storage == SortStorage::kFiles;
-  BatchTracing tracing(setup.tracer, setup.plan, options, *source, {}, &decay);
-  if (on_disk) tracing.thin_on_disk(options.spill);
-  auto traced = tracing.run();
+  DecayEstimate decay = open.decay_estimate(reweighed.has_value());
+  auto traced = trace_level(states, decay,
+                            {options,
+                             *journals,
+                             report,
+                             {},
+                             reweighed ? &*reweighed : nullptr,
+                             kept,
+                             place->storage == SortStorage::kFiles});
   if (!traced.ok()) return traced.error();
-  report.photons = tracing.progress().photons_done;
-  report.photons_reused = tracing.progress().photons_reused;
-  if (options.is_stopped()) return BakeContents{};
-  auto closed = trace_closed_state(level, setup.trace, options, *journals, {}, report, on_disk);
-  if (!closed.ok()) return closed.error();
-  if (options.is_stopped()) return BakeContents{};
-  BakedPortals portals;
-  PortalSetTable portal_sets;
-  // Half of the sets are for probes, if there are any.
-  const std::size_t max_sets = options.probes_m.empty() ? kMaxPortalSets : kMaxPortalSets / 2;
-  for (BatchTracing::Output* state : {&*traced, &*closed})
-    if (const auto done = number_portals(*state, portal_sets, max_sets, portals.emitters);
-        !done.ok())
-      return done.error();
-  auto probes = bake_probes(setup.scene, level, options, setup.trace,
-                            probe_photons(setup.plan, options), *journals, portal_sets);
-  if (!probes.ok()) return probes.error();
-  report.probe_photons = probes->photons;
-  report.photons_reused += probes->photons_reused;
-  if (options.is_stopped()) return BakeContents{};
+  if (states.size() > 1) states.pop_back();
   if (options.on_progress) {
-    BakeProgress progress = tracing.progress();
+    BakeProgress progress = traced->states.front().progress;
     progress.stage = "sorting";
     options.on_progress(progress);
   }
 
-  BakeContents contents;
-  describe(level, options, setup, *traced, decay, contents);
-  finish_sources(traced->sources, contents.materials);
-  finish_sources(closed->sources, contents.materials);
-  SourceSpill list(options.spill);
-  for (BatchTracing::Output* state : {&*traced, &*closed})
-    if (const auto done =
-            finish_on_disk(*state, options, sorted->step_bytes, contents.materials, list);
-        !done.ok() && !options.is_stopped())
-      return done.error();
-  traced->sources.insert(traced->sources.end(), closed->sources.begin(), closed->sources.end());
-  closed->sources = {};
-  if (options.is_stopped()) return contents;
+  const BatchTracing::Output& as_it_is = traced->states.front();
+  BakeContents contents = describe(open, options, as_it_is, decay);
+  contents.probes = std::move(traced->probes);
+  if (!level.portals.empty())
+    contents.portals = {level.portals, traced->portal_sets.sets(), traced->portal_emitters};
   EmitterInstances instances =
-      instance_emitters(level, options.groups, traced->tally.photons > 0, options.settings.seed);
-  for (const std::uint32_t i : instances.alone)
-    traced->sources.push_back(
-        emitter_source(level.emitters[i], instances.table_index[i], setup.tracer.emitter_key(i)));
-  report.instanced_sources = instances.emitters;
-  report.instanced_groups = instances.groups;
-  report.instance_prototypes = instances.prototypes;
-  contents.images = setup.images();
-  for (ImageSource& image : contents.images) image.emitter = instances.table_index[image.emitter];
-  contents.emitters = std::move(instances.table);
-  contents.prototypes = std::move(instances.trees);
-  contents.signal_maps = std::move(instances.signal_maps);
-  contents.probes = std::move(probes->probes);
-  if (!level.portals.empty()) {
-    portals.portals = level.portals;
-    portals.sets = portal_sets.sets();
-    contents.portals = std::move(portals);
-  }
-  if (options.is_stopped()) return contents;
-  if (on_disk) {
-    // Only the emitters are in memory.
-    if (const auto added = list.append(traced->sources); !added.ok()) return added.error();
-    sort_on_disk(std::move(list), instances, sorted->step_bytes, contents);
-  } else {
-    sort_sources(std::move(traced->sources), instances, contents);
-  }
+      instance_emitters(level, options.groups, as_it_is.tally.photons > 0, options.settings.seed);
+  std::vector<Source> emitters = add_emitters(open, instances, contents, report);
+  if (const auto sorted =
+          sort_all(traced->states, std::move(emitters), instances, options, *place, contents);
+      !sorted.ok())
+    return sorted.error();
   if (!options.journal.empty()) compact(journals->list.front(), options, report);
   return contents;
 }
 
 Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& options,
                                        const Shard& shard) {
-  const TraceSetup setup(level, options.settings);
-  if (const auto fits = check_shard_memory(level, setup.plan, options); !fits.ok())
+  std::list<TracedState> states;
+  const TracedState& open = states.emplace_back(level, options.settings);
+  if (const auto fits = check_shard_memory(level, open.plan, options); !fits.ok())
     return fits.error();
   auto journals = open_journals(level, options);
   if (!journals.ok()) return journals.error();
-  JournalSet journal_set(*journals, RunKeys(level, setup.tracer, scene_hash(level, setup.trace)));
-  DecayEstimate decay = setup.decay_estimate(level, false);
-  BatchTracing tracing(setup.tracer, setup.plan, options, journal_set, shard, &decay);
-  if (const auto traced = tracing.run(); !traced.ok()) return traced.error();
+  TraceJournal& journal = journals->list.front();
+  DecayEstimate decay = open.decay_estimate(false);
   BakeReport report;
-  const auto closed = trace_closed_state(level, setup.trace, options, *journals, shard, report);
-  if (!closed.ok()) return closed.error();
-  PortalSetTable portals;
-  const auto probes = bake_probes(setup.scene, level, options, setup.trace,
-                                  probe_photons(setup.plan, options), *journals, portals, shard);
-  if (!probes.ok()) return probes.error();
-  if (!options.complete_note.empty() && !options.is_stopped())
-    if (const auto noted = journals->list.front().set_note(options.complete_note); !noted.ok())
+  const auto traced = trace_level(states, decay, {options, *journals, report, shard});
+  if (!traced.ok() && !options.is_stopped()) return traced.error();
+  if (traced.ok() && !options.complete_note.empty())
+    if (const auto noted = journal.set_note(options.complete_note); !noted.ok())
       return noted.error();
-  if (const auto synced = journals->list.front().sync(); !synced.ok()) return synced.error();
-  report.photons += tracing.progress().photons_done;
-  report.probe_photons = probes->photons;
-  report.photons_reused += tracing.progress().photons_reused + probes->photons_reused;
-  report.journal_bytes = journals->list.front().bytes();
-  if (journals->list.front().damaged() > 0 && !options.is_stopped())
-    if (const auto whole = journals->list.front().compact(true); !whole.ok()) return whole.error();
+  if (const auto synced = journal.sync(); !synced.ok()) return synced.error();
+  report.journal_bytes = journal.bytes();
+  if (traced.ok() && journal.damaged() > 0)
+    if (const auto whole = journal.compact(true); !whole.ok()) return whole.error();
   return report;
 }
 
@@ -381,7 +355,7 @@ auto on_arena(const Level& level, const BakeOptions& options, const Work& work) 
   const int cores = tbb::info::default_concurrency();
   tbb::task_arena arena(options.threads > 0 ? std::min(options.threads, cores) : cores);
   arena.execute([&] { outcome = work(); });
-  if (outcome.ok() && options.is_stopped()) outcome = Error("stopped before the bake was complete");
+  if (options.is_stopped()) outcome = Error("stopped before the bake was complete");
   return outcome;
 }
 
@@ -389,9 +363,9 @@ auto on_arena(const Level& level, const BakeOptions& options, const Work& work) 
 
 Result<BakeContents> bake(const Level& level, const BakeOptions& options, BakeReport* report) {
   BakeReport ignored;
-  return on_arena(level, options, [&] {
-    return bake_on_this_arena(level, options, report != nullptr ? *report : ignored);
-  });
+  BakeReport& told = report != nullptr ? *report : ignored;
+  told = {};
+  return on_arena(level, options, [&] { return bake_on_this_arena(level, options, told); });
 }
 
 Result<BakeCost> bake_cost(const Level& level, const BakeOptions& options) {
@@ -399,24 +373,24 @@ Result<BakeCost> bake_cost(const Level& level, const BakeOptions& options) {
   on_one_thread.threads = 1;
   return on_arena(level, on_one_thread, [&]() -> Result<BakeCost> {
     const double start_s = thread_time_s();
-    const TraceSetup setup(level, options.settings);
+    const TracedState open(level, options.settings);
     BakeCost cost;
     cost.preparing_s = thread_time_s() - start_s;
     cost.triangles = level.mesh.triangles.size();
     cost.settings = options.settings;
-    cost.settings.photons = setup.plan.wanted_photons;
-    cost.settings.sources = setup.plan.sources;
-    cost.settings.longest_path_s = setup.trace.longest_path_s;
-    TracedPart part = trace_part(setup.tracer, setup.plan);
-    cost.photons = setup.plan.all_photons();
+    cost.settings.photons = open.plan.wanted_photons;
+    cost.settings.sources = open.plan.sources;
+    cost.settings.longest_path_s = open.trace.longest_path_s;
+    TracedPart part = trace_part(open.tracer, open.plan);
+    cost.photons = open.plan.all_photons();
     if (!options.probes_m.empty()) {
-      const ProbeZones zones = group_probes(setup.scene, level.portals, options.probes_m);
+      const ProbeZones zones = group_probes(open.scene, level.portals, options.probes_m);
       const Level probes = level_of_probes(level, options.probes_m, zones);
-      const ProbePlan plan = plan_probes(setup.scene, probes, zones, options.probe_sources,
-                                         probe_photons(setup.plan, options), setup.trace);
+      const ProbePlan plan = plan_probes(open.scene, probes, zones, options.probe_sources,
+                                         open.probe_photons(options.settings), open.trace);
       cost.photons += plan.photons.all_photons();
       const TracedPart of_probes =
-          trace_part(PhotonTracer(setup.scene, probes, plan.trace), plan.photons);
+          trace_part(PhotonTracer(open.scene, probes, plan.trace), plan.photons);
       part.photons += of_probes.photons;
       part.seconds += of_probes.seconds;
       part.bytes += of_probes.bytes;
@@ -424,10 +398,10 @@ Result<BakeCost> bake_cost(const Level& level, const BakeOptions& options) {
     if (has_closed_state(level)) cost.photons *= 2;
     if (part.seconds > 0) cost.photons_per_core_s = part.photons / part.seconds;
     if (part.photons > 0) cost.bytes_per_photon = part.bytes / part.photons;
-    cost.shard_memory_bytes = shard_memory_bytes(level, setup.plan, 1);
-    cost.thread_memory_bytes = shard_memory_bytes(level, setup.plan, 2) - cost.shard_memory_bytes;
-    cost.merge_memory_bytes = bake_memory_bytes(level, setup.plan, 1) +
-                              DecayEstimate::max_bytes(setup.plan.longest_path_s);
+    cost.shard_memory_bytes = shard_memory_bytes(level, open.plan, 1);
+    cost.thread_memory_bytes = shard_memory_bytes(level, open.plan, 2) - cost.shard_memory_bytes;
+    cost.merge_memory_bytes =
+        bake_memory_bytes(level, open.plan, 1) + DecayEstimate::max_bytes(open.plan.longest_path_s);
     return cost;
   });
 }

@@ -5,6 +5,8 @@
 #include <tbb/task_arena.h>
 
 #include "bake/report/decay_estimate.h"
+#include "bake/traced_state.h"
+#include "formats/level/level.h"
 
 namespace clamor {
 
@@ -16,8 +18,8 @@ std::string in_megabytes(std::uint64_t bytes) {
 
 }  // namespace
 
-Result<SortPlace> check_memory(const Level& level, const BakePlan& plan,
-                               const BakeOptions& options) {
+Result<SortPlace> check_memory(const Level& level, BakePlan plan, const BakeOptions& options) {
+  if (has_closed_state(level)) plan.sources *= 2;
   const int threads = tbb::this_task_arena::max_concurrency();
   const std::uint64_t listening = DecayEstimate::max_bytes(plan.longest_path_s);
   const auto needs = [&](const BakePlan& of, SortStorage sorted) {

@@ -17,9 +17,9 @@ struct SortPlace {
   std::uint64_t step_bytes = 0;  // of memory for each step on disk
 };
 
-// Fails if the plan exceeds the memory limit. For the threads of the calling TBB arena.
-Result<SortPlace> check_memory(const Level& level, const BakePlan& plan,
-                               const BakeOptions& options);
+// Fails if the plan, for each state of the level, exceeds the memory limit. For the threads of the
+// calling TBB arena.
+Result<SortPlace> check_memory(const Level& level, BakePlan plan, const BakeOptions& options);
 Result<void> check_shard_memory(const Level& level, const BakePlan& plan,
                                 const BakeOptions& options);
 

@@ -52,7 +52,7 @@ BatchTracing::BatchTracing(const PhotonTracer& tracer, const BakePlan& plan,
       batches_(batches_of(plan, shard)),
       portals_(plan.photons.size()) {
   if (shard.count == 1 && !sink_) thinning_.emplace(plan.sources);
-  progress_.stage = sink_ ? "probes" : "tracing";
+  progress_.stage = "tracing";
   for (const auto& batch : batches_)
     for (const PhotonRun& run : batch) progress_.photons_total += run.count;
 }
@@ -101,6 +101,7 @@ Result<BatchTracing::Output> BatchTracing::run() {
                    tbb::make_filter<Batch*, Batch*>(tbb::filter_mode::parallel, parallel_stage) &
                    tbb::make_filter<Batch*, void>(kInOrder, last_stage));
   if (failed_) return Error(failure_);
+  if (stopped()) return Error("stopped");
   Output output;
   if (thinning_) {
     output.deposits = thinning_->added();
@@ -114,6 +115,7 @@ Result<BatchTracing::Output> BatchTracing::run() {
     output.portals = std::move(portals_);
   }
   output.tally = tally_;
+  output.progress = progress_;
   output.power_arrived = std::move(power_arrived_);
   return output;
 }

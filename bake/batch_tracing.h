@@ -42,6 +42,7 @@ class BatchTracing {
     TraceTally tally;
     std::vector<std::array<double, kBandCount>> power_arrived;  // by material of the level
     std::uint64_t deposits = 0;                                 // before thinning; 0 for a shard
+    BakeProgress progress;                                      // at the end
   };
 
   // Receives runs in order, `order` ascending, in place of the thinning.
@@ -57,11 +58,11 @@ class BatchTracing {
   // Keeps the sources on disk. Call before run().
   void thin_on_disk(const std::string& beside);
 
-  // Names the stage in the progress, instead of "tracing" or, with a sink, "probes".
+  // Names the stage in the progress, instead of "tracing".
   void name_stage(const char* stage) { progress_.stage = stage; }
 
   // Runs in the calling TBB arena. Fails if the source does, which then lacks photons or cannot
-  // record them. Returns a partial result when options.stop is set.
+  // record them, and when options.stop is set.
   Result<Output> run();
 
   const BakeProgress& progress() const { return progress_; }

@@ -2,7 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include "bake/closed_state.h"
+#include "bake/traced_state.h"
 #include "bake/trace/pilot.h"
 #include "formats/level/level.h"
 

@@ -75,7 +75,8 @@ Level level_of_probes(const Level& level, std::span<const Vec3> places_m, const 
 
 ProbePlan plan_probes(const Scene& scene, const Level& level, const ProbeZones& zones,
                       std::uint32_t sources_per_probe, std::uint64_t level_photons,
-                      const TraceSettings& trace) {
+                      TraceSettings trace) {
+  trace.images = nullptr;  // those are of the level's emitters
   ProbePlan plan;
   const std::uint64_t early_photons =
       kEarlyPhotons * std::max<std::uint64_t>(1, sources_per_probe / kProbeSources);

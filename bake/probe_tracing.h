@@ -43,12 +43,13 @@ struct ProbePlan {
 };
 
 // `level` is that of level_of_probes(), `level_photons` are those of the level's own emitters, or
-// of a bake of one, and `trace` gives everything but thinning and decay. There must be a probe.
+// of a bake of one, and `trace` gives everything but thinning, decay and images. There must be a
+// probe.
 ProbePlan plan_probes(const Scene& scene, const Level& level, const ProbeZones& zones,
                       std::uint32_t sources_per_probe, std::uint64_t level_photons,
-                      const TraceSettings& trace);
+                      TraceSettings trace);
 
-// The sources of probes in one state of the level (closed_state.h).
+// The sources of probes in one state of the level (traced_state.h).
 struct ProbeSources {
   std::vector<std::vector<Source>> places, zones;  // zone after zone, and their late ones
 };
