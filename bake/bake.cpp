@@ -302,8 +302,8 @@ Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& op
   BakeReport report;
   const auto traced = trace_level(states, decay, {options, *journals, report, shard});
   if (!traced.ok() && !options.is_stopped()) return traced.error();
-  if (traced.ok() && !options.complete_note.empty())
-    if (const auto noted = journal.set_note(options.complete_note); !noted.ok())
+  if (traced.ok() && options.note)
+    if (const auto noted = journal.set_note(options.note->completed().text()); !noted.ok())
       return noted.error();
   if (const auto synced = journal.sync(); !synced.ok()) return synced.error();
   report.journal_bytes = journal.bytes();

@@ -44,8 +44,9 @@ Result<OpenJournals> open_journals(const Level& level, const BakeOptions& option
     if (!opened.ok()) return opened.error();
     if (options.tells_progress) opened->tell_progress();
     // A complete shard stays the same bytes when its command is run again.
-    if (!options.note.empty() && opened->note() != options.complete_note)
-      if (const auto noted = opened->set_note(options.note); !noted.ok()) return noted.error();
+    if (options.note && opened->note() != options.note->completed().text())
+      if (const auto noted = opened->set_note(options.note->text()); !noted.ok())
+        return noted.error();
     journals.list.push_back(std::move(*opened));
   }
   std::vector<std::optional<Result<TraceJournal>>> shards(options.shards.size());

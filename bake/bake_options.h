@@ -4,9 +4,11 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "bake/journal/shard_note.h"
 #include "common/vec.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/level/scene_group.h"
@@ -28,13 +30,12 @@ struct BakeProgress {
 
 struct BakeOptions {
   BakeSettings settings{};
-  int threads = 0;                 // 0: all cores; the result does not depend on it
-  std::uint64_t memory_bytes = 0;  // memory limit, checked before tracing starts; 0: none
-  std::string journal{};           // journal file (trace_journal.h); "": none
-  std::string spill{};             // prefix of temporary files for sorting; "": none allowed
-  // Texts stored in the journal of a shard, when it begins and when it is complete (shard_note.h).
-  std::string note{}, complete_note{};
-  bool tells_progress = false;  // stores the progress in the journal, once a second
+  int threads = 0;                  // 0: all cores; the result does not depend on it
+  std::uint64_t memory_bytes = 0;   // memory limit, checked before tracing starts; 0: none
+  std::string journal{};            // journal file (trace_journal.h); "": none
+  std::string spill{};              // prefix of temporary files for sorting; "": none allowed
+  std::optional<ShardNote> note{};  // stored in the journal of a shard
+  bool tells_progress = false;      // stores the progress in the journal, once a second
   // Places of probes, and the early secondary sources that each keeps (probe_tracing.h).
   std::vector<Vec3> probes_m{};
   std::uint32_t probe_sources = kProbeSources;

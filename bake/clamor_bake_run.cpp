@@ -75,8 +75,8 @@ clamor::BakeRequest request_of(const ApplicationLevel& level, const clamor_bake_
 clamor::LevelBakeOptions run_options(const ApplicationLevel& level,
                                      const clamor_bake_options& options) {
   clamor::LevelBakeOptions run;
-  run.threads = static_cast<int>(options.threads);
-  run.memory_bytes = options.memory_bytes;
+  run.bake.threads = static_cast<int>(options.threads);
+  run.bake.memory_bytes = options.memory_bytes;
   run.journal = text_of(options.journal);
   run.strict = options.strict != 0;
   if (options.goal_error_db > 0 || options.goal_s > 0)
@@ -183,7 +183,7 @@ clamor_bake_result run_bake(const clamor_bake_level* level, const clamor_bake_op
   clamor::LevelBakeOptions run = run_options(made, chosen);
   run.output = path;
   clamor::BakeWatch watch(callbacks_of(chosen));
-  run.stop = &watch.stop();
+  run.bake.stop = &watch.stop();
   const clamor::BakeRequest request = request_of(made, chosen);
   clamor::LevelBake bake(request, run, watch);
   Result<void> done;

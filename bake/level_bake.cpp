@@ -50,7 +50,7 @@ Result<void> LevelBake::find_output() {
 // Checks that neither the output nor its journal would replace an input.
 Result<void> LevelBake::spare_inputs() const {
   InputFiles inputs = imported_->files;
-  for (const std::string& shard : options_.shards) inputs.add(shard);
+  for (const std::string& shard : options_.bake.shards) inputs.add(shard);
   for (const std::string& output : {options_.output, journal_}) {
     if (output.empty()) continue;
     if (const auto safe = OutputTarget::find(output, inputs); !safe.ok()) return safe.error();
@@ -72,7 +72,8 @@ Result<void> LevelBake::read() {
         "{}: has the content hash {:016x} with its files, but {:016x} is asked for; restore the "
         "level, or plan the bake of the new one",
         request_.level_path, *file_hash_, *options_.level_hash));
-  if (auto same = check_level_hash(options_.shards, *file_hash_, request_.level_path); !same.ok())
+  if (auto same = check_level_hash(options_.bake.shards, *file_hash_, request_.level_path);
+      !same.ok())
     return same;
   return spare_inputs();
 }
@@ -111,10 +112,10 @@ Result<void> LevelBake::prepare() {
   warn_and_keep(imported_->report.warnings);
   const LevelReport prepared = prepare_level(
       imported_->level,
-      {request_.simplify_m, options_.stop,
+      {request_.simplify_m, options_.bake.stop,
        options_.cache != nullptr ? &options_.cache->geometry : nullptr, imported_->rounding_m,
        [this](const char* stage) { observer_.on_stage(stage); }});
-  if (stopped()) return Error("stopped before the level was prepared");
+  if (options_.bake.is_stopped()) return Error("stopped before the level was prepared");
   observer_.on_prepared(prepared);
   warn_and_keep(report_warnings(prepared));
   findings_ = findings_in(prepared);
@@ -136,7 +137,7 @@ Result<void> LevelBake::place_probes() {
 
 BakeOptions LevelBake::bake_options() const {
   const ImportedSettings& wanted = imported_->settings;
-  BakeOptions options;
+  BakeOptions options = options_.bake;
   options.settings.seed = number_or(request_.seed, wanted.seed.value_or(1));
   options.settings.photons = number_or(request_.photons, wanted.photons.value_or(0));
   options.settings.sources = number_or(request_.sources, 0);
@@ -149,24 +150,12 @@ BakeOptions LevelBake::bake_options() const {
   options.probe_sources =
       static_cast<std::uint32_t>(number_or(request_.probe_sources, kProbeSources));
   if (request_.instances == "on") options.groups = imported_->groups;
-  options.threads = options_.threads;
-  options.memory_bytes = options_.memory_bytes;
   if (target_) options.spill = target_->temporary_prefix();
-  options.shards = options_.shards;
   options.journal = journal_;
-  if (options_.shard) {
-    ShardNote note{
+  if (options_.shard)
+    options.note = {
         shard_program(), imported_->input_hash, {options_.shard->index}, options_.shard->count,
         false,           options_.request};
-    options.note = note.text();
-    options.tells_progress = options_.tells_progress;
-    note.is_complete = true;
-    options.complete_note = note.text();
-  }
-  if (options_.cache != nullptr && options_.reweighs) options.reweighs = &options_.cache->paths;
-  if (options_.cache != nullptr && options_.keeps_paths)
-    options.keeps_paths = &options_.cache->paths;
-  options.stop = options_.stop;
   if (options_.reports_progress)
     options.on_progress = [this](const BakeProgress& done) { observer_.on_progress(done); };
   return options;
@@ -221,9 +210,10 @@ Result<void> LevelBake::write_contents() {
   observer_.on_stage("writing the file");
   SignalCache* const signals = options_.cache != nullptr ? &options_.cache->signals : nullptr;
   if (!options_.output.empty())
-    return write_bake(options_.output, contents_, options_.threads, options_.stop, signals);
-  auto bytes =
-      bake_bytes(imported_->level.name, contents_, options_.threads, options_.stop, signals);
+    return write_bake(options_.output, contents_, options_.bake.threads, options_.bake.stop,
+                      signals);
+  auto bytes = bake_bytes(imported_->level.name, contents_, options_.bake.threads,
+                          options_.bake.stop, signals);
   if (!bytes.ok()) return bytes.error();
   bytes_ = std::move(*bytes);
   return {};

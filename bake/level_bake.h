@@ -6,7 +6,6 @@
 // Threads: one.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -16,6 +15,7 @@
 
 #include "bake/bake.h"
 #include "bake/bake_observer.h"
+#include "bake/bake_options.h"
 #include "bake/bake_request.h"
 #include "bake/bake_until.h"
 #include "bake/probes/probe_placement.h"
@@ -30,24 +30,18 @@ struct ImportedLevel;
 
 // Options of the run. Except for the goal, none of them changes the output.
 struct LevelBakeOptions {
-  std::string output;  // file; "": the bytes stay in memory
-  int threads = 0;
-  std::uint64_t memory_bytes = 0;           // 0: no limit
+  std::string output;                       // file; "": the bytes stay in memory
+  BakeOptions bake;                         // without what follows from the level and the request
   std::optional<std::string> journal;       // "": none; unset: beside the output
   bool keeps_journal = false;               // the one beside the output, when the bake is complete
   std::string request;                      // for the note of a shard
-  bool tells_progress = false;              // in the journal
   std::optional<std::uint64_t> level_hash;  // refuse a level with another content hash
   bool strict = false;                      // a warning is an error, and nothing is written
   bool reports_progress = true;             // calls BakeObserver::on_progress()
   std::optional<BakeGoal> goal;             // sets the number of photons and sources
   std::optional<Shard> shard;               // then `output` is that shard
-  std::vector<std::string> shards;          // shards to merge
   BakeCache* cache = nullptr;               // of earlier bakes, which spares work; null: none
-  bool reweighs = false;     // takes photons from the cache if only absorption has changed
-  bool keeps_paths = false;  // keeps photons in the cache, and finds them there, where it can
-  std::string tool;          // for the provenance; "": this program
-  const std::atomic<bool>* stop = nullptr;
+  std::string tool;                         // for the provenance; "": this program
 };
 
 class LevelBake {
@@ -101,9 +95,6 @@ class LevelBake {
   BakeOptions bake_options() const;
   Result<void> place_probes();
   std::vector<std::string> words() const;
-  bool stopped() const {
-    return options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed);
-  }
   void warn(const std::string& text);
   void warn_and_keep(const std::vector<std::string>& texts);
 

@@ -65,6 +65,12 @@ std::string ShardNote::text() const {
                      is_complete ? "complete" : "begun", request);
 }
 
+ShardNote ShardNote::completed() const {
+  ShardNote note = *this;
+  note.is_complete = true;
+  return note;
+}
+
 std::optional<ShardNote> ShardNote::from(const std::string& text) {
   ShardNote note;
   std::istringstream lines(text);

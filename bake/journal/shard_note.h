@@ -26,6 +26,7 @@ struct ShardNote {
   std::string request;  // path of the level and the options (tools/commands/bake_arguments.h)
 
   std::string text() const;
+  ShardNote completed() const;  // the same of a complete shard
   static std::optional<ShardNote> from(const std::string& text);
 
   // The options without the level's path, which may differ between machines.
@@ -54,7 +55,7 @@ struct ShardProgress {
 
 // The note of what the shards are together. Fails with the name of the first that is no shard or
 // incomplete, or that another version made, or with other options than the first. Does not read
-// the runs: open_shard() in bake.cpp checks their checksums.
+// the runs: open_journals() checks their checksums.
 Result<ShardNote> note_of_shards(const std::vector<std::string>& paths);
 
 // Fails if a shard of the bake is missing.

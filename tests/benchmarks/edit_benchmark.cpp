@@ -69,8 +69,8 @@ class EditedRoom {
     options.output = sidecar_ + ".clamor";
     options.journal = "";
     options.cache = cache;
-    options.reweighs = reweighs;
-    options.keeps_paths = cache != nullptr && !is_quick;
+    if (cache != nullptr && reweighs) options.bake.reweighs = &cache->paths;
+    if (cache != nullptr && !is_quick) options.bake.keeps_paths = &cache->paths;
     BakeObserver observer;
     const double start_s = process_time_s();
     LevelBake bake(wanted, options, observer);

@@ -57,10 +57,10 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
   parser.option("--expected-time", expected_time,
                 "time that the shard is expected to take, as in 90s, for schedulers that read the "
                 "line; changes nothing");
-  parser.option("--threads", run.bake.threads,
+  parser.option("--threads", run.bake.bake.threads,
                 "maximum number of threads, 0: all cores; does not change the output");
-  parser.within("--threads", run.bake.threads, 0, 1024);
-  parser.bytes("--memory", run.bake.memory_bytes,
+  parser.within("--threads", run.bake.bake.threads, 0, 1024);
+  parser.bytes("--memory", run.bake.bake.memory_bytes,
                "limit, as in 500MB or 2GB: what exceeds it is kept in temporary files beside "
                "OUTPUT, and a bake that needs more even then is refused before it starts; does "
                "not change the output");
@@ -114,10 +114,11 @@ Result<void> interpret(const RunWords& words, const BakeRequest& request, BakeRu
         "--watch bakes what is there, in stages; it cannot be combined with --shard, --until, "
         "--progress, --level-hash or --strict");
   run.json_progress = words.progress == "json";
-  run.bake.tells_progress = words.progress == "journal";
-  if (words.progress && !run.json_progress && !run.bake.tells_progress)
+  run.bake.bake.tells_progress = words.progress == "journal";
+  if (words.progress && !run.json_progress && !run.bake.bake.tells_progress)
     return Error("--progress " + in_quotes(*words.progress) + " is neither json nor journal");
-  if (run.bake.tells_progress && !words.shard) return Error("--progress journal is for shards");
+  if (run.bake.bake.tells_progress && !words.shard)
+    return Error("--progress journal is for shards");
   if (words.no_journal && run.bake.keeps_journal)
     return Error("--keep-journal keeps what --no-journal does not write; give one of them");
   if (words.no_journal) run.bake.journal = "";

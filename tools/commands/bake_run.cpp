@@ -174,7 +174,7 @@ Result<void> run_stages(LevelBake& bake, const BakeRunOptions& run, LevelBakeOpt
   if (auto prepared = bake.prepare(); !prepared.ok()) return prepared;
   const Interrupt interrupt;
   const StopDeadline deadline("clamor " + run.command + ": " + stop_message(bake));
-  options.stop = &Interrupt::requested();
+  options.bake.stop = &Interrupt::requested();
   printer.begin_progress();
   auto done =
       run.bake.shard ? trace_shard(bake, run, printer, err) : write_file(bake, run, printer, err);

@@ -88,7 +88,7 @@ Result<void> bake_stages(const BakeRequest& request, const BakeRunOptions& run, 
   for (const BakeStage& stage : stages) {
     LevelBakeOptions options = run.bake;
     options.cache = &cache;
-    options.stop = &change.stop();
+    options.bake.stop = &change.stop();
     options.reports_progress = false;
     const bool is_last = &stage == &stages.back();
     if (!is_last) options.journal = "";

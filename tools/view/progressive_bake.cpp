@@ -162,15 +162,15 @@ ProgressiveBake::Event ProgressiveBake::bake(const Job& job, const BakeStage& st
   LevelBakeOptions options;
   options.output =
       is_last && !job.output.empty() ? job.output : fmt::format("{}/{}.clamor", folder_, ++files_);
-  options.threads = threads_;
+  options.bake.threads = threads_;
   // Sound and picture need a core, too, while somebody waits for the first stage alone.
   if (threads_ == 0 && !is_first)
-    options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
+    options.bake.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()) - 1);
   options.journal = fmt::format("{}/{}.journal", folder_, stage.name);
   options.cache = cache_.get();
-  options.reweighs = is_first && !is_last;
-  options.keeps_paths = stage.keeps_paths;
-  options.stop = &stop_;
+  if (is_first && !is_last) options.bake.reweighs = &cache_->paths;
+  if (stage.keeps_paths) options.bake.keeps_paths = &cache_->paths;
+  options.bake.stop = &stop_;
   Observer observer(*this);
   LevelBake level_bake(stage.request, options, observer);
   auto done = level_bake.read();
