@@ -1,7 +1,6 @@
 #include "runtime/player/player.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <memory>
 #include <span>
@@ -12,7 +11,6 @@
 #include "formats/audio/audio_file.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
-#include "runtime/mixing/load_control.h"
 #include "runtime/mixing/resampler.h"
 #include "runtime/player/player_options.h"
 #include "runtime/player/player_statistics.h"
@@ -21,6 +19,7 @@
 #include "tests/baked_room.h"
 #include "tests/player/fake_devices.h"
 #include "tests/player/pulse.h"
+#include "tests/player/slow_machines.h"
 #include "tests/sanitized.h"
 #include "tests/temporary_file.h"
 #include "tests/walks.h"
@@ -243,59 +242,13 @@ TEST(Player, GoesOnWithLoopsWhenItsBakeIsReplaced_NoTsan) {
   EXPECT_LT(difference(kSeconds - 0.3), 1e-5 * loudest);
 }
 
-// A simulated machine on which a thread makes keyframes and mixes slower than the device plays.
-class SlowThread {
- public:
-  static constexpr std::uint64_t kBlock_frames = 256;
-
-  LoadClock sampler_clock() {
-    return {[](void* self) noexcept { return of(self).sampled(); }, this};
-  }
-  LoadClock audio_clock() {
-    return {[](void* self) noexcept { return of(self).mixed(); }, this};
-  }
-
-  // The calling thread is slow from now on, while `player` plays.
-  void begin(Player& player) {
-    thread_ = std::this_thread::get_id();
-    player_ = &player;
-  }
-  void end() { player_ = nullptr; }
-  std::uint64_t mixed_frames() const { return clock_reads_ / 2 * kBlock_frames; }
-
- private:
-  static SlowThread& of(void* self) { return *static_cast<SlowThread*>(self); }
-  bool is_slow() const { return player_ != nullptr && std::this_thread::get_id() == thread_; }
-
-  void let_play(std::uint64_t frames) const {
-    const double until_s =
-        player_.load()->statistics().time_s + static_cast<double>(frames) / kSampleRate_hz;
-    while (player_.load()->statistics().time_s < until_s)
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  // The first keyframes take so long that something must be mixed to catch up.
-  double sampled() const {
-    if (is_slow() && clock_reads_ == 0) let_play(10 * kBlock_frames);
-    return 0;
-  }
-  // Read before and after each block.
-  double mixed() {
-    if (is_slow() && ++clock_reads_ % 2 == 0) let_play(kBlock_frames + kBlock_frames / 4);
-    return 0;
-  }
-
-  std::thread::id thread_;
-  std::atomic<Player*> player_{nullptr};
-  std::uint64_t clock_reads_ = 0;  // of the slow thread, for mixing
-};
-
 // Whatever it mixes to catch up, it is farther behind after that.
 TEST(Player, ReplacesItsBakeOnAMachineThatMixesSlowerThanItPlays) {
   PlayerOptions options = standing();
   options.device = "none";
   options.seconds = 0;
   options.auralizer.voices = 50;
-  SlowThread slow;
+  testing::SlowThread slow;
   const auto file = testing::as_file(testing::baked_contents(50));
   auto player = Player::create(file, options);
   ASSERT_TRUE(player.ok() && (*player)->start().ok());
@@ -307,7 +260,7 @@ TEST(Player, ReplacesItsBakeOnAMachineThatMixesSlowerThanItPlays) {
   EXPECT_TRUE((*player)->replace(file, next).ok());
   slow.end();
   EXPECT_GT(slow.mixed_frames(), 0u);
-  EXPECT_LE(slow.mixed_frames(), kSampleRate_hz / 2 + SlowThread::kBlock_frames);
+  EXPECT_LE(slow.mixed_frames(), kSampleRate_hz / 2 + testing::SlowThread::kBlock_frames);
   // The new bake is heard, and can be replaced in its turn.
   EXPECT_TRUE(
       testing::comes_true([&] { return (*player)->statistics().auralizer.peak[0] > 0.001f; }));
@@ -405,23 +358,9 @@ TEST(Player, IsHeardAsTheOfflineRenderResampledFrom8To192KHz_NoAsan_NoTsan) {
   }
 }
 
-// A simulated machine on which everything takes a given time.
-struct Burden {
-  std::atomic<double> takes_s{0};
-  double now_s = 0;  // of the thread that reads the clock
-
-  LoadClock clock() {
-    return {[](void* context) noexcept {
-              auto& self = *static_cast<Burden*>(context);
-              return self.now_s += self.takes_s.load(std::memory_order_relaxed);
-            },
-            this};
-  }
-};
-
 // Runs all threads while the listener walks.
 TEST(Player, LeavesOutVoicesUnderABurdenAndHasAllOfThemBackAfterIt) {
-  Burden sampling, mixing;
+  testing::Burden sampling, mixing;
   PlayerOptions options = standing();
   options.device = "none";
   options.seconds = 0;

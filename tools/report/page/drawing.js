@@ -41,6 +41,20 @@ void main() { colour = shade; gl_Position = camera * vec4(place, 1.0); }`,
 `#version 300 es
 precision highp float; in vec4 colour; out vec4 ink; void main() { ink = colour; }`];
 
+// A circle across a direction.
+function circle(middle, across, radius, colour) {
+  const n = unit(Math.hypot(...across) > 0.05 ? across : [0, 1, 0]), u = unit(outer(Math.abs(n[1]) < 0.9 ? [0, 1, 0] : [1, 0, 0], n)), v = outer(n, u), list = [];
+  const at = (k) => add(middle, add(times(u, radius * Math.cos(k * Math.PI / 24)), times(v, radius * Math.sin(k * Math.PI / 24))));
+  for (let k = 0; k < 48; ++k) list.push({from: at(k), to: at(k + 1), colour});
+  return list;
+}
+
+// The edges of a box with eight corners.
+function boxEdges(corner, colour, alpha) {
+  return [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]]
+    .map(([from, to]) => ({from: corner(from), to: corner(to), colour, alpha}));
+}
+
 class Drawing {
   // Throws if the browser has no WebGL2.
   constructor(canvas) {
@@ -84,6 +98,19 @@ class Drawing {
       count = values.length / size;
     }
     this.batches.set(name, {kind, array, buffers, count, ...options});
+  }
+
+  points(name, list, options = {}) {
+    this.set(name, "points", {
+      place: [3, Float32Array.from(list.flatMap((p) => [...p.place]))],
+      shade: [4, Uint8Array.from(list.flatMap((p) => [...p.colour, p.alpha ?? 255]))],
+      size: [1, Float32Array.from(list.map((p) => p.size))]}, {onTop: true, ...options});
+  }
+
+  lines(name, list, options = {}) {
+    this.set(name, "lines", {
+      place: [3, Float32Array.from(list.flatMap((l) => [...l.from, ...l.to]))],
+      shade: [4, Uint8Array.from(list.flatMap((l) => [...l.colour, l.alpha ?? 255, ...l.colour, l.alpha ?? 255]))]}, options);
   }
 
   draw(camera, {paper, cut, heights, names}) {

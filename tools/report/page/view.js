@@ -41,7 +41,7 @@ class View {
       this.paintSources();
       this.paintMarkers();
       this.paintNodes();
-      this.listen();
+      listenToHands(this);
       new ResizeObserver(() => { this.fitted &&= this.steered === true; this.redraw(); }).observe(this.stage);
       window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.paintMesh(); this.redraw(); });
       window.addEventListener("beforeprint", () => this.drawNow());
@@ -251,62 +251,35 @@ class View {
     legend.innerHTML = sources + (Number.isNaN(band) ? "" : scale("Absorption at " + hertz(this.level.bandsHz[band]), "0 %", `${Math.round(100 * this.mostAbsorbed(band))} %`));
   }
 
-  points(name, list, options = {}) {
-    this.drawing.set(name, "points", {
-      place: [3, Float32Array.from(list.flatMap((p) => [...p.place]))],
-      shade: [4, Uint8Array.from(list.flatMap((p) => [...p.colour, p.alpha ?? 255]))],
-      size: [1, Float32Array.from(list.map((p) => p.size))]}, {onTop: true, ...options});
-  }
-
-  lines(name, list, options = {}) {
-    this.drawing.set(name, "lines", {
-      place: [3, Float32Array.from(list.flatMap((l) => [...l.from, ...l.to]))],
-      shade: [4, Uint8Array.from(list.flatMap((l) => [...l.colour, l.alpha ?? 255, ...l.colour, l.alpha ?? 255]))]}, options);
-  }
-
-  // A circle across a direction.
-  circle(middle, across, radius, colour) {
-    const n = unit(Math.hypot(...across) > 0.05 ? across : [0, 1, 0]), u = unit(outer(Math.abs(n[1]) < 0.9 ? [0, 1, 0] : [1, 0, 0], n)), v = outer(n, u), list = [];
-    const at = (k) => add(middle, add(times(u, radius * Math.cos(k * Math.PI / 24)), times(v, radius * Math.sin(k * Math.PI / 24))));
-    for (let k = 0; k < 48; ++k) list.push({from: at(k), to: at(k + 1), colour});
-    return list;
-  }
-
-  // The edges of a box with eight corners.
-  box(corner, colour, alpha) {
-    return [[0, 1], [2, 3], [4, 5], [6, 7], [0, 2], [1, 3], [4, 6], [5, 7], [0, 4], [1, 5], [2, 6], [3, 7]]
-      .map(([from, to]) => ({from: corner(from), to: corner(to), colour, alpha}));
-  }
-
   paintMarkers() {
     if (this.drawing === null) return;
     const {emitters, probes, portals, parts, findings} = this.level, colours = Object.fromEntries(kLayers.map(([key, , , colour]) => [key, colour]));
     const many = emitters.places.length / 6 > 200, list = [];
     for (let e = 0; e < emitters.places.length / 6; ++e)
       list.push({place: emitters.places.subarray(6 * e, 6 * e + 3), colour: colours.emitters, size: many ? 3 : 13, alpha: many ? 200 : 255});
-    this.points("emitters", list, {onTop: !many});
+    this.drawing.points("emitters", list, {onTop: !many});
     const zones = probes.zones;
-    this.points("probes", Array.from(zones, (_, p) => ({place: probes.places.subarray(3 * p, 3 * p + 3), colour: colours.probes, size: 6})));
+    this.drawing.points("probes", Array.from(zones, (_, p) => ({place: probes.places.subarray(3 * p, 3 * p + 3), colour: colours.probes, size: 6})));
     const outlines = [];
     for (const portal of portals) {
       const corner = (a, b) => add(portal.centre, add(times(portal.u, a), times(portal.v, b)));
       const corners = [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)];
       corners.forEach((from, k) => outlines.push({from, to: corners[(k + 1) % 4], colour: colours.portals}));
     }
-    this.lines("portals", outlines, {onTop: true});
-    this.lines("doors", parts.flatMap((part) => this.box((k) => cornerOf(part, k), colours.doors)), {onTop: true});
+    this.drawing.lines("portals", outlines, {onTop: true});
+    this.drawing.lines("doors", parts.flatMap((part) => boxEdges((k) => cornerOf(part, k), colours.doors)), {onTop: true});
     const openings = [], marks = {openings: [], gaps: [], duplicates: []};
     for (const finding of findings) {
       if (finding.place === undefined) continue;
       const layer = {opening: "openings", gap: "gaps", duplicate: "duplicates", warning: "openings"}[finding.kind];
       marks[layer].push({place: finding.place, colour: colours[layer], size: 10});
       if (finding.kind !== "opening") continue;
-      openings.push(...this.circle(finding.place, finding.direction, finding.size / 2, colours.openings));
+      openings.push(...circle(finding.place, finding.direction, finding.size / 2, colours.openings));
       openings.push({from: finding.place, to: add(finding.place, times(finding.direction, 0.6 * finding.size + 0.5)), colour: colours.openings});
     }
-    for (const [layer, points] of Object.entries(marks)) this.points(layer, points);
-    this.lines("opening-lines", openings, {onTop: true});
-    this.points("focus", this.focus === null ? [] : [{place: this.focus.place, colour: kListener, size: 30}], {ring: 0.8});
+    for (const [layer, points] of Object.entries(marks)) this.drawing.points(layer, points);
+    this.drawing.lines("opening-lines", openings, {onTop: true});
+    this.drawing.points("focus", this.focus === null ? [] : [{place: this.focus.place, colour: kListener, size: 30}], {ring: 0.8});
   }
 
   paintNodes() {
@@ -315,9 +288,9 @@ class View {
     for (let n = 0; n < of.length; ++n) {
       if (of[n] !== depth) continue;
       const b = boxes.subarray(6 * n, 6 * n + 6);
-      list.push(...this.box((k) => [b[k & 1 ? 3 : 0], b[k & 2 ? 4 : 1], b[k & 4 ? 5 : 2]], colour, 130));
+      list.push(...boxEdges((k) => [b[k & 1 ? 3 : 0], b[k & 2 ? 4 : 1], b[k & 4 ? 5 : 2]], colour, 130));
     }
-    this.lines("octree", list);
+    this.drawing.lines("octree", list);
   }
 
   // Squares of the floor map's colours (floor.js).
@@ -430,11 +403,11 @@ class View {
     if (this.drawing === null) return;
     const passes = this.filter(), colourOf = this.colours();
     const drawn = chosen.filter((one) => level.sources.flags[one.index] === 0 && passes(one.index));
-    this.points("chosen", drawn.map((one) => ({place: this.placeOf(one.index), colour: colourOf(one.index), size: 7})), {onTop: false});
+    this.drawing.points("chosen", drawn.map((one) => ({place: this.placeOf(one.index), colour: colourOf(one.index), size: 7})), {onTop: false});
     const strongest = [...chosen].sort((a, b) => b.heard - a.heard).slice(0, 60), top = strongest[0]?.heard ?? 1;
-    this.lines("rays", strongest.map((one) => ({from: this.place, to: this.placeOf(one.index), colour: kListener, alpha: Math.round(40 + 190 * Math.sqrt(one.heard / top))})));
-    this.points("listener", [{place: this.place, colour: kListener, size: 11}]);
-    this.points("ring", [{place: this.place, colour: kListener, size: 26}], {ring: 0.78});
+    this.drawing.lines("rays", strongest.map((one) => ({from: this.place, to: this.placeOf(one.index), colour: kListener, alpha: Math.round(40 + 190 * Math.sqrt(one.heard / top))})));
+    this.drawing.points("listener", [{place: this.place, colour: kListener, size: 11}]);
+    this.drawing.points("ring", [{place: this.place, colour: kListener, size: 26}], {ring: 0.78});
     this.redraw();
   }
 
@@ -447,71 +420,5 @@ class View {
     this.get("chosen").innerHTML = tableHtml({
       title: `Strongest sources at ${this.place.map((x, i) => this.inWorld(i).toFixed(1)).join(", ")} m`,
       columns: ["from", "kind", "arrives (ms)", "distance (m)", "share (dB)", "scaled by"], rows});
-  }
-
-  // --- Hands -----------------------------------------------------------------------------------
-
-  listen() {
-    const canvas = this.canvas, pointers = new Map();
-    let drag = null, pinch = 0;
-    const share = (event) => {
-      const box = canvas.getBoundingClientRect();
-      return [(event.clientX - box.left) / box.width * 2 - 1, 1 - (event.clientY - box.top) / box.height * 2, box];
-    };
-    const onListener = (event) => {
-      const [x, y, box] = share(event), seen = this.camera.project(this.place, box.width / box.height);
-      return seen !== null && Math.hypot((seen[0] - x) * box.width / 2, (seen[1] - y) * box.height / 2) < 20;
-    };
-    canvas.addEventListener("pointerdown", (event) => {
-      this.steered = true;
-      canvas.setPointerCapture(event.pointerId);
-      pointers.set(event.pointerId, [event.clientX, event.clientY]);
-      drag = onListener(event) ? "listener" : event.shiftKey || event.button !== 0 ? "pan" : "orbit";
-      canvas.style.cursor = "grabbing";
-    });
-    canvas.addEventListener("pointermove", (event) => {
-      if (!pointers.has(event.pointerId)) {
-        canvas.style.cursor = onListener(event) ? "move" : "grab";
-        return;
-      }
-      const [oldX, oldY] = pointers.get(event.pointerId), dx = event.clientX - oldX, dy = event.clientY - oldY;
-      pointers.set(event.pointerId, [event.clientX, event.clientY]);
-      if (pointers.size === 2) {
-        const [[ax, ay], [bx, by]] = [...pointers.values()], apart = Math.hypot(ax - bx, ay - by);
-        if (pinch > 0) this.camera.zoom(pinch / apart);
-        pinch = apart;
-        this.redraw();
-      } else if (drag === "listener") {
-        const [x, y, box] = share(event), place = this.camera.onPlane(x, y, box.width / box.height, this.place);
-        if (place !== null) this.moveTo(place.map((value, i) => Math.min(Math.max(value, this.level.low[i] - 20), this.level.high[i] + 20)));
-      } else if (drag === "pan") {
-        this.camera.pan(dx / canvas.clientHeight * 0.7, dy / canvas.clientHeight * 0.7);
-        this.redraw();
-      } else {
-        this.camera.orbit(-0.006 * dx, 0.006 * dy);
-        this.redraw();
-      }
-    });
-    for (const end of ["pointerup", "pointercancel"])
-      canvas.addEventListener(end, (event) => { pointers.delete(event.pointerId); pinch = 0; drag = null; canvas.style.cursor = "grab"; });
-    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-    canvas.addEventListener("wheel", (event) => { event.preventDefault(); this.camera.zoom(Math.exp(0.0012 * event.deltaY)); this.redraw(); }, {passive: false});
-    canvas.addEventListener("keydown", (event) => this.press(event));
-  }
-
-  press(event) {
-    const {right} = this.camera.axes(), forth = unit([right[2], 0, -right[0]]), step = Math.max(0.1, this.camera.extent / 80);
-    const moves = {ArrowLeft: times(right, -step), ArrowRight: times(right, step), ArrowUp: times(forth, step), ArrowDown: times(forth, -step), PageUp: [0, step, 0], PageDown: [0, -step, 0]};
-    const turns = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1]};
-    if (event.ctrlKey || event.altKey || event.metaKey) return;
-    if (event.shiftKey && turns[event.key] !== undefined) this.camera.orbit(...turns[event.key]);
-    else if (moves[event.key] !== undefined) this.moveTo(add(this.place, moves[event.key]));
-    else if (event.key === "+" || event.key === "=") this.camera.zoom(0.85);
-    else if (event.key === "-") this.camera.zoom(1 / 0.85);
-    else if (event.key === "Home") this.camera.reset(), this.fitted = false;
-    else if (event.key === "l" || event.key === "L") this.camera.lookAt(this.place.slice(), 1);
-    else return;
-    event.preventDefault();
-    this.redraw();
   }
 }
