@@ -13,43 +13,13 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 
 namespace clamor {
 
 #define CLAMOR_INLINE [[gnu::always_inline]] inline
 
-// log2(x) for normal x > 0. Error below 2e-7 times max(1, |log2(x)|), and relative error below 3e-7
-// near 1.
-//
-// With x = 2^e m and sqrt(1/2) <= m < sqrt(2): log(m) = 2 artanh((m - 1) / (m + 1)).
-CLAMOR_INLINE float log2_of(float x) {
-  const std::int32_t bits = std::bit_cast<std::int32_t>(x);
-  const std::int32_t exponent = (bits - 0x3f3504f3) >> 23;
-  const float m = std::bit_cast<float>(bits - (exponent << 23));
-  const float t = (m - 1) / (m + 1);
-  const float t2 = t * t;
-  const float series =
-      2.88539008f +
-      t2 * (0.961796694f + t2 * (0.577078016f + t2 * (0.412198583f + t2 * 0.3205989f)));
-  return static_cast<float>(exponent) + t * series;
-}
-
-// 2^x, relative error below 2e-7; x is clamped to [-126, 126].
-//
-// With x = n + f and |f| <= 1/2: 2^x = 2^n 2^f, by the Taylor series of exp(f ln 2).
-CLAMOR_INLINE float exp2_of(float x) {
-  x = x < -126 ? -126 : x;
-  x = x > 126 ? 126 : x;
-  const float n = (x + 12582912.0f) - 12582912.0f;  // rounds to the nearest integer
-  const float f = x - n;
-  const float f2 = f * f;  // Estrin's scheme, half as deep as Horner's
-  const float series =
-      ((1.0f + f * 0.693147181f) + f2 * (0.240226507f + f * 5.55041087e-2f)) +
-      f2 * f2 *
-          ((9.61812911e-3f + f * 1.33335581e-3f) + f2 * (1.54035304e-4f + f * 1.52527338e-5f));
-  const std::int32_t scale = (static_cast<std::int32_t>(n) + 127) << 23;
-  return series * std::bit_cast<float>(scale);
-}
+#include "common/maths_series-inl.h"
 
 // sin and cos of 2 pi u for u in [0, 1]. Absolute error below 1.5e-7.
 struct SinCos {

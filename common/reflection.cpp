@@ -7,10 +7,13 @@
 #include <numbers>
 
 #include "common/maths.h"
+#include "common/reflection_law-inl.h"
 
 namespace clamor {
 
 namespace {
+
+namespace scalar = HWY_NAMESPACE;  // the law of reflection_law-inl.h
 
 Vec3 around(const Vec3& axis, double cos_a, double turn) {
   const Basis basis = basis_around(axis);
@@ -132,20 +135,17 @@ PhongLobe::PhongLobe(double exponent) : exponent_(exponent) {
 }
 
 double PhongLobe::albedo(double cos_i) const {
-  const double x = std::sqrt(std::clamp(cos_i, 0.0, 1.0)) * kCells;
-  const auto k = std::min(static_cast<std::size_t>(x), kCells - 1);
-  const double t = x - static_cast<double>(k);
-  return albedo_[k] + t * (albedo_[k + 1] - albedo_[k]);
+  const double cell = scalar::loss_cell_of<double>(cos_i, kCells);
+  const auto k = std::min(static_cast<std::size_t>(cell), kCells - 1);
+  return scalar::loss_between(albedo_[k], albedo_[k + 1], cell - static_cast<double>(k));
 }
 
 double PhongLobe::density(double cos_i, double cos_o, double cos_a) const {
   if (cos_o <= 0) return 0;
-  const double lobe = cos_a > 0
-                          ? (exponent_ + 1) / (2 * std::numbers::pi) * power(cos_a, exponent_) *
-                                std::min(1.0, cos_o / std::max(cos_i, 1e-9))
-                          : 0;
-  return lobe + (1 - albedo(cos_i)) * (1 - albedo(cos_o)) /
-                    (std::numbers::pi * (1 - mean_albedo_)) * cos_o;
+  return scalar::density(0.0, (exponent_ + 1) / (2 * std::numbers::pi),
+                         1 / (std::numbers::pi * (1 - mean_albedo_)), cos_o,
+                         scalar::tilt_of(cos_i, cos_o), power(cos_a, exponent_),
+                         (1 - albedo(cos_i)) * (1 - albedo(cos_o)));
 }
 
 const PhongLobe* PhongLobes::of(const Material& material, std::size_t band) {
@@ -232,10 +232,9 @@ Vec3 ReflectionLaws::draw(std::size_t material, std::size_t band, const Vec3& ar
     return around(normal, std::sqrt(1 - u[1]), u[2]);
 
   const PhongLobe& lobe = *law.lobe[band];
-  const Vec3 proposal =
-      around(mirrored(arrival, normal), power(1 - u[1], 1 / (lobe.exponent() + 1)), u[2]);
-  const double cos_i = -dot(arrival, normal), cos_o = dot(proposal, normal);
-  if (cos_o > 0 && u[3] * cos_i <= cos_o) return proposal;
+  const Vec3 proposal = around(mirrored(arrival, normal),
+                               scalar::draw_lobe_cos(1 - u[1], 1 / (lobe.exponent() + 1)), u[2]);
+  if (scalar::accepts_lobe(-dot(arrival, normal), dot(proposal, normal), u[3])) return proposal;
   return around(normal,
                 static_cast<double>(
                     lobe.draw_compensation_cos(std::min(static_cast<float>(u[4]), 0x1.fffffep-1f))),

@@ -13,7 +13,8 @@
 // An exponent of 0 means Lambert. For mirrors these are the laws by which the last reflection is
 // heard (material.h); photons are reflected in exactly the mirror direction. Densities are per
 // steradian of departure, cos o included, and relative to the reflected power; absorption is
-// applied by the caller. reflection_table.h holds the same BRDF for kernels.
+// applied by the caller. reflection_law-inl.h holds its formulas, reflection_table.h its
+// coefficients for kernels.
 #pragma once
 
 #include <array>

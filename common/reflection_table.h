@@ -1,6 +1,6 @@
 // reflection_table.h: the BRDF of a material as rows of bands, for vectorised evaluation.
 //
-// The photon tracer and the runtime's kernels evaluate these tables. reflection.h is the reference.
+// The photon tracer and the runtime's kernels evaluate these tables by reflection_law-inl.h.
 #pragma once
 
 #include <algorithm>
@@ -12,12 +12,7 @@
 
 namespace clamor {
 
-// The density of reflection.h per band:
-//
-//   f = diffuse cos o + lobe min(1, cos o / cos i) cos^p(a)
-//       + compensation loss(cos i) loss(cos o) cos o
-//
-// with p = exponent, diffuse = scattering / pi and loss = 1 - E, tabulated over sqrt(cosine).
+// diffuse = scattering / pi, p = exponent and loss = 1 - E, tabulated over sqrt(cosine).
 struct ReflectionTable {
   static constexpr int kCells = 256;
 

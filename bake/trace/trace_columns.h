@@ -40,7 +40,7 @@ struct alignas(64) ShadeScratch {
   RandomColumns direction_bits;
   Column<std::uint32_t> band_bits, lambert_bits;
   VectorColumn normal, mirror, direction;
-  Column<float> u1, u2, cos_i, cos_o, log2_cos_a, ratio, loss_place_i, loss_place_o;
+  Column<float> u1, u2, cos_i, cos_o, log2_cos_a, tilt, loss_cell_i, loss_cell_o;
   Column<float> scattering, inverse_exponent;
   Column<std::uint8_t> transmitted, rejected, specular;
 };

@@ -10,11 +10,11 @@
 #endif
 
 #include <cmath>
-#include <numbers>
 
 #include <hwy/highway.h>
 
 #include "bake/trace/trace_vectors-inl.h"
+#include "common/reflection_law-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace clamor {
@@ -86,7 +86,7 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
     const bool lambert = unit_of(scratch.lambert_bits[k]) < scratch.scattering[k];
     const float left = 1 - scratch.u1[k];
     const float cos_lambert = std::sqrt(left);
-    const float cos_lobe = exp2_of(log2_of(left) * scratch.inverse_exponent[k]);
+    const float cos_lobe = draw_lobe_cos(left, scratch.inverse_exponent[k]);
     const float nx = scratch.normal[0][k], ny = scratch.normal[1][k], nz = scratch.normal[2][k];
     const float mx = scratch.mirror[0][k], my = scratch.mirror[1][k], mz = scratch.mirror[2][k];
     const Vec3f direction = around(lambert ? nx : mx, lambert ? ny : my, lambert ? nz : mz,
@@ -97,7 +97,7 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
     scratch.direction[1][k] = direction.y;
     scratch.direction[2][k] = direction.z;
     const bool is_mirror = !(scratch.inverse_exponent[k] > 0);
-    const bool accepted = lambert || is_mirror || (cos_o > 0 && u3 * scratch.cos_i[k] <= cos_o);
+    const bool accepted = lambert || is_mirror || accepts_lobe(scratch.cos_i[k], cos_o, u3);
     scratch.rejected[k] = accepted ? 0 : 1;
     scratch.specular[k] = is_mirror && !lambert ? 1 : 0;
   }
@@ -139,15 +139,11 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
     cos_a = cos_a < 1 ? cos_a : 1.0f;
     const float cos_i = scratch.cos_i[k];
     scratch.cos_o[k] = cos_o;
-    // The lobe vanishes beyond 90 degrees from the mirror direction; 2^-126 represents 0.
-    scratch.log2_cos_a[k] = cos_a > 1e-30f ? log2_of(cos_a > 1e-30f ? cos_a : 1.0f) : -1e30f;
-    const float safe_i = cos_i > 1e-9f ? cos_i : 1e-9f;
-    const float ratio = cos_o / safe_i;
-    scratch.ratio[k] = ratio < 1 ? ratio : 1.0f;
-    const float up_i = cos_i < 1 ? cos_i : 1.0f;
-    const float up_o = cos_o < 0 ? 0.0f : cos_o < 1 ? cos_o : 1.0f;
-    scratch.loss_place_i[k] = std::sqrt(up_i) * (ReflectionTable::kCells - 1e-4f);
-    scratch.loss_place_o[k] = std::sqrt(up_o) * (ReflectionTable::kCells - 1e-4f);
+    scratch.log2_cos_a[k] = log2_of_base(cos_a);
+    scratch.tilt[k] = tilt_of(cos_i, cos_o);
+    constexpr float kCells = ReflectionTable::kCells - 1e-4f;  // below the last row
+    scratch.loss_cell_i[k] = loss_cell_of(cos_i, kCells);
+    scratch.loss_cell_o[k] = loss_cell_of(cos_o, kCells);
   }
 }
 
@@ -176,22 +172,15 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
         q *= specular ? 1 - scattering : scattering;
       } else if (!material.same_in_all_bands) {
         const ReflectionTable& brdf = material.brdf;
-        const float place_i = scratch.loss_place_i[k], place_o = scratch.loss_place_o[k];
-        const auto row_i = static_cast<std::int32_t>(place_i);
-        const auto row_o = static_cast<std::int32_t>(place_o);
-        const Bands* const i = &brdf.loss[static_cast<std::size_t>(row_i)];
-        const Bands* const o = &brdf.loss[static_cast<std::size_t>(row_o)];
-        const BandVector low_i = load(i[0]), low_o = load(o[0]);
-        const BandVector lost_i =
-            low_i + (place_i - static_cast<float>(row_i)) * (load(i[1]) - low_i);
-        const BandVector lost_o =
-            low_o + (place_o - static_cast<float>(row_o)) * (load(o[1]) - low_o);
-        const BandVector lobe = load(brdf.lobe) *
-                                exp2_of_bands(load(brdf.exponent) * scratch.log2_cos_a[k]) *
-                                scratch.ratio[k];
-        q *= scratch.cos_o[k] * (load(brdf.scattering) * std::numbers::inv_pi_v<float> +
-                                 load(brdf.compensation) * lost_i * lost_o) +
-             lobe;
+        const auto loss_at = [&](float cell) {
+          const auto row = static_cast<std::int32_t>(cell);
+          const Bands* const from = &brdf.loss[static_cast<std::size_t>(row)];
+          return loss_between(load(from[0]), load(from[1]), cell - static_cast<float>(row));
+        };
+        q *= photon_density(load(brdf.scattering), load(brdf.lobe), load(brdf.compensation),
+                            scratch.cos_o[k], scratch.tilt[k],
+                            exp2_of(load(brdf.exponent) * scratch.log2_cos_a[k]),
+                            loss_at(scratch.loss_cell_i[k]), loss_at(scratch.loss_cell_o[k]));
       }
       if (material.transmits) {
         const BandVector share = load(material.transmitted_fraction);

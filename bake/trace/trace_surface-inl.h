@@ -83,7 +83,7 @@ CLAMOR_INLINE float share_ending(const KernelSettings& settings, double from_m, 
     }
     const KernelMaterial& material = materials[hit.material];
     const BandVector power = load(photon.power), weight = load(photon.weight);
-    const BandVector through_air = power * exp2_of_bands(air * -hit.distance_m);
+    const BandVector through_air = power * exp2_of(air * -hit.distance_m);
     const BandVector left =
         through_air * load(material.reflectance_plus_transmittance) * (1 - ending);
     const BandVector after = left * weight;

@@ -11,7 +11,7 @@
 #include <hwy/highway.h>
 
 #include "bake/trace/trace_columns.h"
-#include "common/maths.h"
+#include "common/maths_lanes-inl.h"
 #include "common/random.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -23,7 +23,6 @@ static_assert(kBandCount == 8, "sum_of() and max_of() add and compare eight band
 
 // Eight bands in one register, if the instruction set has one of that size.
 typedef float BandVector __attribute__((vector_size(4 * kBandCount)));
-typedef std::int32_t BandInts __attribute__((vector_size(4 * kBandCount)));
 typedef float FourFloats __attribute__((vector_size(16)));
 
 CLAMOR_INLINE BandVector load(const Bands& bands) {
@@ -49,23 +48,6 @@ CLAMOR_INLINE float max_of(BandVector x) {
   const FourFloats turned = __builtin_shufflevector(four, four, 2, 3, 2, 3);
   const FourFloats two = four > turned ? four : turned;
   return two[0] > two[1] ? two[0] : two[1];
-}
-
-// exp2_of() of common/maths.h for every band, with the same bits.
-CLAMOR_INLINE BandVector exp2_of_bands(BandVector x) {
-  const BandVector low = BandVector{} - 126, high = BandVector{} + 126;
-  const BandVector round = BandVector{} + 12582912.0f;
-  x = x < low ? low : x;
-  x = x > high ? high : x;
-  const BandVector n = (x + round) - round;
-  const BandVector f = x - n;
-  const BandVector f2 = f * f;
-  const BandVector series =
-      ((1.0f + f * 0.693147181f) + f2 * (0.240226507f + f * 5.55041087e-2f)) +
-      f2 * f2 *
-          ((9.61812911e-3f + f * 1.33335581e-3f) + f2 * (1.54035304e-4f + f * 1.52527338e-5f));
-  const BandInts scale = (__builtin_convertvector(n, BandInts) + 127) << 23;
-  return series * (BandVector)scale;
 }
 
 // Uniform in [0, 1), with 24 bits.

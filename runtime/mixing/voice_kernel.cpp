@@ -9,7 +9,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "runtime/propagation/reflection_lanes-inl.h"
+#include "common/reflection_law-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace clamor {
@@ -22,25 +22,25 @@ HWY_INLINE V itd_of(D d, V x, V y, V z, const float* table) {
   const hn::RebindToSigned<D> di;
   constexpr int kCells = ItdTable::kCells, kRow = kCells + 1;
   const auto one = hn::Set(d, 1.0f);
-  const auto scale = hn::Div(one, hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z)));
-  const auto a = hn::Mul(x, scale), b = hn::Mul(y, scale);
+  const auto scale = one / (hn::Abs(x) + hn::Abs(y) + hn::Abs(z));
+  const auto a = x * scale, b = y * scale;
   const auto below = hn::Lt(z, hn::Zero(d));
-  const auto u = hn::IfThenElse(below, hn::CopySign(hn::Sub(one, hn::Abs(b)), a), a);
-  const auto v = hn::IfThenElse(below, hn::CopySign(hn::Sub(one, hn::Abs(a)), b), b);
+  const auto u = hn::IfThenElse(below, hn::CopySign(one - hn::Abs(b), a), a);
+  const auto v = hn::IfThenElse(below, hn::CopySign(one - hn::Abs(a), b), b);
   const auto half = hn::Set(d, kCells / 2.0f);
-  const auto across = hn::Mul(hn::Add(u, one), half), along = hn::Mul(hn::Add(v, one), half);
+  const auto across = (u + one) * half, along = (v + one) * half;
   const auto last = hn::Set(di, kCells - 1), first = hn::Zero(di);
   const auto i = hn::Min(hn::Max(hn::ConvertTo(di, across), first), last);
   const auto j = hn::Min(hn::Max(hn::ConvertTo(di, along), first), last);
-  const auto s = hn::Sub(across, hn::ConvertTo(d, i)), t = hn::Sub(along, hn::ConvertTo(d, j));
+  const auto s = across - hn::ConvertTo(d, i), t = along - hn::ConvertTo(d, j);
   const auto at = hn::Add(hn::Mul(j, hn::Set(di, kRow)), i);
   const auto corner00 = hn::GatherIndex(d, table, at);
   const auto corner01 = hn::GatherIndex(d, table + 1, at);
   const auto corner10 = hn::GatherIndex(d, table + kRow, at);
   const auto corner11 = hn::GatherIndex(d, table + kRow + 1, at);
-  const auto low = hn::Add(corner00, hn::Mul(s, hn::Sub(corner01, corner00)));
-  const auto high = hn::Add(corner10, hn::Mul(s, hn::Sub(corner11, corner10)));
-  return hn::Add(low, hn::Mul(t, hn::Sub(high, low)));
+  const auto low = corner00 + s * (corner01 - corner00);
+  const auto high = corner10 + s * (corner11 - corner10);
+  return low + t * (high - low);
 }
 
 void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const float* itd_table,
@@ -54,7 +54,7 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const f
     Float x, y, z;
   };
   const auto dot = [](const Floats3& a, const Floats3& b) {
-    return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
+    return a.x * b.x + a.y * b.y + a.z * b.z;
   };
   const auto load = [&](const std::array<VoiceColumn, 3>& columns, std::size_t at) {
     return Floats3{hn::LoadU(d, columns[0].data() + at), hn::LoadU(d, columns[1].data() + at),
@@ -79,16 +79,13 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const f
       Float along_normal;  // double until here, because differences near the surface are small
     };
     const auto path_along = [&](Double wx, Double wy, Double wz) {
-      const Double length2 = hn::Add(hn::Add(hn::Mul(wx, wx), hn::Mul(wy, wy)), hn::Mul(wz, wz));
-      const Double along_normal =
-          hn::Add(hn::Add(hn::Mul(wx, normal_x), hn::Mul(wy, normal_y)), hn::Mul(wz, normal_z));
       return Path{{hn::DemoteTo(d, wx), hn::DemoteTo(d, wy), hn::DemoteTo(d, wz)},
-                  hn::Sqrt(length2),
-                  hn::DemoteTo(d, along_normal)};
+                  hn::Sqrt(wx * wx + wy * wy + wz * wz),
+                  hn::DemoteTo(d, wx * normal_x + wy * normal_y + wz * normal_z)};
     };
     const auto path_to = [&](const Vec3& place) {
-      return path_along(hn::Sub(hn::Set(dd, place.x), x), hn::Sub(hn::Set(dd, place.y), y),
-                        hn::Sub(hn::Set(dd, place.z), z));
+      return path_along(hn::Set(dd, place.x) - x, hn::Set(dd, place.y) - y,
+                        hn::Set(dd, place.z) - z);
     };
 
     // In the listener's axes; straight ahead for a source inside the head.
@@ -97,7 +94,7 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const f
     const auto inside = hn::Le(centre_m, hn::Set(d, 1e-6f));
     const Float over_m = hn::Div(one, hn::IfThenElse(inside, one, centre_m));
     const auto from_along = [&](const Floats3& a) {
-      return hn::Neg(hn::Mul(dot(to_centre.towards, a), over_m));
+      return hn::Neg(dot(to_centre.towards, a) * over_m);
     };
     const Float from_x = hn::IfThenElse(inside, one, from_along(ahead));
     const Float from_y = hn::IfThenElse(inside, zero, from_along(left));
@@ -113,19 +110,14 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const f
       const Floats3 mach = load(table.geometry.mach, at);
       const Double mx = hn::PromoteTo(dd, mach.x), my = hn::PromoteTo(dd, mach.y),
                    mz = hn::PromoteTo(dd, mach.z);
-      const auto dot3 = [](Double ax, Double ay, Double az, Double bx, Double by, Double bz) {
-        return hn::Add(hn::Add(hn::Mul(ax, bx), hn::Mul(ay, by)), hn::Mul(az, bz));
-      };
-      const Double wx = hn::Sub(hn::Set(dd, place.x), x), wy = hn::Sub(hn::Set(dd, place.y), y),
-                   wz = hn::Sub(hn::Set(dd, place.z), z);
+      const Double wx = hn::Set(dd, place.x) - x, wy = hn::Set(dd, place.y) - y,
+                   wz = hn::Set(dd, place.z) - z;
       const Double age = to_centre.length;
-      const Double b = hn::Sub(age, dot3(wx, wy, wz, mx, my, mz));
-      const Double rest = hn::Sub(hn::Set(dd, 1), dot3(mx, my, mz, mx, my, mz));
-      const Double under = hn::Sub(
-          hn::Mul(b, b), hn::Mul(rest, hn::Sub(hn::Mul(age, age), dot3(wx, wy, wz, wx, wy, wz))));
-      const Double later = hn::Div(hn::Sub(b, hn::Sqrt(hn::Max(under, hn::Zero(dd)))), rest);
-      return path_along(hn::Sub(wx, hn::Mul(mx, later)), hn::Sub(wy, hn::Mul(my, later)),
-                        hn::Sub(wz, hn::Mul(mz, later)));
+      const Double b = age - (wx * mx + wy * my + wz * mz);
+      const Double rest = hn::Set(dd, 1) - (mx * mx + my * my + mz * mz);
+      const Double under = b * b - rest * (age * age - (wx * wx + wy * wy + wz * wz));
+      const Double later = (b - hn::Sqrt(hn::Max(under, hn::Zero(dd)))) / rest;
+      return path_along(wx - mx * later, wy - my * later, wz - mz * later);
     };
 
     const Double emission = hn::LoadU(dd, table.geometry.emission_frames.data() + at);
@@ -134,30 +126,29 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const f
       const Path path = listener.places == 1 ? to_centre
                         : moves              ? path_from_moving(listener.ear_positions_m[e])
                                              : path_to(listener.ear_positions_m[e]);
-      const Double frames =
-          hn::Add(emission, hn::Mul(path.length, hn::Set(dd, table.geometry.frames_per_m)));
+      const Double frames = emission + path.length * hn::Set(dd, table.geometry.frames_per_m);
       const Float r_m = listener.places == 1 ? centre_m : hn::DemoteTo(d, path.length);
       const auto nowhere = hn::Eq(r_m, zero);
       const Float over_r = hn::Div(one, hn::IfThenElse(nowhere, one, r_m));
       const Float near_m = hn::Max(r_m, radius_m);
-      const Float cos_o = hn::IfThenElse(nowhere, one, hn::Mul(path.along_normal, over_r));
+      const Float cos_o = hn::IfThenElse(nowhere, one, path.along_normal * over_r);
       const Float cos_a = hn::Min(
-          hn::IfThenElse(nowhere, dot(normal, mirror), hn::Mul(dot(path.towards, mirror), over_r)),
-          one);
+          hn::IfThenElse(nowhere, dot(normal, mirror), dot(path.towards, mirror) * over_r), one);
       hn::StoreU(r_m, d, table.arrivals.distance_m[e].data() + at);
-      hn::StoreU(hn::Div(one, hn::Mul(near_m, near_m)), d, table.arrivals.spread[e].data() + at);
+      hn::StoreU(one / (near_m * near_m), d, table.arrivals.spread[e].data() + at);
       hn::StoreU(cos_o, d, table.arrivals.cos_o[e].data() + at);
-      hn::StoreU(loss_cell_of(d, cos_o), d, table.arrivals.loss_cell[e].data() + at);
-      hn::StoreU(log_base_of(d, hn::LoadU(d, table.geometry.lift.data() + at), cos_a), d,
+      hn::StoreU(loss_cell_of(cos_o), d, table.arrivals.loss_cell[e].data() + at);
+      const Float lift = hn::LoadU(d, table.geometry.lift.data() + at);
+      hn::StoreU(log2_of_base(lift + (one - lift) * cos_a), d,
                  table.arrivals.log_base[e].data() + at);
       hn::StoreU(frames, dd, table.arrivals.delay_frames[e].data() + at);
       if (listener.places > 1) continue;
       Double half_itd = hn::Zero(dd);
       if (itd_table != nullptr)
-        half_itd = hn::Mul(hn::PromoteTo(dd, itd_of(d, from_x, from_y, from_z, itd_table)),
-                           hn::Set(dd, 0.5));
-      hn::StoreU(hn::Sub(frames, half_itd), dd, table.arrivals.delay_frames[0].data() + at);
-      hn::StoreU(hn::Add(frames, half_itd), dd, table.arrivals.delay_frames[1].data() + at);
+        half_itd =
+            hn::PromoteTo(dd, itd_of(d, from_x, from_y, from_z, itd_table)) * hn::Set(dd, 0.5);
+      hn::StoreU(frames - half_itd, dd, table.arrivals.delay_frames[0].data() + at);
+      hn::StoreU(frames + half_itd, dd, table.arrivals.delay_frames[1].data() + at);
     }
   }
 }
@@ -207,30 +198,25 @@ HWY_INLINE void make_gains(const Ears& ears, const VoiceRadiation& radiation, st
   const ReflectionTable* const law = radiation.law[slot];
   const float* const exponent = radiation.exponent[slot];
   const auto power_of_base = [&](std::size_t b) {
-    return exp2_of(d, hn::Mul(ears.row(exponent + b), ears.each(at.log_base)));
+    return exp2_of(ears.row(exponent + b) * ears.each(at.log_base));
   };
   for (std::size_t b = 0; b < kBandCount; b += hn::Lanes(d)) {
     const auto row = [&](const Bands& bands) { return ears.row(bands.data() + b); };
     auto intensity = row(radiation.power[slot]);
     if (kind == VoiceRadiation::kEmitter) {
-      intensity = hn::Mul(intensity, power_of_base(b));
+      intensity = intensity * power_of_base(b);
     } else if (kind == VoiceRadiation::kDiffuse) {
-      intensity = hn::Mul(intensity, diffuse_term(row(law->diffuse), ears.each(at.cos_o)));
+      intensity = intensity * (row(law->diffuse) * ears.each(at.cos_o));
     } else if (kind == VoiceRadiation::kReflection) {
-      const auto cos_o = ears.each(at.cos_o);
-      const auto lobe = lobe_term(row(law->lobe), ears.each(at.tilt), power_of_base(b));
-      const auto loss =
-          loss_between(ears.rows(at.loss, b), ears.rows(at.next_loss, b), ears.each(at.part));
-      const auto compensation = compensation_term(row(radiation.compensation[slot]), loss, cos_o);
-      intensity = hn::Add(hn::Mul(intensity, hn::Add(diffuse_term(row(law->diffuse), cos_o), lobe)),
-                          compensation);
+      intensity = radiated(
+          intensity, row(law->diffuse), row(law->lobe), row(radiation.compensation[slot]),
+          ears.each(at.cos_o), ears.each(at.tilt), power_of_base(b),
+          loss_between(ears.rows(at.loss, b), ears.rows(at.next_loss, b), ears.each(at.part)));
     }
-    const auto air =
-        air_transmittance_of(d, row(radiation.air_log2_loss_per_m), ears.each(at.away_m));
-    intensity = hn::Mul(hn::Mul(intensity, ears.each(at.outer)),
-                        hn::Mul(air, row(radiation.power_gain[slot])));
+    const auto air = exp2_of(row(radiation.air_log2_loss_per_m) * ears.each(at.away_m));
+    intensity = intensity * ears.each(at.outer) * (air * row(radiation.power_gain[slot]));
     // The square root from the bake's power to the mixer's amplitude.
-    hn::StoreU(hn::Mul(hn::Sqrt(intensity), hn::Set(d, radiation.sign[slot])), d, gain + b);
+    hn::StoreU(hn::Sqrt(intensity) * hn::Set(d, radiation.sign[slot]), d, gain + b);
   }
 }
 

@@ -12,7 +12,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "runtime/propagation/reflection_lanes-inl.h"
+#include "common/reflection_law-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace clamor {
@@ -25,7 +25,7 @@ constexpr std::size_t kTogether = 16;
 struct alignas(64) Columns {
   using Column = float[kTogether];
   Column position_m[3], normal[3], mirror[3], radius_m;
-  Column lift;  // see log_base_of()
+  Column lift;  // the base of cos^p is lift + (1 - lift) cos a
   double exact_distance_m[kTogether];
   Column distance_m, spread, cos_o, tilt, log_base, cell_i, cell_o;
 };
@@ -47,7 +47,7 @@ struct Triple {
 };
 template <class V>
 HWY_INLINE V dot(const Triple<V>& a, const Triple<V>& b) {
-  return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
+  return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 
 HWY_INLINE void place_some(Columns& columns, const Vec3& place, std::size_t i) {
@@ -62,16 +62,15 @@ HWY_INLINE void place_some(Columns& columns, const Vec3& place, std::size_t i) {
   };
   const Doubles3 position = load(columns.position_m);
   const Doubles3 normal = load(columns.normal), mirror = load(columns.mirror);
-  const Doubles3 way = {hn::Sub(hn::Set(dd, place.x), position.x),
-                        hn::Sub(hn::Set(dd, place.y), position.y),
-                        hn::Sub(hn::Set(dd, place.z), position.z)};
+  const Doubles3 way = {hn::Set(dd, place.x) - position.x, hn::Set(dd, place.y) - position.y,
+                        hn::Set(dd, place.z) - position.z};
   const auto distance_m = hn::Sqrt(dot(way, way));
   const auto r_m = hn::DemoteTo(d, distance_m);
   const auto nowhere = hn::Eq(r_m, zero);
   // Division in double, because a lobe of exponent 1000 amplifies its rounding error by 1000.
-  const auto over_m = hn::Div(hn::Set(dd, 1.0), hn::Max(distance_m, hn::Set(dd, 1e-300)));
+  const auto over_m = hn::Set(dd, 1.0) / hn::Max(distance_m, hn::Set(dd, 1e-300));
   const auto cos_to = [&](const Doubles3& axis) {
-    return hn::DemoteTo(d, hn::Mul(dot(way, axis), over_m));
+    return hn::DemoteTo(d, dot(way, axis) * over_m);
   };
   const auto cos_i = hn::DemoteTo(d, dot(mirror, normal));
   const auto cos_o = hn::IfThenElse(nowhere, one, cos_to(normal));
@@ -79,12 +78,13 @@ HWY_INLINE void place_some(Columns& columns, const Vec3& place, std::size_t i) {
   const auto near_m = hn::Max(r_m, hn::Load(d, columns.radius_m + i));
   hn::Store(distance_m, dd, columns.exact_distance_m + i);
   hn::Store(r_m, d, columns.distance_m + i);
-  hn::Store(hn::Div(one, hn::Mul(near_m, near_m)), d, columns.spread + i);
+  hn::Store(one / (near_m * near_m), d, columns.spread + i);
   hn::Store(cos_o, d, columns.cos_o + i);
-  hn::Store(hn::Min(hn::Div(cos_o, hn::Max(cos_i, hn::Set(d, 1e-9f))), one), d, columns.tilt + i);
-  hn::Store(log_base_of(d, hn::Load(d, columns.lift + i), cos_a), d, columns.log_base + i);
-  hn::Store(loss_cell_of(d, cos_i), d, columns.cell_i + i);
-  hn::Store(loss_cell_of(d, cos_o), d, columns.cell_o + i);
+  hn::Store(tilt_of(cos_i, cos_o), d, columns.tilt + i);
+  const auto lift = hn::Load(d, columns.lift + i);
+  hn::Store(log2_of_base(lift + (one - lift) * cos_a), d, columns.log_base + i);
+  hn::Store(loss_cell_of(cos_i), d, columns.cell_i + i);
+  hn::Store(loss_cell_of(cos_o), d, columns.cell_o + i);
 }
 
 HWY_INLINE void add_up(const RadiationTables& tables, const Source& source, const Columns& columns,
@@ -96,38 +96,36 @@ HWY_INLINE void add_up(const RadiationTables& tables, const Source& source, cons
     return;
   }
   const auto to_the = [&](auto p) {  // base^p; results below the range of float become 0
-    const auto octaves = hn::Mul(p, hn::Set(d, columns.log_base[i]));
-    return hn::IfThenElseZero(hn::Ge(octaves, hn::Set(d, -126.0f)), exp2_of(d, octaves));
+    const auto octaves = p * hn::Set(d, columns.log_base[i]);
+    return hn::IfThenElseZero(hn::Ge(octaves, hn::Set(d, -126.0f)), exp2_of(octaves));
   };
   static_assert(kBandCount == 8, "rows of bands fill whole vectors");
   for (std::size_t b = 0; b < kBandCount; b += hn::Lanes(d)) {
     const auto row = [&](const Bands& bands) { return hn::LoadU(d, bands.data() + b); };
-    auto power = hn::Mul(row(source.power), hn::Set(d, columns.spread[i]));
+    auto power = row(source.power) * hn::Set(d, columns.spread[i]);
     if (source.is_emitter) {
       const auto p = row(tables.emitters[source.emitter].directivity);
       const auto on_axis =
-          hn::Mul(hn::Add(p, hn::Set(d, 1.0f)), hn::Set(d, 0.25f * std::numbers::inv_pi_v<float>));
-      power = hn::Mul(power, hn::Mul(on_axis, to_the(p)));
+          (p + hn::Set(d, 1.0f)) * hn::Set(d, 0.25f * std::numbers::inv_pi_v<float>);
+      power = power * (on_axis * to_the(p));
     } else {
       const ReflectionTable& law = tables.laws[tables.law_of[source.material]];
-      auto density = diffuse_term(row(law.diffuse), hn::Set(d, cos_o));
-      if (!law.loss.empty()) {
+      const auto cos = hn::Set(d, cos_o);
+      if (law.loss.empty()) {
+        power = power * (row(law.diffuse) * cos);
+      } else {
         const auto loss_at = [&](float cell) {
           const int k = ReflectionTable::cell_at(cell);
           const Bands* const from = law.loss.data() + k;
           return loss_between(row(from[0]), row(from[1]), hn::Set(d, cell - static_cast<float>(k)));
         };
-        const auto lobe =
-            lobe_term(row(law.lobe), hn::Set(d, columns.tilt[i]), to_the(row(law.exponent)));
-        const auto loss = hn::Mul(loss_at(columns.cell_i[i]), loss_at(columns.cell_o[i]));
-        const auto compensation = compensation_term(row(law.compensation), loss, hn::Set(d, cos_o));
-        density = hn::Add(hn::Add(density, compensation), lobe);
+        power = power * density(row(law.diffuse), row(law.lobe), row(law.compensation), cos,
+                                hn::Set(d, columns.tilt[i]), to_the(row(law.exponent)),
+                                loss_at(columns.cell_i[i]) * loss_at(columns.cell_o[i]));
       }
-      power = hn::Mul(power, density);
     }
-    const auto air = air_transmittance_of(d, row(tables.air_log2_loss_per_m),
-                                          hn::Set(d, -columns.distance_m[i]));
-    hn::StoreU(hn::Mul(power, air), d, intensity.data() + b);
+    const auto air = exp2_of(row(tables.air_log2_loss_per_m) * hn::Set(d, -columns.distance_m[i]));
+    hn::StoreU(power * air, d, intensity.data() + b);
   }
 }
 

@@ -1,18 +1,11 @@
 // radiation_model.h: intensity of a source at a place (received_intensity.h), and its upper bounds.
 //
 // The weighted sum of a source's bands has an upper bound that costs a hundredth of the sum; the
-// sampler rejects almost all sources by it (source_page.h). With a the angle to the lobe's axis,
-//
-//   sum_b weight_b I_b <= (diffuse cos o + compensation y exp(-slope y)
-//                          + lobe min(1, cos o / cos i) exp(-fall (1 - cos a)))
-//                         / max(r, patch radius)^2,   y = min(cos o, 1 / slope),
-//
-// with i and o the angles of the arriving and the leaving sound to the normal.
-//
-// The bound follows from cos^p a <= exp(-p (1 - cos a)) with p at least `fall`, and from air
-// transmittance <= 1. `compensation` bounds the BRDF's compensation term (reflection.h); y makes it
-// grow with cos o, so that the maximum over directions is at the largest cos o. An emitter has a
-// lobe only, ((1 + cos a) / 2)^p <= exp(-p (1 - cos a) / 2), on all sides.
+// sampler rejects almost all sources by it (source_page.h). It is the density_bound() of
+// common/reflection_law-inl.h with the weighted power in its coefficients, over the square of the
+// distance, at least of the patch radius. `fall` is the lowest exponent p, and air transmits at
+// most everything. An emitter has a lobe only, ((1 + cos a) / 2)^p <= exp(-p (1 - cos a) / 2), on
+// all sides.
 //
 // Any thread may call it, but for the emitters that update_signal() changes.
 #pragma once

@@ -1,14 +1,7 @@
 // source_bound.h: upper bound of the priority of one source, at any time and any place.
 //
-// With r the distance of the listener, o the angle between its direction and the normal, a that
-// between its direction and the mirror direction, and i that between normal and mirror direction:
-//
-//   (diffuse cos o + compensation x exp(-slope x) + lobe min(1, cos o / cos i) exp(-fall (1 - cos
-//   a))) / max(r, radius)^2,   x = min(cos o, 1 / slope).
-//
-// The constants are those of RadiationModel::UpperBound over u, with the full late boost
-// (late_boost.h). An emitter is all lobe and radiates to all sides. source_bound_lanes-inl.h
-// evaluates the bound.
+// The bound is that of radiation_model.h with its constants over u and the full late boost
+// (late_boost.h). source_bound_lanes-inl.h evaluates it.
 #pragma once
 
 #include "common/vec.h"

@@ -18,6 +18,7 @@
 
 #include <hwy/highway.h>
 
+#include "common/reflection_law-inl.h"
 #include "common/vec.h"
 #include "runtime/propagation/source_page.h"
 
@@ -25,8 +26,6 @@ HWY_BEFORE_NAMESPACE();
 namespace clamor {
 namespace HWY_NAMESPACE {
 namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 using Tag = hn::CappedTag<float, 16>;
 using Vector = hn::Vec<Tag>;
@@ -59,27 +58,11 @@ constexpr float kMinDistance_m = 1e-4f;  // nearer, the direction is unknown
 
 HWY_INLINE Vectors from_to(const Vectors& from, const Vec3f& to) {
   const Tag d;
-  return {hn::Sub(hn::Set(d, to.x), from.x), hn::Sub(hn::Set(d, to.y), from.y),
-          hn::Sub(hn::Set(d, to.z), from.z)};
+  return {hn::Set(d, to.x) - from.x, hn::Set(d, to.y) - from.y, hn::Set(d, to.z) - from.z};
 }
 
 HWY_INLINE Vector dot(const Vectors& a, const Vectors& b) {
   return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
-}
-
-// exp(-t) for t >= 0, within 1e-4; never below 2^-100.
-HWY_INLINE Vector decay(Vector t) {
-  const Tag d;
-  const hn::RebindToSigned<Tag> di;
-  const auto y = hn::Min(hn::Mul(t, hn::Set(d, 1.44269504f)), hn::Set(d, 100.0f));
-  const auto whole = hn::Round(y);
-  const auto z = hn::Sub(whole, y);  // 2^z, z in [-1/2, 1/2], by the Taylor series
-  auto part = hn::MulAdd(z, hn::Set(d, 0.00961813f), hn::Set(d, 0.05550411f));
-  part = hn::MulAdd(part, z, hn::Set(d, 0.24022651f));
-  part = hn::MulAdd(part, z, hn::Set(d, 0.69314718f));
-  part = hn::MulAdd(part, z, hn::Set(d, 1.0f));
-  const auto exponent = hn::Sub(hn::Set(di, 127), hn::ConvertTo(di, whole));
-  return hn::Mul(part, hn::BitCast(d, hn::ShiftLeft<23>(exponent)));
 }
 
 // Lower bound of max(r, radius)^2 for distances within `error_m` of r.
@@ -114,13 +97,9 @@ HWY_INLINE Vector upper_bound_of(const SourceLanes& source, const Vec3f& listene
   const auto min_cosine = hn::Set(d, 1e-6f);
   const auto cos_i = hn::Max(hn::Sub(dot(source.mirror, source.normal), min_cosine), min_cosine);
   const auto tilt = hn::IfThenElse(is_emitter, one, hn::Min(hn::Div(cos_o, cos_i), one));
-  const auto lobe =
-      hn::Mul(hn::Mul(source.lobe, tilt), decay(hn::Mul(source.fall, hn::Sub(one, cos_a))));
-  const auto slope = hn::Max(source.slope, hn::Set(d, 1e-6f));
-  const auto x = hn::Min(cos_o, hn::Div(one, slope));
-  const auto compensation = hn::Mul(hn::Mul(source.compensation, x), decay(hn::Mul(slope, x)));
-  const auto sum = hn::MulAdd(source.diffuse, cos_o, hn::Add(compensation, lobe));
-  return hn::Div(hn::Mul(hn::Set(d, kBoundSlack), sum), nearest2(r, source.radius2, error_m));
+  const auto sum = density_bound(source.diffuse, source.lobe, source.compensation, source.slope,
+                                 cos_o, tilt, source.fall * (one - cos_a));
+  return hn::Set(d, kBoundSlack) * sum / nearest2(r, source.radius2, error_m);
 }
 
 // Adds the first `count` lanes whose bounds reach the threshold to those found, from this index on.
