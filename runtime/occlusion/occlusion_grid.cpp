@@ -3,30 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/propagation/tolerances.h"
+
 namespace clamor {
 
 namespace {
 
+using namespace visibility;
+
 constexpr std::size_t kMinTableSize = 1 << 10;
-constexpr std::uint32_t kForget_keyframes = 500;  // 10 s without a new estimate
-
-// Cells are a quarter of the source's distance wide, from 2^kFinestLevel to 2^kCoarsestLevel m.
-constexpr double kSizePerDistance = 1.0 / 4;
-constexpr int kFinestLevel = -3, kCoarsestLevel = 5;
-constexpr int kLevels = 4;  // sizes of cells to which an estimate is added
-
-// Predictions err by up to 0.08 (share of the power) on any walk. The change clock advances by 10
-// per unit of error above that. The usual error follows with an exponential mean.
-constexpr double kToleratedError = 0.08, kClockPerError = 10, kErrorLearningRate = 0.3;
-
-// Estimates lose their whole weight where the listener moves by a tenth of the source's distance.
-constexpr double kFadePerDistance = 0.1;
-// A mean has at most the weight of two estimates, and predicts with that of half an estimate.
-constexpr float kMaxWeight = 2, kMinWeight = 0.5f;
-// Reflections take the mean of their own cell as theirs while it has lost no more than this. Beside
-// a door they change faster than what is heard of a crowd.
-constexpr float kFreshReflection = 0.75f;
-
 // Level of the cell size that suits a source's distance.
 int level_at(const Source& source, const Vec3& place) {
   const double size_m = kSizePerDistance * length(place - Vec3(source.position_m));

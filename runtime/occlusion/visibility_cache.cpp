@@ -7,24 +7,13 @@
 #include "runtime/occlusion/ray_timer.h"
 #include "runtime/occlusion/visibility_estimate.h"
 #include "runtime/propagation/source_number.h"
+#include "runtime/propagation/tolerances.h"
 
 namespace clamor {
 
 namespace {
 
-// An estimate's validity radius: a fraction of the source's distance, within limits, and down to a
-// quarter of it where an edge partly occludes a source with a large share and visibility changes
-// fastest.
-constexpr double kRadiusPerDistance = 1.0 / 24, kMinRadius_m = 0.1, kMaxRadius_m = 0.4;
-constexpr float kMinPartialFactor = 1.0f / 4, kPartialFactorTimesShare = 0.08f;
-// Shares of the sum of all from which on direct sounds and reflections have estimates of their own:
-// another direct sound changes the sum by less than 0.1 dB, and reflections change together.
-constexpr float kSignificantShare = 1.0f / 50, kSignificantReflection = 1.0f / 1000;
-constexpr std::uint32_t kForgetUnused_keyframes = 1500;  // half a minute
-// A moving source has another number in each grid cell and whenever its slot is used again, so most
-// of those that are not used will never be.
-constexpr std::uint32_t kForgetUnusedMoving_keyframes = 50;
-constexpr float kPredictionRate = 0.8f;  // of the way to the neighbours' mean per line test
+using namespace visibility;
 
 int paths_for(VisibilityPrecision precision) {
   return precision == VisibilityPrecision::kFine ? kFinePaths : kMediumPaths;

@@ -1,9 +1,9 @@
 // visibility_options.h: the options of a visibility cache.
 #pragma once
 
-namespace clamor {
+#include "runtime/propagation/tolerances.h"
 
-inline constexpr int kRaysPerKeyframe = 16000;
+namespace clamor {
 
 struct VisibilityOptions {
   int rays_per_keyframe = kRaysPerKeyframe;

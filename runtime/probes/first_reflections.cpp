@@ -9,25 +9,15 @@
 
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/probes/probe_neighbours.h"
+#include "runtime/propagation/tolerances.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr std::int64_t kReflectionRaysPerKeyframe = 1024;
+using namespace first_reflections;
 constexpr std::size_t kSetsPerKeyframe =
     kReflectionRaysPerKeyframe / FirstReflectionTracer::kRaysOfSet;
-constexpr std::size_t kMaxSets = 1024;       // of all sources, or one of each
-constexpr double kRadiusPerDistance = 0.25;  // to the nearest surface
-constexpr double kListenerRadiusPerDistance = 0.5;
-constexpr double kMinRadius_m = 0.05, kMaxRadius_m = 5;
-constexpr double kNearest_m = 1;  // nearer listeners make no source more urgent
-// A set that was never traced is as urgent as one that its source has left by so many radii.
-constexpr double kMissing = 8;
-// Only so many sources have images. Those that have them count as this much louder in the choice,
-// so that few change.
-constexpr std::size_t kMaxImagedSources = 64;
-constexpr double kHysteresis = 2;
 
 std::uint64_t key_of(std::uint32_t source, std::uint32_t generation) {
   return std::uint64_t{source} << 32 | generation;

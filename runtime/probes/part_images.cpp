@@ -15,7 +15,6 @@ namespace {
 
 constexpr std::size_t kMaxOriginals = 64;
 constexpr double kMaxDetour_m = 0.5;
-constexpr double kSlackOfBound = 1.00001;
 constexpr double kMinHeight_m = 1e-3;
 constexpr double kMaxStep_s = 0.1;  // between keyframes, for velocities
 constexpr double kMaxSpeed_mps = 100;
@@ -33,7 +32,7 @@ PartImages::PartImages(const PartScene& scene, std::span<const Emitter> emitters
     emitter.place_m = Vec3(emitter.source.position_m);
     const RadiationModel::UpperBound bound =
         radiation.upper_bound(emitter.source, weights.max(radiation.signal(emitter.source)));
-    emitter.at_1m = kSlackOfBound * static_cast<double>(bound.diffuse + bound.lobe);
+    emitter.at_1m = kFloatSlack * static_cast<double>(bound.diffuse + bound.lobe);
   }
 }
 

@@ -7,20 +7,13 @@
 #include <nanoflann.hpp>
 
 #include "runtime/occlusion/occlusion_geometry.h"
+#include "runtime/propagation/tolerances.h"
 
 namespace clamor {
 
 namespace {
 
-constexpr double kSoftening_m = 0.25;   // e
-constexpr float kRate = 0.15f;          // of the way to the wanted weights, per keyframe
-constexpr float kLeastWeight = 0.002f;  // of a probe that is not wanted any more
-constexpr std::uint8_t kBlindKeyframes = 20;
-constexpr std::int64_t kRaysPerKeyframe = 4000;
-// A line of sight holds within this share of the distance to the nearest probe, and these limits.
-constexpr double kValidPerDistance = 0.1;
-constexpr float kLeastValid_m = 0.05f, kMostValid_m = 0.5f;
-constexpr std::size_t kWideSearch = 64;  // probes, where none of the nearest is seen
+using namespace probe_choice;
 
 bool is_before(const ProbeWeight& a, const ProbeWeight& b) {
   return a.weight != b.weight ? a.weight > b.weight : a.probe < b.probe;
@@ -75,7 +68,7 @@ ProbeNeighbours::ProbeNeighbours(std::vector<Vec3> probes_m, const OcclusionGeom
 ProbeNeighbours::~ProbeNeighbours() = default;
 
 void ProbeNeighbours::begin() {
-  rays_left_ = kRaysPerKeyframe;
+  rays_left_ = kProbeRaysPerKeyframe;
   is_settled_ = true;
   unseen_ = 0;
   ++keyframe_;

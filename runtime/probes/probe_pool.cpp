@@ -8,8 +8,8 @@ namespace clamor {
 
 namespace {
 
-constexpr float kFactorSlack = 1.00001f;  // for the rounding of factors
-constexpr double kLongestPath_m = 1000;   // from a surface to the listener, for signals' windows
+constexpr auto kFactorSlack = static_cast<float>(kFloatSlack);
+constexpr double kLongestPath_m = 1000;  // from a surface to the listener, for signals' windows
 
 std::vector<Vec3> places_of(const StoredProbes& probes) {
   std::vector<Vec3> places_m;

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "common/directivity.h"
+#include "runtime/propagation/tolerances.h"
 
 namespace clamor {
 
@@ -72,7 +73,7 @@ RadiationModel::UpperBound RadiationModel::upper_bound(const Source& s, const Ba
     const bool known = std::isnormal(sum) && std::isnormal(over_sum);
     for (std::size_t b = 0; b < kBandCount; ++b)
       parts[b] = known ? std::max(parts[b], bands[b] * over_sum) : 1;
-    return sum * 1.00001f;  // margin for rounding, so that the bound holds
+    return sum * static_cast<float>(kFloatSlack);
   };
   return {sum_of(diffuse),         sum_of(compensation), slope, sum_of(lobe), fall,
           BandMix::at_least(parts)};
@@ -102,7 +103,7 @@ Bands RadiationModel::max_weight_per_power(std::span<const Bands> weights) const
     for (std::size_t m = 0; m < material_count(); ++m) consider(weight, laws_.peak_density(m));
   for (const Emitter& emitter : emitters_) {
     if (emitter.signal >= weights.size()) continue;  // a kind of moving sources, in a slot
-    Bands density{};  // (p + 1) / 4 pi, on the axis
+    Bands density{};                                 // (p + 1) / 4 pi, on the axis
     for (std::size_t b = 0; b < kBandCount; ++b)
       density[b] = static_cast<float>((emitter.directivity[b] + 1.0) / (4 * std::numbers::pi));
     consider(weights[emitter.signal], density);

@@ -6,18 +6,10 @@
 
 namespace clamor {
 
-namespace {
-
-// Factors that cover the rounding of power over u and of a radius, in single precision.
-constexpr double kKeySlack = 1.00001;
-constexpr float kRadius2Slack = 1 - 1e-6f;
-
-}  // namespace
-
 SourceBound source_bound(const RadiationModel& radiation, const Source& source,
                          const RadiationModel::UpperBound& at_1m) {
   const float boost = radiation.late_boost().at(source.delay_s);
-  const double over_u = kKeySlack * (1 + static_cast<double>(boost)) / std::max(source.u, kMinU);
+  const double over_u = kFloatSlack * (1 + static_cast<double>(boost)) / std::max(source.u, kMinU);
   const auto radius_m = static_cast<float>(source_radius_m(source));
   return {source.position_m,
           source.normal,

@@ -7,11 +7,9 @@
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
 #include "runtime/propagation/radiation_model.h"
+#include "runtime/propagation/tolerances.h"
 
 namespace clamor {
-
-// Smaller permanent numbers count as this, so that priorities stay finite.
-inline constexpr float kMinU = 0x1p-64f;
 
 struct alignas(64) SourceBound {
   Vec3f position_m{}, normal{}, mirror{};

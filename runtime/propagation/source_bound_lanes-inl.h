@@ -52,10 +52,6 @@ HWY_INLINE SourceLanes load_sources(const CullBlock& block, std::size_t at) {
           load(block.lobe, at),       load(block.fall, at),    load(block.slope, at)};
 }
 
-constexpr float kBoundRounding = 2e-6f;  // a few operations in single precision
-constexpr float kBoundSlack = 1.0005f;   // the exponential, and sums
-constexpr float kMinDistance_m = 1e-4f;  // nearer, the direction is unknown
-
 HWY_INLINE Vectors from_to(const Vectors& from, const Vec3f& to) {
   const Tag d;
   return {hn::Set(d, to.x) - from.x, hn::Set(d, to.y) - from.y, hn::Set(d, to.z) - from.z};
@@ -78,7 +74,7 @@ HWY_INLINE Vector upper_bound_of(const SourceLanes& source, const Vec3f& listene
   const Tag d;
   const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d), rounding = hn::Set(d, kBoundRounding);
   const Vectors way = from_to(source.position, listener_m);
-  const auto r = hn::Sqrt(dot(way, way)), min_r = hn::Set(d, kMinDistance_m);
+  const auto r = hn::Sqrt(dot(way, way)), min_r = hn::Set(d, kMinBoundDistance_m);
   const auto over_r = hn::Div(one, hn::Max(r, min_r));
   // An error of the position turns the direction by at most t = asin(error / r).
   const auto sin_t = hn::Mul(over_r, hn::Set(d, error_m));

@@ -13,8 +13,6 @@ namespace clamor {
 
 namespace {
 
-constexpr double kCullThreshold = 1 - 1e-6;  // factor that covers the rounding of a threshold
-
 using Rows = std::array<CullBlock::Row, 3>;
 
 void put(const Vec3f& v, Rows& rows, std::size_t at) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "runtime/query/query_constants.h"
+#include "runtime/propagation/tolerances.h"
 
 namespace clamor {
 

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "runtime/propagation/received_intensity.h"
-#include "runtime/query/query_constants.h"
+#include "runtime/propagation/tolerances.h"
 
 namespace clamor {
 

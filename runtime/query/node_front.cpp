@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "runtime/query/query_constants.h"
+#include "runtime/propagation/tolerances.h"
 
 namespace clamor {
 

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <utility>
 
-#include "runtime/query/query_constants.h"
+#include "runtime/propagation/tolerances.h"
 #include "runtime/streaming/page_fetch.h"
 
 namespace clamor {

@@ -4,8 +4,8 @@
 #include <cassert>
 #include <limits>
 
+#include "runtime/propagation/tolerances.h"
 #include "runtime/query/octree_pool.h"
-#include "runtime/query/query_constants.h"
 
 namespace clamor {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cassert>
 
-#include "runtime/query/query_constants.h"
+#include "runtime/propagation/tolerances.h"
 #include "runtime/query/work_budget.h"
 
 namespace clamor {

@@ -1,6 +1,6 @@
 #include "runtime/query/page_requests.h"
 
-#include "runtime/query/query_constants.h"
+#include "runtime/propagation/tolerances.h"
 
 namespace clamor {
 

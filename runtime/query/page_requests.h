@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "runtime/query/query_constants.h"
+#include "runtime/propagation/tolerances.h"
 #include "runtime/streaming/page_loader.h"
 
 namespace clamor {

@@ -14,7 +14,7 @@
 #include "runtime/propagation/radiation_model.h"
 #include "runtime/propagation/signal_weights.h"
 #include "runtime/propagation/source_page.h"
-#include "runtime/query/query_constants.h"
+#include "runtime/propagation/tolerances.h"
 #include "runtime/query/work_budget.h"
 
 namespace clamor {

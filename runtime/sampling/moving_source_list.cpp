@@ -15,7 +15,6 @@ namespace clamor {
 namespace {
 
 // Factor on upper bounds of priorities that exceeds their rounding.
-constexpr double kBoundSlack = 1.00001;
 constexpr double kThresholdSlack = 1 - 1e-6;
 // Squared distances are reduced by this fraction and this many m^2, more than single precision
 // loses, as in source_page.cpp.
@@ -122,7 +121,7 @@ void MovingSourceList::set(std::size_t slot, double time_s) {
   const RadiationModel::UpperBound bound =
       radiation_.upper_bound(source, weights_.max(radiation_.signal(source)));
   columns_.max_priority[slot] = static_cast<float>(static_cast<double>(bound.diffuse + bound.lobe) *
-                                                   kBoundSlack / std::max(source.u, kMinU));
+                                                   kFloatSlack / std::max(source.u, kMinU));
 }
 
 // Extrapolates all sources to a time, and records their paths.
@@ -265,7 +264,7 @@ double MovingSourceList::upper_bound(std::size_t slot, const Vec3& place) const 
   const Vec3 away_m = place - place_m(slot);
   const double r2_m2 = std::max(dot(away_m, away_m), kEmitterRadius_m * kEmitterRadius_m);
   const float priority = columns_.max_priority[slot] * history_.max_distance_ratio2()[slot];
-  return kBoundSlack * static_cast<double>(priority) / r2_m2;
+  return kFloatSlack * static_cast<double>(priority) / r2_m2;
 }
 
 double MovingSourceList::upper_bound() {
@@ -278,7 +277,7 @@ double MovingSourceList::upper_bound() {
 double MovingSourceList::upper_bound_at_1m(std::size_t slot) const {
   const auto u = static_cast<double>(std::max(columns_.sources[slot].u, kMinU));
   const float priority = columns_.max_priority[slot] * history_.max_distance_ratio2()[slot];
-  return std::max(0.0, kBoundSlack * u * static_cast<double>(priority));
+  return std::max(0.0, kFloatSlack * u * static_cast<double>(priority));
 }
 
 double MovingSourceList::upper_bound_times_u(std::size_t slot, const Vec3& place) const {
