@@ -59,12 +59,12 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
 void keep_estimates(BakePlan& plan, const BakePlan& earlier);
 
 // Upper estimate of the peak memory of a bake: 65 MB for the program and the thinning's buffers,
-// 300 bytes per triangle, 215 per source (sorting takes 2.5 times the 88 bytes of a source), 150
-// per 1024 photons, and the batches in flight. Measured in the violin room: 123 to 159 MB for 300
-// 000 sources, depending on thread timing, 251 MB for one million, 646 MB for three million. With
-// kFiles, thinning, patch radii and sorting work on disk, with 40 MB or more for any number of
-// sources.
-inline constexpr std::uint64_t kBytesPerSource = 215, kBytesPerRun = 150;
+// 300 bytes per triangle, 190 per source (joining those of two states of the level takes 2.1 times
+// the 88 bytes of a source, sorting 1.6 times), 150 per 1024 photons, and the batches in flight.
+// Measured in the violin room: 134 to 146 MB for 300 000 sources, depending on thread timing,
+// 226 MB for one million, 498 MB for three million. With kFiles, thinning, patch radii and sorting
+// work on disk, with 40 MB or more for any number of sources.
+inline constexpr std::uint64_t kBytesPerSource = 190, kBytesPerRun = 150;
 enum class SortStorage : std::uint8_t { kMemory, kFiles };
 std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,
                                 SortStorage sorted = SortStorage::kMemory);

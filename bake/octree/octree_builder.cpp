@@ -191,6 +191,23 @@ std::vector<std::size_t> make_nodes(Sorter& sorter, const Cell& root,
   return depth_begins;
 }
 
+// Moves source order[i] to i, for all i, without a second list. The cycles of the permutation are
+// followed one by one; an element that is in its place has its own index in `order`.
+void put_in_order(std::span<Source> sources, std::uint32_t* order) {
+  for (std::uint32_t first = 0; first < sources.size(); ++first) {
+    if (order[first] == first) continue;
+    const Source displaced = sources[first];
+    std::uint32_t to = first;
+    for (std::uint32_t from = order[to]; from != first; from = order[to]) {
+      sources[to] = sources[from];
+      order[to] = to;
+      to = from;
+    }
+    sources[to] = displaced;
+    order[to] = to;
+  }
+}
+
 void summarise_all(SourceOctree& tree, const std::vector<std::size_t>& depth_begins) {
   for (std::size_t d = depth_begins.size() - 1; d-- > 0;)
     tbb::parallel_for(depth_begins[d], depth_begins[d + 1], [&](std::size_t i) {
@@ -233,10 +250,8 @@ SourceOctree build_octree(std::vector<Source> sources, const OctreeCube& cube) {
     depth_begins = make_nodes(sorter, {cube, 0, sources.size()}, tree.nodes);
     order = std::move(sorter).order();
   }
-  tree.sources.resize(sources.size());
-  for_parts(sources.size(), [&](std::size_t, std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) tree.sources[i] = sources[order[i]];
-  });
+  tree.sources = std::move(sources);
+  put_in_order(tree.sources, order.get());
   summarise_all(tree, depth_begins);
   return tree;
 }

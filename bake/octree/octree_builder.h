@@ -6,8 +6,8 @@
 // the cells of a depth are divided in parallel, and large cells in parts. The tree depends on the
 // list alone, not on the number of threads.
 //
-// Threads: those of the calling TBB arena. Memory: the list, the tree and 4 bytes per source, 2.1
-// times the list. For lists that do not fit into memory see octree_streaming.h.
+// Threads: those of the calling TBB arena. Memory: the list, which becomes the tree's, and 44 bytes
+// per source, 1.5 times the list. For lists that do not fit into memory see octree_streaming.h.
 #pragma once
 
 #include <array>

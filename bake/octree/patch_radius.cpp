@@ -42,20 +42,10 @@ std::vector<FoundRadius> find_patch_radii(const PointRuns& points) {
 
 void set_patch_radii(std::span<Source> secondary_sources) {
   if (secondary_sources.empty()) return;
-  std::vector<PowerPoint> list(secondary_sources.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, list.size(), 4096), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i)
-      list[i] = radius_point(secondary_sources[i], static_cast<std::uint32_t>(i));
-  });
-  const PointRuns points(list);
-  list = {};
+  const PointRuns points(std::span<const Source>{secondary_sources});
   const auto found = find_patch_radii(points);
   for (std::size_t i = 0; i < points.size(); ++i)
     secondary_sources[points.index()[i]].patch_radius_m = found[i].radius_m;
-}
-
-PowerPoint radius_point(const Source& source, std::uint32_t index) {
-  return {source.position_m, index, sum_of(source.power)};
 }
 
 }  // namespace clamor

@@ -25,11 +25,8 @@ namespace clamor {
 
 // Sets patch_radius_m of every source. Of neighbours at the same distance the weaker count first,
 // so that the result depends on the sources alone. It does not depend on the number of threads. O(n
-// log n). Memory: 66 bytes per source.
+// log n). Memory: 42 bytes per source.
 void set_patch_radii(std::span<Source> secondary_sources);
-
-// What the radius of a source depends on.
-PowerPoint radius_point(const Source& source, std::uint32_t index);
 
 // The radii of the points, in Morton order and followed by those of padding. With fewer than
 // kNeighbours points, the farthest neighbour is at the largest distance.

@@ -278,7 +278,7 @@ Result<std::span<const float>> patch_radii_on_disk(const ForEachSource& for_each
   std::uint32_t index = 0;
   const auto added = for_each([&](std::span<Source> sources) -> Result<void> {
     for (const Source& source : sources)
-      if (const auto one = parts.add(radius_point(source, index++)); !one.ok()) return one;
+      if (const auto one = parts.add(power_point(source, index++)); !one.ok()) return one;
     return {};
   });
   if (!added.ok()) return added.error();

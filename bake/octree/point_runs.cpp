@@ -19,9 +19,12 @@ struct MortonKey {
   std::uint32_t point;
 };
 
-std::vector<MortonKey> in_morton_order(std::span<const PowerPoint> points) {
+PowerPoint power_point(const PowerPoint& point, std::uint32_t /*place*/) { return point; }
+
+template <class Point>
+std::vector<MortonKey> in_morton_order(std::span<const Point> points) {
   constexpr double kSteps = (1 << 21) - 1;
-  const Boundsf bounds = bounds_of(points, &PowerPoint::position_m);
+  const Boundsf bounds = bounds_of(points, &Point::position_m);
   const Vec3 low_m(bounds.low_m), extent_m = Vec3(bounds.high_m) - low_m;
   const double largest_m = std::max({extent_m.x, extent_m.y, extent_m.z});
   const double steps_per_m = largest_m > 0 ? kSteps / largest_m : 0;
@@ -55,7 +58,15 @@ PointRuns::Boxes::Eight distances_squared(const PointRuns::Boxes& boxes, const V
 
 }  // namespace
 
-PointRuns::PointRuns(std::span<const PowerPoint> points) : count_(points.size()) {
+PowerPoint power_point(const Source& source, std::uint32_t index) {
+  return {source.position_m, index, sum_of(source.power)};
+}
+
+PointRuns::PointRuns(std::span<const PowerPoint> points) : count_(points.size()) { sort(points); }
+PointRuns::PointRuns(std::span<const Source> sources) : count_(sources.size()) { sort(sources); }
+
+template <class Point>
+void PointRuns::sort(std::span<const Point> points) {
   const auto keys = in_morton_order(points);
   const std::size_t padded = (count_ + kRun - 1) / kRun * kRun;
   for (auto& column : position_m_) column.resize(padded, Boxes::kFar);
@@ -63,7 +74,7 @@ PointRuns::PointRuns(std::span<const PowerPoint> points) : count_(points.size())
   index_.resize(count_);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count_, 4096), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      const PowerPoint& point = points[keys[i].point];
+      const PowerPoint point = power_point(points[keys[i].point], keys[i].point);
       for (std::size_t axis = 0; axis < 3; ++axis)
         position_m_[axis][i] = point.position_m[static_cast<int>(axis)];
       power_[i] = point.power;

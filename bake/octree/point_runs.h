@@ -17,6 +17,7 @@
 
 #include "bake/octree/nearest_neighbours.h"
 #include "common/vec.h"
+#include "formats/bake_file/source.h"
 
 namespace clamor {
 
@@ -26,6 +27,8 @@ struct PowerPoint {
   std::uint32_t index = 0;
   double power = 0;
 };
+
+PowerPoint power_point(const Source& source, std::uint32_t index);
 
 class PointRuns {
  public:
@@ -41,6 +44,8 @@ class PointRuns {
   };
 
   explicit PointRuns(std::span<const PowerPoint> points);
+  // The index of a source is its place in the list.
+  explicit PointRuns(std::span<const Source> sources);
 
   std::size_t size() const { return count_; }
   std::size_t runs() const { return position_m_[0].size() / kRun; }
@@ -62,6 +67,8 @@ class PointRuns {
   void find(const Vec3f& place_m, NearestNeighbours& neighbours) const;
 
  private:
+  template <class Point>
+  void sort(std::span<const Point> points);
   void enclose();
 
   std::size_t count_;

@@ -14,7 +14,7 @@ namespace clamor {
 namespace {
 
 // A run almost never has more deposits.
-constexpr std::size_t kSlack = 200'000, kMaxAtOnce = 100'000;
+constexpr std::size_t kSlack = 10'000, kMaxAtOnce = 100'000;
 
 // Hash of the deposit, uniform in (0, 1].
 double thinning_random(const Source& source) {
@@ -57,7 +57,7 @@ bool SourceThinning::before(const Entry& a, const Entry& b) {
 
 void SourceThinning::add(std::span<const Source> deposits, std::uint64_t order) {
   // Reserved at once, because doubling would need twice the memory at the peak.
-  const std::size_t room = max_sources_ + max_sources_ / 4 + kSlack;
+  const std::size_t room = max_sources_ + max_sources_ / 8 + kSlack + kMaxAtOnce;
   if (added_ == 0) {
     entries_.reserve(room);
     sources_.reserve(room);

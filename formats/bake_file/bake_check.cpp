@@ -58,12 +58,11 @@ Result<void> check_octree(const SourceOctree& octree, const BakeContents& conten
   for (std::size_t i = 0; i < octree.sources.size(); ++i)
     if (const char* const wrong = wrong_with(octree.sources[i], contents, emitters))
       return Error("source " + std::to_string(i) + " " + wrong);
-  const int mirror_bits = mirror_bits_for(contents.materials);
   for (const OctreeNode& node : octree.nodes)
     for (std::size_t i = 0; i < node.source_count; ++i) {
       const Source& source = octree.sources[node.first_source + i];
       if (!source.is_emitter &&
-          !page_layout::grid_box_of(node).holds(quantized(source, mirror_bits)))
+          !page_layout::grid_box_of(node).holds(position_code(source.position_m)))
         return Error("source " + std::to_string(node.first_source + i) + " lies outside its node");
     }
   return {};

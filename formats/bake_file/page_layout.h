@@ -68,9 +68,9 @@ CLAMOR_INLINE Plane plane_of(const std::array<float, 3>& normal) {
 struct GridBox {
   std::array<std::int32_t, 3> low{}, high{};
 
-  bool holds(const QuantizedSource& code) const {
+  bool holds(const std::array<std::int32_t, 3>& position) const {
     for (std::size_t axis = 0; axis < 3; ++axis)
-      if (code.position[axis] < low[axis] || code.position[axis] > high[axis]) return false;
+      if (position[axis] < low[axis] || position[axis] > high[axis]) return false;
     return true;
   }
 };

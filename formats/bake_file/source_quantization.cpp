@@ -150,10 +150,13 @@ int mirror_bits_for(std::span<const Material> materials) {
   return bits;
 }
 
+std::array<std::int32_t, 3> position_code(const Vec3f& position_m) {
+  return {nearest_step(position_m.x), nearest_step(position_m.y), nearest_step(position_m.z)};
+}
+
 QuantizedSource quantized(const Source& source, int mirror_bits) {
   QuantizedSource code;
-  for (int axis = 0; axis < 3; ++axis)
-    code.position[static_cast<std::size_t>(axis)] = nearest_step(source.position_m[axis]);
+  code.position = position_code(source.position_m);
   code.delay = nearest_sample(source.delay_s);
   code.normal = octahedral_code(source.normal, kNormalBits);
   code.mirror = octahedral_code(source.mirror, mirror_bits);

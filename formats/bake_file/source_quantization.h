@@ -49,6 +49,8 @@ struct QuantizedSource {
 // of 4. A lobe of exponent p has a width of 1 / sqrt(p); the error is at most a tenth of that.
 int mirror_bits_for(std::span<const Material> materials);
 
+std::array<std::int32_t, 3> position_code(const Vec3f& position_m);
+
 // Rounds every value to nearest. Call round_powers_stochastically() first for unbiased powers.
 QuantizedSource quantized(const Source& source, int mirror_bits);
 

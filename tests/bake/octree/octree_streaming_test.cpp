@@ -133,7 +133,7 @@ TEST_F(OctreeStreaming, EqualsTheTreeBuiltInMemoryForAnyMemoryLimit) {
                 << count << " sources of list " << i << " in " << memory_bytes << " bytes";
           });
           const bool fits =
-              count * 220ull <= std::max<std::uint64_t>(memory_bytes, kLeafSources * 220);
+              count * 140ull <= std::max<std::uint64_t>(memory_bytes, kLeafSources * 140);
           EXPECT_EQ(sink.single_nodes == 0, fits);  // otherwise the tree was not built on disk
         }
     }

@@ -67,7 +67,7 @@ TEST(PatchRadius, IsThatOfTheSlowSearchOnEveryInstructionSet_NoAsan) {
                               testing::degenerate_sources(6000, 1, {.keys = 7, .places = 9})}) {
     std::vector<PowerPoint> list;
     for (const Source& source : sources)
-      list.push_back(radius_point(source, static_cast<std::uint32_t>(list.size())));
+      list.push_back(power_point(source, static_cast<std::uint32_t>(list.size())));
     const PointRuns points(list);
     std::vector<FoundRadius> slow;
     for (std::size_t i = 0; i < points.size(); ++i) {

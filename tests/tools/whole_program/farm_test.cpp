@@ -227,8 +227,8 @@ TEST_F(Farm, MergesOnDiskWhereTheMemoryIsShort) {
     EXPECT_EQ(outcome.code, 0) << outcome.err;
   };
   for (const std::string i : {"1", "2"})
-    run({"bake", level_, "-o", folder_ / (i + ".shard"), "--shard", i + "/2", "--photons", "8000",
-         "--sources", "95000", "--probes", "4", "--probe-sources", "50", "--longest", "0.3",
+    run({"bake", level_, "-o", folder_ / (i + ".shard"), "--shard", i + "/2", "--photons", "14000",
+         "--sources", "130000", "--probes", "4", "--probe-sources", "50", "--longest", "0.3",
          options_[6], options_[7]},
         {});
   const auto merge_to = [&](const std::string& name, const std::vector<std::string>& more) {
@@ -237,10 +237,10 @@ TEST_F(Farm, MergesOnDiskWhereTheMemoryIsShort) {
   merge_to("memory.clamor", {});
   merge_to("disk.clamor", {"--memory", "127MB"});
   EXPECT_TRUE(read(folder_ / "memory.clamor") == read(folder_ / "disk.clamor"));
-  // The memory holds 144 000 sources while they are sorted.
+  // The memory holds 180 000 sources while they are sorted.
   const auto file = BakeFile::open(folder_ / "disk.clamor");
   ASSERT_TRUE(file.ok());
-  EXPECT_GT(file->stored_sources(), 150'000u);
+  EXPECT_GT(file->stored_sources(), 190'000u);
 }
 
 TEST_F(Farm, TracesInRoundsUntilAnErrorLikeOneMachine) {
