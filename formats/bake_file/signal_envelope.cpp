@@ -137,7 +137,8 @@ class Analysis {
       }
       if (++at == size_ && signal_.loop) at = 0;
     }
-    return sounds ? samples : std::vector<Lanes>();
+    if (!sounds) samples.clear();
+    return samples;
   }
 
   std::size_t place_of(std::int64_t moment) const {
