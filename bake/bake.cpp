@@ -281,6 +281,7 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   EmitterInstances instances =
       instance_emitters(level, options.groups, as_it_is.tally.photons > 0, options.settings.seed);
   std::vector<Source> emitters = add_emitters(open, instances, contents, report);
+  states.clear();  // what traced, before sorting takes its place in memory
   if (const auto sorted =
           sort_all(traced->states, std::move(emitters), instances, options, *place, contents);
       !sorted.ok())

@@ -118,6 +118,19 @@ unsigned flac_bits(std::span<const std::byte> file) {
   return ((byte(20) & 1) << 4 | byte(21) >> 4) + 1;
 }
 
+// Why libsndfile does not open a file, and what to do about it.
+std::string why_unread(std::span<const std::byte> file) {
+  const std::string other = other_kind(file, FileKind::kSound);
+  if (!other.empty()) return other + ".";
+  if (const unsigned bits = flac_bits(file); bits % 8 != 0 || bits > 24)
+    return fmt::format(
+        "is FLAC of {} bits, and libsndfile reads 8, 16 and 24; make it a WAV file, as by "
+        "'flac -d'.",
+        bits);
+  return fmt::format("is no sound file that can be read ({}); give WAV, FLAC, Ogg or MP3.",
+                     sf_strerror(nullptr));
+}
+
 // Decode all channels, or only their mean.
 enum class Channels { kApart, kMean };
 
@@ -128,18 +141,7 @@ Result<Sound> decode(std::span<const std::byte> file, const std::string& name, C
   SF_VIRTUAL_IO io = memory_io();
   SF_INFO info{};
   const SoundFile sound(sf_open_virtual(&io, SFM_READ, &info, &memory));
-  if (sound == nullptr) {
-    const std::string other = other_kind(file, FileKind::kSound);
-    if (!other.empty()) return refused(other + ".");
-    if (const unsigned bits = flac_bits(file); bits % 8 != 0 || bits > 24)
-      return refused(fmt::format(
-          "is FLAC of {} bits, and libsndfile reads 8, 16 and 24; make it a WAV file, as by "
-          "'flac -d'.",
-          bits));
-    return refused(
-        fmt::format("is no sound file that can be read ({}); give WAV, FLAC, Ogg or MP3.",
-                    sf_strerror(nullptr)));
-  }
+  if (sound == nullptr) return refused(why_unread(file));
   if (info.channels < 1 || info.channels > max_channels || info.samplerate < kMinSoundRate_hz ||
       info.samplerate > kMaxSoundRate_hz)
     return refused(fmt::format(

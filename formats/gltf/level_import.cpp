@@ -308,6 +308,19 @@ Result<void> add_portals(const std::vector<PortalSpec>& specs, ImportedLevel& im
   return {};
 }
 
+// What is said of the whole level, once all of it is there.
+void report_sounds(const GltfScene& scene, const Level& level, ImportReport& report) {
+  report.found.push_back(number_of(level.emitters.size(), "emitter") + " of " +
+                         number_of(level.signals.size(), "sound"));
+  report_ignored(scene.json, report);
+  warn_of_silence(level.emitters, report);
+  if (level.emitters.empty() && level.probes_m.empty())
+    report.warnings.push_back(
+        "nothing in the level makes a sound; give it an emitter, as in "
+        "--emitter \"signal=violin.flac,at=1,1.2,-3\"" +
+        lost_emitters_in_words(scene.json));
+}
+
 }  // namespace
 
 // Options such as --emitter change it, too.
@@ -411,16 +424,8 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   if (const auto ok = import_probes(origins, sidecar->probes_m, imported); !ok.ok())
     return ok.error().in(path);
 
-  report.found.push_back(number_of(level.emitters.size(), "emitter") + " of " +
-                         number_of(level.signals.size(), "sound"));
-  report_ignored(scene->json, report);
-  warn_of_silence(level.emitters, report);
+  report_sounds(*scene, level, report);
   if (const auto ok = check_places(level); !ok.ok()) return ok.error().in(path);
-  if (level.emitters.empty() && level.probes_m.empty())
-    report.warnings.push_back(
-        "nothing in the level makes a sound; give it an emitter, as in "
-        "--emitter \"signal=violin.flac,at=1,1.2,-3\"" +
-        lost_emitters_in_words(scene->json));
   imported.inputs = folder.inputs();
   imported.files = folder.files();
   imported.input_hash = finish_hash(folder.hash(), level);

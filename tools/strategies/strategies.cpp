@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "common/text.h"
+#include "runtime/occlusion/visibility_cache.h"
 #include "runtime/propagation/source_weight.h"
 #include "runtime/sampling/moving_source_list.h"
 #include "tools/strategies/all_sampler.h"

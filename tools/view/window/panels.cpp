@@ -69,6 +69,7 @@ void Panels::draw(const WindowLayout& layout, const VoiceDisplay& voices) {
   scale_ = layout.scale;
   if (!ImGui::IsAnyItemActive()) was_dragging_ = false;
   draw_marks(layout);
+  draw_message(layout);
   draw_toolbar(layout);
   draw_side(layout);
   draw_bottom(layout, voices);

@@ -47,6 +47,7 @@ class Panels {
   void draw_side(const WindowLayout& layout);
   void draw_bottom(const WindowLayout& layout, const VoiceDisplay& voices);
   void draw_marks(const WindowLayout& layout) const;
+  void draw_message(const WindowLayout& layout) const;
   void draw_questions();
 
   // panels_lists.cpp
@@ -75,6 +76,10 @@ class Panels {
 
   // panels_listen.cpp
   void draw_listen();
+  void draw_strategy();
+  void draw_sound_parts();
+  void draw_octaves();
+  void draw_source_key() const;
   void draw_meters(float width, float height);
   void draw_figures(const VoiceDisplay& voices);
   void draw_spectrogram(float width, float height);

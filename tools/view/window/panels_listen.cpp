@@ -54,6 +54,24 @@ std::string loudness(double lufs) {
 }  // namespace
 
 void Panels::draw_listen() {
+  draw_strategy();
+  ImGui::Spacing();
+  draw_sound_parts();
+  ImGui::Spacing();
+  draw_octaves();
+  SoloSettings focus = session_.sound().focus();
+  if (button("All of the sound", 0, false, !focus.is_neutral())) {
+    part_soloed_ = part_muted_ = {};
+    soloed_ = muted_ = {};
+  }
+  set_factors(muted_, soloed_, focus.bands);
+  set_factors(part_muted_, part_soloed_, focus.parts);
+  if (!(focus == session_.sound().focus())) session_.sound().set_focus(focus);
+  ImGui::Spacing();
+  draw_source_key();
+}
+
+void Panels::draw_strategy() {
   StrategyOptions strategy = session_.strategy();
   caption("Voices (k)");
   if (voices_wanted_ == 0) voices_wanted_ = static_cast<int>(strategy.voices);
@@ -73,9 +91,9 @@ void Panels::draw_listen() {
     ImGui::EndCombo();
   }
   if (changed) tell(session_.set_strategy(strategy));
+}
 
-  SoloSettings focus = session_.sound().focus();
-  ImGui::Spacing();
+void Panels::draw_sound_parts() {
   caption("Parts of the sound: S alone, M muted");
   const float small = 30 * scale_;
   for (std::size_t p = 0; p < kSoundParts; ++p) {
@@ -91,7 +109,9 @@ void Panels::draw_listen() {
     caption(kPartNotes[p]);
     ImGui::PopID();
   }
-  ImGui::Spacing();
+}
+
+void Panels::draw_octaves() {
   caption("Octave bands, Hz");
   const float gap = 4 * scale_;
   const float column = (ImGui::GetContentRegionAvail().x - 7 * gap) / 8;
@@ -120,15 +140,9 @@ void Panels::draw_listen() {
   }
   wrapped_caption(
       "The upper row plays bands alone, the lower one mutes them; below is T30 of the bake, s.");
-  if (button("All of the sound", 0, false, !focus.is_neutral())) {
-    part_soloed_ = part_muted_ = {};
-    soloed_ = muted_ = {};
-  }
-  set_factors(muted_, soloed_, focus.bands);
-  set_factors(part_muted_, part_soloed_, focus.parts);
-  if (!(focus == session_.sound().focus())) session_.sound().set_focus(focus);
+}
 
-  ImGui::Spacing();
+void Panels::draw_source_key() const {
   ImGui::TextUnformatted("In the level");
   const auto key = [&](ImU32 colour, const char* text) {
     const ImVec2 at = ImGui::GetCursorScreenPos();

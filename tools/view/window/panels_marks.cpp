@@ -70,7 +70,10 @@ void Panels::draw_marks(const WindowLayout& layout) const {
     draw_label(draw, {at.x + radius + 10 * scale_, at.y}, theme::kBad, place->title, scale_);
   }
   draw.PopClipRect();
+}
 
+void Panels::draw_message(const WindowLayout& layout) const {
+  ImDrawList& draw = *ImGui::GetBackgroundDrawList();
   const std::string& message = session_.message();
   const char* const help =
       "WASD walk, R and F up and down, right mouse button looks round, O opens a door";

@@ -27,6 +27,27 @@ int key_of(const std::string& name) {
   return 0;
 }
 
+void print_sound(ViewSession& session, std::ostream& out) {
+  fmt::print(out, "edit to sound {:.2f} s, playing {}, {} sources chosen\n",
+             session.edit_to_sound_s(), session.plays_other() ? "B" : "A", session.heard().size());
+  if (const auto& first = session.first_bake())
+    fmt::print(out, "first bake {:.2f} s, {}, decay known to {:.2f} dB\n", first->seconds,
+               first->is_reweighed ? "paths kept" : "traced anew: " + first->why_traced,
+               first->decay_error_db);
+}
+
+void print_doors(ViewSession& session, std::ostream& out) {
+  for (const LevelDoors::Door& part : session.doors().parts())
+    fmt::print(out, "part '{}' moved {:.0f} %\n", part.name, 100 * part.share);
+  for (std::size_t p = 0; p < session.portals().size(); ++p) {
+    const LevelDoors::Door& portal = session.doors().portals()[p];
+    if (session.parts_of(p).empty())
+      fmt::print(out, "portal '{}' open {:.0f} %\n", portal.name, 100 * portal.share);
+    for (const std::size_t part : session.parts_of(p))
+      fmt::print(out, "portal '{}' opened by '{}'\n", portal.name, session.parts()[part].name);
+  }
+}
+
 }  // namespace
 
 bool ScriptInput::take_size(int& width, int& height) {
@@ -91,11 +112,34 @@ Result<bool> ScriptInput::wait_for_bake(const ViewSession& session) {
   return false;
 }
 
-// Returns whether the event is over.
-Result<bool> ScriptInput::play(const ViewEvent& event, ViewSession& session, std::ostream& out) {
+Result<bool> ScriptInput::has_come(ViewEvent::Kind awaited, ViewSession& session) {
   using Kind = ViewEvent::Kind;
   const auto& newest = session.newest_bake();
   const bool failed = (newest && !newest->error.empty()) || !session.sound().error().empty();
+  switch (awaited) {
+    case Kind::kWaitSound:
+      if (session.emitters().empty() && !session.sound().is_playing())
+        return Error("the sound does not come: the level has no emitter");
+      if (failed) return Error("the sound does not come: " + session.sound().error());
+      return session.sound().is_playing() && session.sound().statistics().time_s > 0.2 &&
+             !session.waits_for_sound();
+    case Kind::kWaitQuick:
+      if (failed) return Error("the bake has failed: " + (newest ? newest->error : ""));
+      if (newest.has_value() && !session.waits_for_sound()) return true;
+      return wait_for_bake(session);
+    case Kind::kWaitFinal:
+      if (failed) return Error("the bake has failed: " + (newest ? newest->error : ""));
+      if (session.is_final() && !session.sound().is_opening()) return true;
+      return wait_for_bake(session);
+    default:  // kWaitRebaked
+      if (failed) return Error("the sound does not come: " + session.sound().error());
+      return session.followed() > 0 && !session.sound().is_opening();
+  }
+}
+
+// Returns whether the event is over.
+Result<bool> ScriptInput::play(const ViewEvent& event, ViewSession& session, std::ostream& out) {
+  using Kind = ViewEvent::Kind;
   switch (event.kind) {
     case Kind::kSize:
       has_size_ = true;
@@ -151,44 +195,18 @@ Result<bool> ScriptInput::play(const ViewEvent& event, ViewSession& session, std
       waits_until_ = Clock::now() + std::chrono::milliseconds(static_cast<int>(1000 * event.x));
       return true;
     case Kind::kWaitSound:
-      if (session.emitters().empty() && !session.sound().is_playing())
-        return Error("the sound does not come: the level has no emitter");
-      if (failed) return Error("the sound does not come: " + session.sound().error());
-      return session.sound().is_playing() && session.sound().statistics().time_s > 0.2 &&
-             !session.waits_for_sound();
     case Kind::kWaitQuick:
-      if (failed) return Error("the bake has failed: " + (newest ? newest->error : ""));
-      if (newest.has_value() && !session.waits_for_sound()) return true;
-      return wait_for_bake(session);
     case Kind::kWaitFinal:
-      if (failed) return Error("the bake has failed: " + (newest ? newest->error : ""));
-      if (session.is_final() && !session.sound().is_opening()) return true;
-      return wait_for_bake(session);
     case Kind::kWaitRebaked:
-      if (failed) return Error("the sound does not come: " + session.sound().error());
-      return session.followed() > 0 && !session.sound().is_opening();
+      return has_come(event.kind, session);
     case Kind::kScreenshot:
       screenshot_ = event.text;
       return true;
     case Kind::kPrint:
-      fmt::print(out, "edit to sound {:.2f} s, playing {}, {} sources chosen\n",
-                 session.edit_to_sound_s(), session.plays_other() ? "B" : "A",
-                 session.heard().size());
-      if (const auto& first = session.first_bake())
-        fmt::print(out, "first bake {:.2f} s, {}, decay known to {:.2f} dB\n", first->seconds,
-                   first->is_reweighed ? "paths kept" : "traced anew: " + first->why_traced,
-                   first->decay_error_db);
+      print_sound(session, out);
       return true;
     case Kind::kPrintDoors:
-      for (const LevelDoors::Door& part : session.doors().parts())
-        fmt::print(out, "part '{}' moved {:.0f} %\n", part.name, 100 * part.share);
-      for (std::size_t p = 0; p < session.portals().size(); ++p) {
-        const LevelDoors::Door& portal = session.doors().portals()[p];
-        if (session.parts_of(p).empty())
-          fmt::print(out, "portal '{}' open {:.0f} %\n", portal.name, 100 * portal.share);
-        for (const std::size_t part : session.parts_of(p))
-          fmt::print(out, "portal '{}' opened by '{}'\n", portal.name, session.parts()[part].name);
-      }
+      print_doors(session, out);
       return true;
     case Kind::kQuit:
       quits_ = true;

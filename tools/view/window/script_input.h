@@ -48,6 +48,8 @@ class ScriptInput {
   using Clock = std::chrono::steady_clock;
 
   Result<void> play_events(ViewSession& session, std::ostream& out);
+  // Whether what a script waits for is there; an Error if it will not come.
+  Result<bool> has_come(ViewEvent::Kind awaited, ViewSession& session);
   Result<bool> play(const ViewEvent& event, ViewSession& session, std::ostream& out);
   Result<bool> wait_for_bake(const ViewSession& session);
   Result<void> set_key(const std::string& name, bool is_down);
