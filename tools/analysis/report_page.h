@@ -39,7 +39,7 @@ struct Chart {
 
   std::string title = {}, x_label = {}, y_label = {};  // including units
   bool log_x = false, log_y = false;
-  std::vector<double> x_ticks = {};  // empty: round numbers
+  std::vector<double> x_ticks = {};  // those between the points; empty: round numbers
   std::optional<std::pair<double, double>> y_range = {};
   std::vector<Series> series = {};
   std::vector<Zone> zones = {};

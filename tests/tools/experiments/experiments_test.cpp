@@ -251,6 +251,21 @@ TEST(Charts, LabelOnlyZonesThatThereIsRoomFor) {
   EXPECT_EQ(to_svg().find("a label"), std::string::npos);
 }
 
+// A room that was measured from 125 Hz on had a line and a label for 63 Hz left of its chart.
+TEST(Charts, HaveNoTicksBesideTheirPoints) {
+  if (!has_node()) GTEST_SKIP() << "not on this machine: node";
+  const Folder folder;
+  ReportPage page("ticks", "Ticks", "");
+  page.chart({.log_x = true,
+              .x_ticks = {63, 125, 250},
+              .series = {{.name = "a", .points = {{125, 1}, {250, 2}}}}},
+             "");
+  ASSERT_TRUE(page.write(folder.path()).ok());
+  const std::string svg = drawn(folder / "ticks.html");
+  EXPECT_NE(svg.find(">125<"), std::string::npos);
+  EXPECT_EQ(svg.find(">63<"), std::string::npos);
+}
+
 TEST(Experiments, AreTheSameEachTime) {
   const Folder folder;
   const std::string level = baked_level(folder);

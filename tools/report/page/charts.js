@@ -119,7 +119,7 @@ function lineChart(given) {
   let svg = zones.map((zone) => zoneSvg(zone, x, y)).join("");
   if (ribbon.length > 0)
     svg += `<path d="${pathOf([...ribbon.map(([at, , high]) => [at, high]), ...ribbon.map(([at, low]) => [at, low]).reverse()], x, y, 0)}Z" class="ribbon"/>`;
-  for (const tick of chart.x_ticks.length > 0 ? chart.x_ticks : x.ticks())
+  for (const tick of chart.x_ticks.length > 0 ? chart.x_ticks.filter((one) => x.at(one) >= x.from && x.at(one) <= x.to) : x.ticks())
     svg += svgLine(x.at(tick), y.from, x.at(tick), y.to, 'class="grid"') + svgText(x.at(tick), y.from + 18, shortNumber(tick), kMiddle);
   svg += valueAxis(y, x.from, x.to);
   if (!y.log && y.low < 0 && y.high > 0) svg += svgLine(x.from, y.at(0), x.to, y.at(0), 'class="axis"');
