@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 
+#include "common/platform/system_file.h"
 #include "common/result.h"
 
 namespace clamor {
@@ -23,7 +24,6 @@ class ScratchFile {
   ScratchFile& operator=(ScratchFile&& other) noexcept;
   ScratchFile(const ScratchFile&) = delete;
   ScratchFile& operator=(const ScratchFile&) = delete;
-  ~ScratchFile();
 
   Result<void> append(std::span<const std::byte> bytes);
 
@@ -43,8 +43,8 @@ class ScratchFile {
 
   std::string beside_;
   std::uint64_t bytes_ = 0;
-  int descriptor_ = -1;
-  std::span<std::byte> mapped_;
+  SystemFile file_;
+  FileMapping mapped_;
 };
 
 }  // namespace clamor

@@ -94,7 +94,7 @@ const std::vector<Fence> kFences = {
      {"csignal", "dirent.h", "dlfcn.h", "fcntl.h", "link.h", "poll.h", "pthread.h", "pwd.h",
       "sched.h", "semaphore.h", "signal.h", "spawn.h", "sys/*", "termios.h", "ucontext.h",
       "unistd.h"},
-     {"common/platform/posix/*", "bake/octree/scratch_file.cpp", "runtime/examples/*", "tests/*"}},
+     {"common/platform/posix/*", "runtime/examples/*", "tests/*"}},
     {"PulseAudio", {"pulse/*"}, {"runtime/output/pulse_output.cpp"}},
     {"RtAudio", {"RtAudio.h", "rtaudio/*"}, {"runtime/output/audio_device.cpp"}},
     {"TBB",

@@ -120,7 +120,7 @@ SystemFile SystemFile::duplicate(int descriptor) {
 SystemFile SystemFile::unnamed(std::string pattern) {
   SystemFile file;
   file.descriptor_ = ::mkostemp(pattern.data(), O_CLOEXEC);
-  if (file.is_open()) ::unlink(pattern.c_str());
+  if (file.is_open() && ::unlink(pattern.c_str()) != 0) file.close();
   return file;
 }
 
