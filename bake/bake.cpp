@@ -13,7 +13,6 @@
 #include <tbb/task_arena.h>
 
 #include "bake/bake_journals.h"
-#include "bake/bake_memory.h"
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
 #include "bake/instances/emitter_instances.h"
@@ -227,7 +226,7 @@ Result<void> sort_all(std::vector<BatchTracing::Output>& states, std::vector<Sou
       return done.error();
     if (sources.empty()) sources.swap(state.sources);
     sources.insert(sources.end(), state.sources.begin(), state.sources.end());
-    state.sources = {};
+    state.sources = std::vector<Source>();  // assigning {} would keep the capacity
   }
   if (options.is_stopped()) return Error("stopped");
   sources.insert(sources.end(), emitters.begin(), emitters.end());
@@ -253,7 +252,8 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
   const auto place = check_memory(level, open.plan, options);
   report.exceeds_memory = !place.ok();
   if (!place.ok()) return place.error();
-  auto journals = open_journals(level, options);
+  auto journals =
+      open_journals(deposit_materials(level.materials).size(), level.portals.size(), options);
   if (!journals.ok()) return journals.error();
   if (!options.journal.empty()) report.journal_runs = journals->list.front().runs();
   DecayEstimate decay = open.decay_estimate(reweighed.has_value());
@@ -266,7 +266,6 @@ Result<BakeContents> bake_on_this_arena(const Level& level, const BakeOptions& o
                              kept,
                              place->storage == SortStorage::kFiles});
   if (!traced.ok()) return traced.error();
-  if (states.size() > 1) states.pop_back();
   if (options.on_progress) {
     BakeProgress progress = traced->states.front().progress;
     progress.stage = "sorting";
@@ -296,7 +295,8 @@ Result<BakeReport> shard_on_this_arena(const Level& level, const BakeOptions& op
   const TracedState& open = states.emplace_back(level, options.settings);
   if (const auto fits = check_shard_memory(level, open.plan, options); !fits.ok())
     return fits.error();
-  auto journals = open_journals(level, options);
+  auto journals =
+      open_journals(deposit_materials(level.materials).size(), level.portals.size(), options);
   if (!journals.ok()) return journals.error();
   TraceJournal& journal = journals->list.front();
   DecayEstimate decay = open.decay_estimate(false);
@@ -401,8 +401,7 @@ Result<BakeCost> bake_cost(const Level& level, const BakeOptions& options) {
     if (part.photons > 0) cost.bytes_per_photon = part.bytes / part.photons;
     cost.shard_memory_bytes = shard_memory_bytes(level, open.plan, 1);
     cost.thread_memory_bytes = shard_memory_bytes(level, open.plan, 2) - cost.shard_memory_bytes;
-    cost.merge_memory_bytes =
-        bake_memory_bytes(level, open.plan, 1) + DecayEstimate::max_bytes(open.plan.longest_path_s);
+    cost.merge_memory_bytes = bake_memory_bytes(level, open.plan, 1);
     return cost;
   });
 }

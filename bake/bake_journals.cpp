@@ -1,6 +1,5 @@
 #include "bake/bake_journals.h"
 
-#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
@@ -9,17 +8,15 @@
 #include <tbb/parallel_for.h>
 
 #include "bake/journal/trace_journal.h"
-#include "bake/trace/kernel_material.h"
-#include "formats/level/level.h"
 
 namespace clamor {
 
 namespace {
 
 // Opens a shard and checks all of it.
-Result<TraceJournal> open_shard(const Level& level, const std::string& path) {
-  auto opened = TraceJournal::open_to_read(path, deposit_materials(level.materials).size(),
-                                           level.portals.size());
+Result<TraceJournal> open_shard(const std::string& path, std::size_t materials,
+                                std::size_t portals) {
+  auto opened = TraceJournal::open_to_read(path, materials, portals);
   if (!opened.ok()) return opened.error();
   const std::string then =
       ", so photons of it are in none of the shards; run its command again, which traces what is "
@@ -34,13 +31,13 @@ Result<TraceJournal> open_shard(const Level& level, const std::string& path) {
 
 }  // namespace
 
-Result<OpenJournals> open_journals(const Level& level, const BakeOptions& options) {
+Result<OpenJournals> open_journals(std::size_t materials, std::size_t portals,
+                                   const BakeOptions& options) {
   OpenJournals journals;
   journals.writes = !options.journal.empty();
   journals.has_all = !options.shards.empty();
   if (journals.writes) {
-    auto opened = TraceJournal::open(options.journal, deposit_materials(level.materials).size(),
-                                     level.portals.size());
+    auto opened = TraceJournal::open(options.journal, materials, portals);
     if (!opened.ok()) return opened.error();
     if (options.tells_progress) opened->tell_progress();
     // A complete shard stays the same bytes when its command is run again.
@@ -51,7 +48,7 @@ Result<OpenJournals> open_journals(const Level& level, const BakeOptions& option
   }
   std::vector<std::optional<Result<TraceJournal>>> shards(options.shards.size());
   tbb::parallel_for(std::size_t{0}, shards.size(), [&](std::size_t i) {
-    if (!options.is_stopped()) shards[i].emplace(open_shard(level, options.shards[i]));
+    if (!options.is_stopped()) shards[i].emplace(open_shard(options.shards[i], materials, portals));
   });
   for (auto& shard : shards) {
     if (!shard) break;

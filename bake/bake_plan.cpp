@@ -3,8 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <string>
 
+#include <tbb/task_arena.h>
+
+#include "bake/bake_options.h"
+#include "bake/report/decay_estimate.h"
 #include "bake/trace/pilot.h"
+#include "bake/traced_state.h"
 #include "common/maths.h"
 #include "formats/level/level.h"
 
@@ -43,6 +49,10 @@ void plan_longest_path(double asked_s, double needed_s, BakePlan& plan) {
   plan.fade_s = needed_s > plan.longest_path_s ? kFadingShare * plan.longest_path_s : 0;
 }
 
+std::string in_megabytes(std::uint64_t bytes) {
+  return std::to_string((bytes + 999'999) / 1'000'000) + " MB";
+}
+
 }  // namespace
 
 std::uint64_t BakePlan::all_photons() const {
@@ -79,7 +89,48 @@ std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int th
   return kProgram + kPerTriangle * level.mesh.triangles.size() + for_sources +
          kPerEmitter * level.emitters.size() + 8 * samples +
          kBytesPerRun * (plan.all_photons() / kRunPhotons) +
-         kPerThread * static_cast<std::uint64_t>(threads);
+         kPerThread * static_cast<std::uint64_t>(threads) +
+         DecayEstimate::max_bytes(plan.longest_path_s);
+}
+
+Result<SortPlace> check_memory(const Level& level, BakePlan plan, const BakeOptions& options) {
+  if (has_closed_state(level)) plan.sources *= 2;
+  const int threads = tbb::this_task_arena::max_concurrency();
+  const auto needs = [&](const BakePlan& of, SortStorage sorted) {
+    return bake_memory_bytes(level, of, threads, sorted);
+  };
+  if (options.memory_bytes == 0 || needs(plan, SortStorage::kMemory) <= options.memory_bytes)
+    return SortPlace{};
+  const SortStorage last = options.spill.empty() ? SortStorage::kMemory : SortStorage::kFiles;
+  const std::uint64_t needed = needs(plan, last);
+  // The steps get most of what the smallest of them leave.
+  constexpr std::uint64_t kMinStepBytes = 25'000'000;
+  if (needed <= options.memory_bytes)
+    return SortPlace{last, kMinStepBytes + (options.memory_bytes - needed) / 10 * 6};
+  BakePlan bare = plan;
+  bare.sources = 0;
+  const std::uint64_t least = needs(bare, last);
+  const std::string advice =
+      least < options.memory_bytes
+          ? "--sources " + std::to_string((options.memory_bytes - least) / kBytesPerSource) +
+                " would fit"
+          : "the level itself needs " + in_megabytes(least);
+  return Error("the bake needs about " + in_megabytes(needed) + " of memory, more than the " +
+               in_megabytes(options.memory_bytes) + " it may have; " + advice);
+}
+
+std::uint64_t shard_memory_bytes(const Level& level, BakePlan plan, int threads) {
+  plan.sources = 0;
+  return bake_memory_bytes(level, plan, threads);
+}
+
+Result<void> check_shard_memory(const Level& level, const BakePlan& plan,
+                                const BakeOptions& options) {
+  const std::uint64_t needed =
+      shard_memory_bytes(level, plan, tbb::this_task_arena::max_concurrency());
+  if (options.memory_bytes == 0 || needed <= options.memory_bytes) return {};
+  return Error("a shard needs about " + in_megabytes(needed) + " of memory, more than the " +
+               in_megabytes(options.memory_bytes) + " it may have");
 }
 
 std::uint32_t emitter_rooms(const Scene& scene, const Level& level) {

@@ -3,7 +3,7 @@
 // Photons and sources are separate: photons determine the quality of the sources, sources the size
 // of the file. The plan depends on the scene, the emitters' powers and the settings. Emitter
 // positions matter only for the number of rooms they are in, so moving one emitter leaves the
-// photons of all others unchanged.
+// photons of all others unchanged. What a plan needs of memory is here, too.
 #pragma once
 
 #include <cstdint>
@@ -11,10 +11,12 @@
 
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
+#include "common/result.h"
 #include "formats/bake_file/bake_metadata.h"
 
 namespace clamor {
 
+struct BakeOptions;
 struct Level;
 
 // How photons are traced with the settings of a bake, without what the plan and the images add.
@@ -62,12 +64,28 @@ void keep_estimates(BakePlan& plan, const BakePlan& earlier);
 // 300 bytes per triangle, 190 per source (joining those of two states of the level takes 2.1 times
 // the 88 bytes of a source, sorting 1.6 times), 150 per 1024 photons, and the batches in flight.
 // Measured in the violin room: 134 to 146 MB for 300 000 sources, depending on thread timing,
-// 226 MB for one million, 498 MB for three million. With kFiles, thinning, patch radii and sorting
-// work on disk, with 40 MB or more for any number of sources.
+// 226 MB for one million, 498 MB for three million. What DecayEstimate takes is added. With
+// kFiles, thinning, patch radii and sorting work on disk, with 40 MB or more for any number of
+// sources.
 inline constexpr std::uint64_t kBytesPerSource = 190, kBytesPerRun = 150;
 enum class SortStorage : std::uint8_t { kMemory, kFiles };
 std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int threads,
                                 SortStorage sorted = SortStorage::kMemory);
+
+// A shard keeps no sources, so it needs far less memory than a bake.
+std::uint64_t shard_memory_bytes(const Level& level, BakePlan plan, int threads);
+
+// Where the sources are thinned and sorted.
+struct SortPlace {
+  SortStorage storage = SortStorage::kMemory;
+  std::uint64_t step_bytes = 0;  // of memory for each step on disk
+};
+
+// Fail if the plan, for each state of the level, exceeds the memory limit. For the threads of the
+// calling TBB arena.
+Result<SortPlace> check_memory(const Level& level, BakePlan plan, const BakeOptions& options);
+Result<void> check_shard_memory(const Level& level, const BakePlan& plan,
+                                const BakeOptions& options);
 
 // Number of rooms with emitters. Emitters that see each other, directly or through others, share a
 // room. Emitters beyond the first 64 rooms count towards the first.

@@ -17,13 +17,20 @@
 
 namespace clamor {
 
+namespace {
+
+void quantize_on_all_threads(std::span<Source> sources, std::span<const Material> materials) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 1024),
+                    [&](const tbb::blocked_range<std::size_t>& part) {
+                      quantize_sources(sources.subspan(part.begin(), part.size()), materials);
+                    });
+}
+
+}  // namespace
+
 void finish_sources(std::span<Source> secondary_sources, std::span<const Material> materials) {
   set_patch_radii(secondary_sources);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, secondary_sources.size(), 4096),
-                    [&](const tbb::blocked_range<std::size_t>& part) {
-                      quantize_sources(secondary_sources.subspan(part.begin(), part.size()),
-                                       materials);
-                    });
+  quantize_on_all_threads(secondary_sources, materials);
 }
 
 void sort_sources(std::vector<Source> sources, EmitterInstances& instances,
@@ -47,10 +54,7 @@ Result<void> finish_on_disk(BatchTracing::Output& traced, const BakeOptions& opt
     if (options.is_stopped()) return Error("stopped");
     for (Source& source : sources) source.patch_radius_m = (*radii)[next++];
     traced.portals.apply(sources);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 1024),
-                      [&](const tbb::blocked_range<std::size_t>& part) {
-                        quantize_sources(sources.subspan(part.begin(), part.size()), materials);
-                      });
+    quantize_on_all_threads(sources, materials);
     return list.append(sources);
   });
   traced.on_disk.reset();

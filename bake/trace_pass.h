@@ -10,7 +10,7 @@
 
 namespace clamor {
 
-// What all passes of a bake share.
+// The options, journals and report that all passes of a bake share.
 struct BakePasses {
   const BakeOptions& options;
   OpenJournals& journals;
