@@ -26,7 +26,7 @@ using Eight = hn::CappedTag<float, kBandCount>;
 
 #include "common/maths_series-inl.h"
 
-// The same for Highway's vectors, by way of the compiler's.
+// log2_of() and exp2_of() of Highway's vectors, computed in those of the compiler.
 template <class V>
 concept HighwayVector = requires(V x) {
   x.raw;

@@ -79,6 +79,16 @@ std::optional<Bands> bands_member(JsonFields& fields, std::string_view key, doub
   return *bands;
 }
 
+Result<Air> read_air(const Json& json, const std::string& where, Air air) {
+  JsonFields fields(json, where);
+  // Slightly more than the range for which ISO 9613-1 states its accuracy.
+  air.temperature_c = fields.number("temperature_c", -60, 80).value_or(air.temperature_c);
+  air.humidity_percent = fields.number("humidity_percent", 0, 100).value_or(air.humidity_percent);
+  air.pressure_kpa = fields.number("pressure_kpa", 10, 200).value_or(air.pressure_kpa);
+  if (const auto ok = fields.result_without_unknown(); !ok.ok()) return ok.error();
+  return air;
+}
+
 Result<AcousticMaterial> read_acoustic_material(const Json& json, const std::string& name,
                                                 const MaterialPresets& presets,
                                                 const std::string& prefix) {

@@ -11,6 +11,7 @@
 #include <span>
 #include <string>
 
+#include "common/air.h"
 #include "common/bands.h"
 #include "common/material.h"
 #include "common/result.h"
@@ -27,6 +28,10 @@ Result<Bands> bands_from_values(std::span<const double> values, std::span<const 
 // has the same length. Reports errors to fields.fail().
 std::optional<Bands> bands_member(JsonFields& fields, std::string_view key, double low,
                                   double high);
+
+// Reads { "temperature_c": 20, "humidity_percent": 50, "pressure_kpa": 101.325 }, each of which may be
+// missing and is then that of `air`. `where` precedes errors.
+Result<Air> read_air(const Json& json, const std::string& where, Air air = {});
 
 struct AcousticMaterial {
   Material material;

@@ -19,15 +19,9 @@ Result<ImportedSettings> read_settings(const Json& json) {
   settings.photons = fields.whole_number("photons", 1, kMaxWhole);
   settings.seed = fields.whole_number("seed", 0, kMaxWhole);
   if (const Json* air = fields.any("air")) {
-    JsonFields values(*air, "settings: air");
-    Air result;
-    // Slightly more than the range for which ISO 9613-1 states its accuracy.
-    result.temperature_c = values.number("temperature_c", -60, 80).value_or(result.temperature_c);
-    result.humidity_percent =
-        values.number("humidity_percent", 0, 100).value_or(result.humidity_percent);
-    result.pressure_kpa = values.number("pressure_kpa", 10, 200).value_or(result.pressure_kpa);
-    if (const auto ok = values.result_without_unknown(); !ok.ok()) return ok.error();
-    settings.air = result;
+    const auto read = read_air(*air, "settings: air");
+    if (!read.ok()) return read.error();
+    settings.air = *read;
   }
   if (const auto ok = fields.result_without_unknown(); !ok.ok()) return ok.error();
   return settings;

@@ -4,6 +4,7 @@
 
 #include "bake/bake.h"
 #include "formats/bake_file/bake_file.h"
+#include "formats/bake_file/expanded_sources.h"
 
 namespace clamor {
 
@@ -43,6 +44,25 @@ Result<std::unique_ptr<ExperimentScene>> BakedLevel::rebake(std::uint64_t source
                                                           {},
                                                           {},
                                                           contents->statistics.decay});
+}
+
+Result<BakedEnergies> BakedEnergies::bake_level(const Level& level, const BakeSettings& settings) {
+  BakeOptions options;
+  options.settings = settings;
+  auto contents = bake(level, options);
+  if (!contents.ok()) return contents.error();
+  BakedEnergies baked;
+  baked.sources_ = std::move(contents->octree.sources);
+  const auto images = image_sources(contents->images, contents->emitters);
+  baked.sources_.insert(baked.sources_.end(), images.begin(), images.end());
+  baked.contents_ = std::move(*contents);
+  return baked;
+}
+
+std::vector<Arrival> BakedEnergies::at(const Vec3& place_m, std::uint32_t emitter,
+                                       const OcclusionGeometry& surfaces) const {
+  return energy_response(sources_, contents_.emitters, contents_.materials, contents_.settings.air,
+                         place_m, emitter, &surfaces);
 }
 
 }  // namespace clamor

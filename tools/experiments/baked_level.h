@@ -4,12 +4,17 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/level/level.h"
+#include "runtime/response/energy_response.h"
 #include "tools/experiments/experiment_scene.h"
 
 namespace clamor {
+
+class OcclusionGeometry;
 
 struct BakedLevel {
   Level level;
@@ -23,6 +28,22 @@ struct BakedLevel {
   // Bakes with about that many secondary sources, without image sources: the paper's experiments
   // have no occlusion. Deterministic.
   Result<std::unique_ptr<ExperimentScene>> rebake(std::uint64_t sources) const;
+};
+
+// A level, baked to be measured: the energies that arrive at a place.
+class BakedEnergies {
+ public:
+  // Fails as bake() does. The air of the settings is that of the responses, too.
+  static Result<BakedEnergies> bake_level(const Level& level, const BakeSettings& settings);
+
+  // All arrivals of an emitter's impulse: its direct sound, its secondary and its image sources,
+  // behind the level's surfaces.
+  std::vector<Arrival> at(const Vec3& place_m, std::uint32_t emitter,
+                          const OcclusionGeometry& surfaces) const;
+
+ private:
+  BakeContents contents_;
+  std::vector<Source> sources_;  // with images
 };
 
 }  // namespace clamor

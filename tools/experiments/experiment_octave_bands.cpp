@@ -114,8 +114,7 @@ Result<ReportPage> octave_bands_experiment(const ExperimentOptions& options, std
       fmt::format("The level of {} with Phong exponents from diffuse at 63 Hz to 100 at 8 kHz; {} "
                   "sources; {} drawings each",
                   options.level, all.powers.size(), seeds));
-  ReportTable table{"bands", "Spread of band levels over drawings (dB, RMS)", {"bands", "k"}, {}};
-  for (const double hz : kBandCentres_hz) table.columns.push_back(fmt::format("{:g}_hz", hz));
+  ReportTable table{"bands", "Spread of band levels over drawings (dB, RMS)", octave_columns({"bands", "k"}), {}};
   Chart chart{.title = "Error of the band levels",
               .x_label = "octave band (Hz)",
               .y_label = "RMS over drawings (dB)",

@@ -17,10 +17,8 @@
 
 #include <fmt/format.h>
 
-#include "bake/bake.h"
 #include "bake/report/level_report.h"
 #include "common/text.h"
-#include "formats/bake_file/expanded_sources.h"
 #include "formats/files/json.h"
 #include "formats/gltf/level_import.h"
 #include "formats/level/acoustic_values.h"
@@ -29,7 +27,9 @@
 #include "formats/level/sidecar.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "tools/analysis/room_parameters.h"
+#include "tools/experiments/baked_level.h"
 #include "tools/experiments/experiments.h"
+#include "tools/experiments/room_comparison.h"
 
 namespace clamor {
 
@@ -39,20 +39,12 @@ using Value = RoomParameters::Value;
 
 constexpr std::uint64_t kQuickRoomSources = 20'000;
 constexpr int kQuickBakes = 2;
-constexpr std::size_t kFirstJudged = 2, kLastJudged = 6;  // 250 Hz to 4 kHz
-
-// What was measured, or what another program found, in the mean of these pairs.
-struct Figures {
-  std::string by;                  // the program, or empty
-  std::vector<std::size_t> pairs;  // source x number of receivers + receiver
-  RoomParameters values;
-};
 
 struct MeasuredRoom {
   std::string name, source;
   Level level;
   std::vector<ListenerSpec> receivers;
-  std::vector<Figures> figures;
+  std::vector<RoomFigures> figures;
 
   std::size_t pairs() const { return level.emitters.size() * receivers.size(); }
   std::string name_of(std::size_t pair) const {
@@ -153,9 +145,10 @@ Result<ListenerSpec> read_receiver(const Json& json, const std::string& where,
   return ListenerSpec{*name, *at_m - room.level.origin_m};
 }
 
-Result<Figures> read_figures(const Json& json, const std::string& where, const MeasuredRoom& room) {
+Result<RoomFigures> read_figures(const Json& json, const std::string& where,
+                                 const MeasuredRoom& room) {
   JsonFields fields(json, where);
-  Figures figures;
+  RoomFigures figures;
   figures.by = fields.string("by").value_or("");
   const auto source = fields.string("source"), receiver = fields.string("receiver");
   for (std::size_t pair = 0; pair < room.pairs(); ++pair)
@@ -190,15 +183,6 @@ Result<void> read_list(const Json& json, const std::string& path, const char* ke
   return {};
 }
 
-Result<void> read_air(const Json* json, const std::string& path, Air& air) {
-  if (json == nullptr) return {};
-  JsonFields fields(*json, path + ": air");
-  air.temperature_c = fields.number("temperature_c", -60, 80).value_or(air.temperature_c);
-  air.humidity_percent = fields.number("humidity_percent", 0, 100).value_or(air.humidity_percent);
-  air.pressure_kpa = fields.number("pressure_kpa", 10, 200).value_or(air.pressure_kpa);
-  return fields.result_without_unknown();
-}
-
 Result<MeasuredRoom> read_room(const std::string& path) {
   const auto json = read_json(path);
   if (!json.ok()) return json.error();
@@ -220,7 +204,11 @@ Result<MeasuredRoom> read_room(const std::string& path) {
   room.level.emitters.clear();
   if (auto read = read_materials(materials, path, room.level.materials); !read.ok())
     return read.error();
-  if (auto read = read_air(air, path, room.level.air); !read.ok()) return read.error();
+  if (air != nullptr) {
+    const auto read = read_air(*air, path + ": air", room.level.air);
+    if (!read.ok()) return read.error();
+    room.level.air = *read;
+  }
   const auto of_level = [&](const auto& read) {
     return [&room, read](const Json& item, const std::string& where) {
       return read(item, where, room);
@@ -235,186 +223,17 @@ Result<MeasuredRoom> read_room(const std::string& path) {
   return room;
 }
 
-// The parameters at each pair.
-using AtPairs = std::vector<RoomParameters>;
-
 Result<AtPairs> baked_and_measured(const MeasuredRoom& room, const OcclusionGeometry& surfaces,
                                    const BakeSettings& settings) {
-  BakeOptions options;
-  options.settings = settings;
-  const auto contents = bake(room.level, options);
-  if (!contents.ok()) return contents.error();
-  std::vector<Source> sources = contents->octree.sources;
-  const auto images = image_sources(contents->images, contents->emitters);
-  sources.insert(sources.end(), images.begin(), images.end());
+  const auto baked = BakedEnergies::bake_level(room.level, settings);
+  if (!baked.ok()) return baked.error();
   AtPairs measured;
   for (std::uint32_t s = 0; s < room.level.emitters.size(); ++s)
     for (const ListenerSpec& receiver : room.receivers)
-      measured.push_back(
-          room_parameters(energy_response(sources, contents->emitters, contents->materials,
-                                          room.level.air, receiver.at_m, s, &surfaces),
-                          free_field_energy_at_10m(room.level.emitters[s])));
+      measured.push_back(room_parameters(baked->at(receiver.at_m, s, surfaces),
+                                         free_field_energy_at_10m(room.level.emitters[s])));
   return measured;
 }
-
-bool is_empty(const Value& values) {
-  return std::ranges::none_of(values, [](const auto& value) { return value.has_value(); });
-}
-
-std::string unit_of(const ParameterKind& kind) {
-  return *kind.unit != '\0' ? fmt::format(" ({})", kind.unit) : "";
-}
-
-// Adds a row with a cell for each octave, empty where there is no value.
-void add_row(ReportTable& table, std::vector<ReportTable::Cell> row, const Value& values) {
-  for (const auto& value : values)
-    row.push_back(value ? ReportTable::Cell(*value) : ReportTable::Cell(std::string()));
-  table.rows.push_back(std::move(row));
-}
-
-// Compares octave by octave.
-class Comparison {
- public:
-  Comparison(const MeasuredRoom& room, const std::vector<AtPairs>& by_seed)
-      : room_(room), by_seed_(by_seed) {
-    for (const Figures& one : room.figures)
-      if (std::ranges::count(names_, one.by) == 0) names_.push_back(one.by);
-    for (std::size_t pair = 0; pair < room.pairs(); ++pair) all_pairs_.push_back(pair);
-  }
-
-  // Adds a chart, and rows to the table of means.
-  void add(const ParameterKind& kind, ReportTable& means, std::vector<Chart>& charts,
-           std::string& summary) const {
-    const Value measured = mean_by("", kind);
-    if (is_empty(measured)) return;
-    const auto add_means = [&](const std::string& figure, const Value& values) {
-      add_row(means, {kind.name, figure}, values);
-    };
-    const auto in_jnd = [&](const auto& difference) {
-      Value values;
-      for (std::size_t b = 0; b < kBandCount; ++b)
-        if (const std::optional<double> one = measured[b] ? difference(b) : std::nullopt)
-          values[b] = *one / kind.noticeable_at(*measured[b]);
-      return values;
-    };
-    const std::string unit = unit_of(kind);
-    Chart chart{.title = kind.name,
-                .x_label = "octave band (Hz)",
-                .y_label = kind.name + unit,
-                .log_x = true,
-                .x_ticks = {kBandCentres_hz.begin(), kBandCentres_hz.end()},
-                .width = 420,
-                .height = 260};
-    const auto add_line = [&](const std::string& name, const Value& values, bool is_dashed) {
-      using Look = Chart::Series::Look;
-      Chart::Series line{.name = name, .look = is_dashed ? Look::kDashes : Look::kLineAndDots};
-      for (std::size_t b = 0; b < kBandCount; ++b)
-        if (values[b]) line.points.emplace_back(kBandCentres_hz[b], *values[b]);
-      chart.series.push_back(std::move(line));
-    };
-
-    Value ours, of_seeds, of_pairs;
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      const auto of_bakes = over_seeds(pairs_of("", kind, b), kind, b);
-      std::vector<double> at_pairs;
-      for (const std::size_t pair : all_pairs_)
-        if (const auto one = over_seeds({pair}, kind, b)) at_pairs.push_back(one->mean);
-      const auto over_pairs = spread_of(at_pairs);
-      if (!of_bakes || !measured[b]) continue;
-      ours[b] = of_bakes->mean, of_seeds[b] = of_bakes->deviation;
-      if (over_pairs) of_pairs[b] = over_pairs->deviation;
-    }
-    add_means("measured" + unit, measured);
-    add_line("measured", measured, false);
-    const auto compare = [&](const std::string& name, const Value& values, bool is_dashed) {
-      const auto difference = in_jnd([&](std::size_t b) {
-        return values[b] ? std::optional(*values[b] - *measured[b]) : std::nullopt;
-      });
-      add_means(name + unit, values);
-      add_means(name + " - measured (JND)", difference);
-      add_line(name, values, is_dashed);
-      std::vector<double> sizes;
-      for (std::size_t b = kFirstJudged; b <= kLastJudged; ++b)
-        if (difference[b]) sizes.push_back(std::abs(*difference[b]));
-      if (!sizes.empty())
-        summary += fmt::format("{}{} of {} {:.2f}", summary.empty() ? "" : ", ", kind.name, name,
-                               mean_of(sizes));
-    };
-    compare("Clamor", ours, false);
-    add_means("seeds of Clamor (JND)", in_jnd([&](std::size_t b) { return of_seeds[b]; }));
-    add_means("pairs of Clamor (JND)", in_jnd([&](std::size_t b) { return of_pairs[b]; }));
-    if (std::ranges::count(room_.figures, "", &Figures::by) > 1)
-      add_means("pairs measured (JND)", in_jnd([&](std::size_t b) {
-                  return std::optional(spread_of(values_by("", kind, b))->deviation);
-                }));
-    for (const std::string& name : names_)
-      if (!name.empty()) compare(name, mean_by(name, kind), true);
-    charts.push_back(std::move(chart));
-  }
-
-  // Adds rows for one pair: means over the seeds, their deviation, and what was measured there.
-  void add_pair(std::size_t pair, const ParameterKind& kind, ReportTable& table) const {
-    const std::string unit = unit_of(kind);
-    const std::string name = room_.name_of(pair);
-    Value ours, of_seeds;
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      if (const auto of_bakes = over_seeds({pair}, kind, b)) {
-        ours[b] = of_bakes->mean;
-        of_seeds[b] = of_bakes->deviation / kind.noticeable_at(of_bakes->mean);
-      }
-    add_row(table, {name, kind.name, "Clamor" + unit}, ours);
-    add_row(table, {name, kind.name, "seeds of Clamor (JND)"}, of_seeds);
-    for (const Figures& one : room_.figures)
-      if (one.pairs == std::vector{pair} && !is_empty(one.values.*kind.value))
-        add_row(table, {name, kind.name, (one.by.empty() ? "measured" : one.by) + unit},
-                one.values.*kind.value);
-  }
-
- private:
-  std::vector<double> values_by(const std::string& by, const ParameterKind& kind,
-                                std::size_t b) const {
-    std::vector<double> values;
-    for (const Figures& one : room_.figures)
-      if (const auto& value = (one.values.*kind.value)[b]; one.by == by && value)
-        values.push_back(*value);
-    return values;
-  }
-
-  Value mean_by(const std::string& by, const ParameterKind& kind) const {
-    Value means;
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      if (const auto over = spread_of(values_by(by, kind, b))) means[b] = over->mean;
-    return means;
-  }
-
-  // The pairs for which there is such a value.
-  std::vector<std::size_t> pairs_of(const std::string& by, const ParameterKind& kind,
-                                    std::size_t b) const {
-    std::vector<std::size_t> pairs;
-    for (const Figures& one : room_.figures)
-      if (one.by == by && (one.values.*kind.value)[b])
-        pairs.insert(pairs.end(), one.pairs.begin(), one.pairs.end());
-    return pairs;
-  }
-
-  // Of the mean over these pairs, of those that have the parameter.
-  std::optional<Spread> over_seeds(const std::vector<std::size_t>& pairs, const ParameterKind& kind,
-                                   std::size_t b) const {
-    std::vector<double> means;
-    for (const AtPairs& at : by_seed_) {
-      std::vector<double> values;
-      for (const std::size_t pair : pairs)
-        if (const auto& value = (at[pair].*kind.value)[b]) values.push_back(*value);
-      if (!values.empty()) means.push_back(mean_of(values));
-    }
-    return spread_of(means);
-  }
-
-  const MeasuredRoom& room_;
-  const std::vector<AtPairs>& by_seed_;
-  std::vector<std::string> names_;  // of those who give figures
-  std::vector<std::size_t> all_pairs_;
-};
 
 }  // namespace
 
@@ -436,16 +255,12 @@ Result<ReportPage> room_experiment(const ExperimentOptions& options, std::ostrea
     err << fmt::format("  seed {} of {}\n", seed, bakes);
   }
 
-  std::vector<std::string> octaves;
-  for (const double hz : kBandCentres_hz) octaves.push_back(fmt::format("{:g}_hz", hz));
-  const auto with_octaves = [&](std::vector<std::string> columns) {
-    columns.insert(columns.end(), octaves.begin(), octaves.end());
-    return columns;
-  };
   ReportTable means{
-      "means", "In the mean of what was measured", with_octaves({"parameter", "figure"}), {}},
-      pairs{"pairs", "At every pair", with_octaves({"pair", "parameter", "figure"}), {}, true};
-  const Comparison comparison(*room, by_seed);
+      "means", "In the mean of what was measured", octave_columns({"parameter", "figure"}), {}},
+      pairs{"pairs", "At every pair", octave_columns({"pair", "parameter", "figure"}), {}, true};
+  std::vector<std::string> names;
+  for (std::size_t pair = 0; pair < room->pairs(); ++pair) names.push_back(room->name_of(pair));
+  const RoomComparison comparison(room->figures, names, by_seed);
   std::vector<Chart> charts;
   std::string summary;
   for (const ParameterKind& kind : kParameterKinds) {

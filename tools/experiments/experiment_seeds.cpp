@@ -19,10 +19,8 @@
 
 #include <fmt/format.h>
 
-#include "bake/bake.h"
 #include "common/bounds.h"
 #include "common/random.h"
-#include "formats/bake_file/expanded_sources.h"
 #include "formats/level/level.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/response/impulse_response.h"
@@ -88,18 +86,12 @@ std::vector<Arrival> decaying_noise(const RoomParameters& room, std::uint64_t se
 Result<std::vector<SeedResult>> baked_with(const Level& level, const BakeSettings& settings,
                                            const OcclusionGeometry& surfaces,
                                            std::span<const Vec3> places_m) {
-  BakeOptions options;
-  options.settings = settings;
-  const auto contents = bake(level, options);
-  if (!contents.ok()) return contents.error();
-  std::vector<Source> sources = contents->octree.sources;
-  const auto images = image_sources(contents->images, contents->emitters);
-  sources.insert(sources.end(), images.begin(), images.end());
+  const auto baked = BakedEnergies::bake_level(level, settings);
+  if (!baked.ok()) return baked.error();
   const Bands at_10m = free_field_energy_at_10m(level.emitters[0]);
   std::vector<SeedResult> results(places_m.size());
   for (std::size_t p = 0; p < places_m.size(); ++p) {
-    const auto arrivals = energy_response(sources, contents->emitters, contents->materials,
-                                          level.air, places_m[p], 0, &surfaces);
+    const auto arrivals = baked->at(places_m[p], 0, surfaces);
     const auto waveform = impulse_response(arrivals, whole_response_frames(arrivals));
     const RoomParameters room = room_parameters(arrivals, at_10m);
     const auto noise = decaying_noise(room, settings.seed, p);
@@ -169,12 +161,6 @@ Row with_shifts(Row row, const SeedResults& from, const SeedResults& to,
                       });
 }
 
-std::vector<std::string> octave_columns(std::vector<std::string> first) {
-  for (std::size_t b = kLowestJudged; b <= kHighestJudged; ++b)
-    first.push_back(fmt::format("{:g}_hz", kBandCentres_hz[b]));
-  return first;
-}
-
 }  // namespace
 
 Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostream& err) {
@@ -208,12 +194,12 @@ Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostre
   }
   ReportTable spread{"spread",
                      "Standard deviation over the seeds, in just-noticeable differences",
-                     octave_columns({"parameter", "of", "photons"}),
+                     octave_columns({"parameter", "of", "photons"}, kLowestJudged, kHighestJudged),
                      {}};
   ReportTable shift{
       "shift",
       "What four times the photons change in the mean, in just-noticeable differences",
-      octave_columns({"parameter", "of"}),
+      octave_columns({"parameter", "of"}, kLowestJudged, kHighestJudged),
       {}};
   for (const auto& [of, kind] : {std::pair("energies", &SeedResult::of_energy),
                                  std::pair("one waveform", &SeedResult::of_waveform)})

@@ -45,6 +45,13 @@ std::vector<std::string> names_of(const ReportTable& table) {
   return names;
 }
 
+std::vector<std::string> octave_columns(std::vector<std::string> first, std::size_t lowest,
+                                        std::size_t highest) {
+  for (std::size_t b = lowest; b <= highest; ++b)
+    first.push_back(fmt::format("{:g}_hz", kBandCentres_hz[b]));
+  return first;
+}
+
 ReportTable rows_with(ReportTable table, const std::string& column,
                       const ReportTable::Cell& value) {
   const std::size_t at = index_of(table, column);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <functional>
 #include <iosfwd>
 #include <memory>
@@ -11,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "common/bands.h"
 #include "common/result.h"
 #include "common/vec.h"
 #include "tools/analysis/report_page.h"
@@ -84,6 +86,10 @@ std::vector<std::string> names_of(const ReportTable& table);
 
 // The rows that have that value in a column.
 ReportTable rows_with(ReportTable table, const std::string& column, const ReportTable::Cell& value);
+
+// Names of columns, followed by those of the octaves `lowest` to `highest`, as in "1000_hz".
+std::vector<std::string> octave_columns(std::vector<std::string> first, std::size_t lowest = 0,
+                                        std::size_t highest = kBandCount - 1);
 
 // Adds a series to the chart for each name in the first column: column y over column x. Points that
 // are not above `least` are left out; returns the names that are left with none, which are not
