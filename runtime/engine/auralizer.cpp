@@ -25,8 +25,6 @@
 #include "runtime/mixing/block_mixer.h"
 #include "runtime/mixing/head_rotation.h"
 #include "runtime/mixing/keyframe_maker.h"
-#include "runtime/occlusion/visibility_cache.h"
-#include "runtime/probes/probe_pool.h"
 #include "runtime/propagation/radiation_model.h"
 #include "runtime/sampling/moving_script.h"
 #include "runtime/sampling/sampling_strategy.h"
@@ -162,15 +160,7 @@ struct Auralizer::State {
     counted.keyframes_per_sample = static_cast<std::uint32_t>(pacing.load().spacing());
     counted.lead_s = pacing.lead_s();
     counted.max_lead_s = pacing.max_lead_s();
-    counted.bounded_keyframes = pipeline.sampler().bounded_keyframes();
-    if (const VisibilityCache* const occlusion = pipeline.occlusion()) {
-      counted.rays = occlusion->statistics().rays;
-      counted.late_sources = occlusion->statistics().late;
-    }
-    if (const ProbePool* const probes = pipeline.probes()) {
-      counted.unseen_sources = static_cast<std::uint32_t>(probes->unseen_sources());
-      counted.max_unseen_sources = std::max(counted.max_unseen_sources, counted.unseen_sources);
-    }
+    pipeline.count(counted);
   }
 
   SamplerStatistics counted_so_far() const {

@@ -7,6 +7,7 @@
 
 #include "formats/bake_file/bake_file.h"
 #include "runtime/engine/auralizer_options.h"
+#include "runtime/engine/auralizer_statistics.h"
 #include "runtime/engine/sample_schedule.h"
 #include "runtime/occlusion/moving_parts.h"
 #include "runtime/occlusion/occlusion_geometry.h"
@@ -207,6 +208,17 @@ void SamplingPipeline::apply_powers() {
   }
   if (probes_ != nullptr) probes_->set_portals(by_set, openness);
   sampler_->set_emitter_powers(std::move(powers));
+}
+
+void SamplingPipeline::count(SamplerStatistics& counted) const {
+  counted.bounded_keyframes = sampler_->bounded_keyframes();
+  if (occlusion_ != nullptr) {
+    counted.rays = occlusion_->statistics().rays;
+    counted.late_sources = occlusion_->statistics().late;
+  }
+  if (probes_ == nullptr) return;
+  counted.unseen_sources = static_cast<std::uint32_t>(probes_->unseen_sources());
+  counted.max_unseen_sources = std::max(counted.max_unseen_sources, counted.unseen_sources);
 }
 
 void SamplingPipeline::limit_group(std::uint16_t group, std::size_t max_voices) {

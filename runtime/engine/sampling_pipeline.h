@@ -34,6 +34,7 @@ class SourceList;
 class SourcePool;
 class VisibilityCache;
 struct AuralizerOptions;
+struct SamplerStatistics;
 
 // The strategy of the options, or the default one.
 const SamplingStrategy& strategy_options_of(const AuralizerOptions& options);
@@ -90,7 +91,9 @@ class SamplingPipeline {
   const VisibilityCache* occlusion() const { return occlusion_.get(); }  // or null
   PageLoader* loader() const { return loader_.get(); }                   // null without a file
   PageLoader* probe_loader() const { return probe_loader_.get(); }       // null without probes
-  ProbePool* probes() const { return probes_.get(); }                    // null without probes
+
+  // Sets what the last sample took and lacked.
+  void count(SamplerStatistics& counted) const;
 
  private:
   void add_occlusion(const AuralizerInput& input, const RadiationModel& radiation,
