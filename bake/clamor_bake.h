@@ -144,7 +144,7 @@ typedef struct clamor_bake_sound {
   uint32_t bytes;
   uint32_t plays_once;  /* 1: from the emitter's delay on; 0: it loops */
   const char* name;     /* [the file's] */
-  const char* path;     /* a file that libsndfile reads, or "noise" (pink) or "impulse" */
+  const char* path;     /* WAV, FLAC, Ogg or MP3, or "noise" (pink) or "impulse" */
   const float* samples; /* instead of `path`: mono, 1 at full scale */
   uint64_t frames;      /* at most 30 minutes */
   uint32_t rate_hz;     /* other rates are resampled to 48 kHz [48000] */

@@ -92,7 +92,6 @@ class SystemFile {
   void close();
 
   bool is_open() const { return descriptor_ >= 0; }
-  int descriptor() const { return descriptor_; }  // for libraries that write it themselves
   std::optional<FileStatus> status() const;
 
   // Returns how many bytes were read, which are fewer only at the end of the file.

@@ -1,5 +1,4 @@
-// audio_file.h: decodes sound files and encodes FLAC in memory. libsoxr is visible only here,
-// libsndfile also in wav_writer.cpp.
+// audio_file.h: decodes sound files and encodes FLAC in memory. libsoxr is visible only here.
 #pragma once
 
 #include <cstddef>
@@ -59,7 +58,7 @@ Result<Sound> read_channels(const std::string& path, int max_channels);
 // scale is +-1; louder samples are an Error.
 Result<std::vector<std::byte>> encode_flac(std::span<const float> samples);
 
-// "libsndfile 1.2.0", "libsoxr 0.1.3".
+// "libFLAC 1.4.2", "libsoxr 0.1.3".
 std::vector<std::string> sound_library_versions();
 
 }  // namespace clamor

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <sndfile.h>
 
 #include "common/random.h"
+#include "formats/audio/flac_codec.h"
 #include "formats/audio/wav_header.h"
 #include "formats/files/atomic_file.h"
 
@@ -100,14 +100,11 @@ struct WavWriter::State {
   SampleFormat format = SampleFormat::kFloat32;
   Appearance appearance = Appearance::kWhenComplete;
   bool has_appeared = false;
-  SNDFILE* flac = nullptr;
+  Result<void> flac_error;  // of storing what libFLAC made
+  std::unique_ptr<FlacEncoder> flac;
   std::uint64_t frames = 0;
-  std::vector<int> whole;         // samples of one write, left-aligned in 32 bits
-  std::vector<std::byte> packed;  // samples in the byte layout of a WAV file
-
-  ~State() {
-    if (flac != nullptr) sf_close(flac);
-  }
+  std::vector<std::int32_t> whole;  // samples of one write
+  std::vector<std::byte> packed;    // samples in the byte layout of a WAV file
 
   Error failed(const char* what) const {
     return Error(file.path() + ": cannot be written: " + what +
@@ -116,19 +113,17 @@ struct WavWriter::State {
 
   std::uint64_t data_bytes() const { return frames * shape.frame_bytes(); }
 
-  // Rounds samples to left-aligned integers whose unused low bits are zero.
+  // Rounds samples to integers.
   void quantize_sources(std::span<const float> interleaved) {
-    const int bits = shape.bits;
     const auto channels = static_cast<std::size_t>(shape.channels);
-    const double most = std::ldexp(1.0, bits - 1);
+    const double most = std::ldexp(1.0, shape.bits - 1);
     whole.resize(interleaved.size());
     for (std::size_t i = 0; i < interleaved.size(); ++i) {
       double sample = static_cast<double>(interleaved[i]) * most;
-      if (bits == 16)
+      if (shape.bits == 16)
         sample += triangular(frames + i / channels, static_cast<std::uint32_t>(i % channels));
       const double rounded = std::isnan(sample) ? 0 : std::nearbyint(sample);
-      const auto kept = static_cast<std::int64_t>(std::clamp(rounded, -most, most - 1));
-      whole[i] = static_cast<int>(kept * (std::int64_t{1} << (32 - bits)));
+      whole[i] = static_cast<std::int32_t>(std::clamp(rounded, -most, most - 1));
     }
   }
 
@@ -137,29 +132,28 @@ struct WavWriter::State {
     const auto bytes = static_cast<std::size_t>(shape.bits / 8);
     packed.resize(whole.size() * bytes);
     for (std::size_t i = 0; i < whole.size(); ++i)
-      std::memcpy(packed.data() + i * bytes,
-                  reinterpret_cast<const std::byte*>(&whole[i]) + (4 - bytes), bytes);
+      std::memcpy(packed.data() + i * bytes, &whole[i], bytes);
     return packed;
   }
 
   Result<void> open_flac() {
-    SF_INFO info{};
-    info.channels = shape.channels;
-    info.samplerate = shape.rate_hz;
-    info.format = SF_FORMAT_FLAC | (shape.bits == 16 ? SF_FORMAT_PCM_16 : SF_FORMAT_PCM_24);
-    flac = sf_open_fd(file.descriptor(), SFM_WRITE, &info, SF_FALSE);
-    if (flac == nullptr) return failed(sf_strerror(nullptr));
-    sf_command(flac, SFC_SET_CLIPPING, nullptr, SF_TRUE);
-    return {};
+    flac = FlacEncoder::create(shape.channels, shape.rate_hz, shape.bits,
+                               [this](std::uint64_t offset, std::span<const std::byte> bytes) {
+                                 flac_error = file.write_at(offset, bytes);
+                                 return flac_error.ok();
+                               });
+    return flac != nullptr ? Result<void>() : flac_failure();
+  }
+
+  Result<void> flac_failure() const {
+    return flac_error.ok() ? failed("libFLAC refuses it") : flac_error;
   }
 
   Result<void> write_samples(std::span<const float> interleaved) {
     if (format == SampleFormat::kFloat32) return file.write(std::as_bytes(interleaved));
     quantize_sources(interleaved);
     if (flac == nullptr) return file.write(pack());
-    const auto count = static_cast<sf_count_t>(interleaved.size()) / shape.channels;
-    if (sf_writef_int(flac, whole.data(), count) != count) return failed(sf_strerror(flac));
-    return {};
+    return flac->write(whole) ? Result<void>() : flac_failure();
   }
 
   // The header of a growing stream cannot be rewritten, so it leaves the length open.
@@ -229,8 +223,7 @@ Result<void> WavWriter::write(std::span<const float> interleaved) {
 Result<void> WavWriter::finish() {
   State& state = *state_;
   if (state.flac != nullptr) {
-    const int closed = sf_close(std::exchange(state.flac, nullptr));
-    if (closed != 0) return state.failed(sf_error_number(closed));
+    if (!state.flac->finish()) return state.flac_failure();
   } else {
     if (state.data_bytes() % 2 != 0)
       if (auto padded = state.file.write(std::array{std::byte{0}}); !padded.ok()) return padded;

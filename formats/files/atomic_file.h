@@ -32,7 +32,6 @@ class AtomicFile final : public ByteSink {
 
   const std::string& path() const override { return path_; }  // as given to create()
   bool is_stream() const { return target_.is_stream(); }
-  int descriptor() const { return file_.descriptor(); }  // for libraries that write it themselves
 
   Result<void> write(std::span<const std::byte> bytes) override;
   Result<void> write_at(std::size_t offset, std::span<const std::byte> bytes) override;

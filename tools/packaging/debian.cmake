@@ -54,7 +54,7 @@ file(WRITE ${PROJECT_BINARY_DIR}/debian/triggers "activate-noawait ldconfig\n")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/debian/shlibs ${PROJECT_BINARY_DIR}/debian/triggers)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "${library_package} (= ${PROJECT_VERSION})")
 # What linking with libclamor.a needs.
-set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "g++, libembree-dev, libtbb-dev, libsndfile1-dev, libsoxr-dev,
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "g++, libembree-dev, libtbb-dev, libflac-dev, libsndfile1-dev, libsoxr-dev,
  libsamplerate0-dev, libmysofa-dev, libcapnp-dev, libzstd-dev, libxxhash-dev, libhwy-dev, libfmt-dev")
 string(REPLACE "\n" "" CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS "${CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS}")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.9), python3-numpy, ${library_package} (>= ${PROJECT_VERSION})")

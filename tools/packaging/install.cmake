@@ -25,8 +25,11 @@ if(NOT CLAMOR_SANITIZE)
 endif()
 
 # What an application links besides libclamor.a.
-set(CLAMOR_STATIC_LIBRARIES embree${embree_VERSION_MAJOR} tbb sndfile soxr samplerate mysofa capnp kj zstd
+set(CLAMOR_STATIC_LIBRARIES embree${embree_VERSION_MAJOR} tbb FLAC soxr samplerate mysofa capnp kj zstd
   xxhash hwy fmt stdc++ m pthread)
+if(CLAMOR_WITH_SNDFILE)
+  list(PREPEND CLAMOR_STATIC_LIBRARIES sndfile)
+endif()
 list(TRANSFORM CLAMOR_STATIC_LIBRARIES PREPEND -l OUTPUT_VARIABLE CLAMOR_STATIC_FLAGS)
 list(JOIN CLAMOR_STATIC_FLAGS " " CLAMOR_STATIC_FLAGS)
 

@@ -47,6 +47,7 @@ class ClamorConan(ConanFile):
     def requirements(self):
         self.requires("capnproto/1.0.1")
         self.requires("embree3/3.13.5")
+        self.requires("flac/1.4.2")
         self.requires("fmt/10.2.1")
         self.requires("glm/0.9.9.8")
         self.requires("highway/1.2.0")
