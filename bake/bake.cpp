@@ -9,9 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include <tbb/info.h>
-#include <tbb/task_arena.h>
-
 #include "bake/bake_journals.h"
 #include "bake/bake_plan.h"
 #include "bake/batch_tracing.h"
@@ -31,7 +28,9 @@
 #include "bake/trace_pass.h"
 #include "bake/traced_state.h"
 #include "common/cpu_time.h"
+#include "common/platform/thread.h"
 #include "common/random.h"
+#include "common/thread_team.h"
 #include "common/version.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_writer.h"
@@ -352,10 +351,7 @@ auto on_arena(const Level& level, const BakeOptions& options, const Work& work) 
       "\"name=violin,signal=violin.flac,at=0,1.5,0\", in LEVEL.acoustics.json or as "
       "KHR_audio_emitter");
   if (level.emitters.empty() && options.probes_m.empty()) return outcome;
-  // TBB warns if asked for more threads than the machine has cores.
-  const int cores = tbb::info::default_concurrency();
-  tbb::task_arena arena(options.threads > 0 ? std::min(options.threads, cores) : cores);
-  arena.execute([&] { outcome = work(); });
+  with_team(std::min(options.threads, usable_cores()), [&] { outcome = work(); });
   if (options.is_stopped()) outcome = Error("stopped before the bake was complete");
   return outcome;
 }

@@ -5,9 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include <tbb/parallel_for.h>
-
 #include "bake/journal/trace_journal.h"
+#include "common/thread_team.h"
 
 namespace clamor {
 
@@ -47,7 +46,7 @@ Result<OpenJournals> open_journals(std::size_t materials, std::size_t portals,
     journals.list.push_back(std::move(*opened));
   }
   std::vector<std::optional<Result<TraceJournal>>> shards(options.shards.size());
-  tbb::parallel_for(std::size_t{0}, shards.size(), [&](std::size_t i) {
+  team_for(0, shards.size(), [&](std::size_t i) {
     if (!options.is_stopped()) shards[i].emplace(open_shard(options.shards[i], materials, portals));
   });
   for (auto& shard : shards) {

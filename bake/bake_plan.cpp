@@ -5,13 +5,12 @@
 #include <numeric>
 #include <string>
 
-#include <tbb/task_arena.h>
-
 #include "bake/bake_options.h"
 #include "bake/report/decay_estimate.h"
 #include "bake/trace/pilot.h"
 #include "bake/traced_state.h"
 #include "common/maths.h"
+#include "common/thread_team.h"
 #include "formats/level/level.h"
 
 namespace clamor {
@@ -95,7 +94,7 @@ std::uint64_t bake_memory_bytes(const Level& level, const BakePlan& plan, int th
 
 Result<SortPlace> check_memory(const Level& level, BakePlan plan, const BakeOptions& options) {
   if (has_closed_state(level)) plan.sources *= 2;
-  const int threads = tbb::this_task_arena::max_concurrency();
+  const int threads = team_size();
   const auto needs = [&](const BakePlan& of, SortStorage sorted) {
     return bake_memory_bytes(level, of, threads, sorted);
   };
@@ -126,8 +125,7 @@ std::uint64_t shard_memory_bytes(const Level& level, BakePlan plan, int threads)
 
 Result<void> check_shard_memory(const Level& level, const BakePlan& plan,
                                 const BakeOptions& options) {
-  const std::uint64_t needed =
-      shard_memory_bytes(level, plan, tbb::this_task_arena::max_concurrency());
+  const std::uint64_t needed = shard_memory_bytes(level, plan, team_size());
   if (options.memory_bytes == 0 || needed <= options.memory_bytes) return {};
   return Error("a shard needs about " + in_megabytes(needed) + " of memory, more than the " +
                in_megabytes(options.memory_bytes) + " it may have");

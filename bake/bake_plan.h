@@ -82,7 +82,7 @@ struct SortPlace {
 };
 
 // Fail if the plan, for each state of the level, exceeds the memory limit. For the threads of the
-// calling TBB arena.
+// caller's team.
 Result<SortPlace> check_memory(const Level& level, BakePlan plan, const BakeOptions& options);
 Result<void> check_shard_memory(const Level& level, const BakePlan& plan,
                                 const BakeOptions& options);

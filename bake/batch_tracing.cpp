@@ -3,8 +3,7 @@
 #include <memory>
 #include <utility>
 
-#include <tbb/parallel_pipeline.h>
-#include <tbb/task_arena.h>
+#include "common/thread_team.h"
 
 namespace clamor {
 
@@ -63,16 +62,13 @@ void BatchTracing::thin_on_disk(const std::string& beside) {
 }
 
 Result<BatchTracing::Output> BatchTracing::run() {
-  const std::size_t at_once = 4 * static_cast<std::size_t>(tbb::this_task_arena::max_concurrency());
+  const std::size_t at_once = 4 * static_cast<std::size_t>(team_size());
   std::vector<std::unique_ptr<Batch>> free;
   for (std::size_t i = 0; i < at_once; ++i) free.push_back(std::make_unique<Batch>());
   std::mutex free_mutex;
   std::size_t next = 0;
-  const auto first_stage = [&](tbb::flow_control& control) -> Batch* {
-    if (next == batches_.size() || stopped() || failed_) {
-      control.stop();
-      return nullptr;
-    }
+  const auto first_stage = [&]() -> Batch* {
+    if (next == batches_.size() || stopped() || failed_) return nullptr;
     Batch* batch = nullptr;
     {
       const std::lock_guard lock(free_mutex);
@@ -84,22 +80,17 @@ Result<BatchTracing::Output> BatchTracing::run() {
     return batch;
   };
   const auto parallel_stage = [&](Batch* batch) {
-    if (stopped()) return batch;
+    if (stopped()) return;
     tracer_.trace(batch->missing, batch->traced);
     batch->received_found = measure_decay(batch->found);
     batch->received_traced = measure_decay(batch->traced);
-    return batch;
   };
   const auto last_stage = [&](Batch* batch) {
     accumulate(*batch);
     const std::lock_guard lock(free_mutex);
     free.emplace_back(batch);
   };
-  constexpr auto kInOrder = tbb::filter_mode::serial_in_order;
-  tbb::parallel_pipeline(
-      at_once, tbb::make_filter<void, Batch*>(kInOrder, first_stage) &
-                   tbb::make_filter<Batch*, Batch*>(tbb::filter_mode::parallel, parallel_stage) &
-                   tbb::make_filter<Batch*, void>(kInOrder, last_stage));
+  team_pipeline<Batch>(at_once, first_stage, parallel_stage, last_stage);
   if (failed_) return Error(failure_);
   if (stopped()) return Error("stopped");
   Output output;

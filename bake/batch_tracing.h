@@ -61,7 +61,7 @@ class BatchTracing {
   // Names the stage in the progress, instead of "tracing".
   void name_stage(const char* stage) { progress_.stage = stage; }
 
-  // Runs in the calling TBB arena. Fails if the source does, which then lacks photons or cannot
+  // Runs on the caller's team. Fails if the source does, which then lacks photons or cannot
   // record them, and when options.stop is set.
   Result<Output> run();
 

@@ -1,9 +1,8 @@
 #include "bake/path_cache.h"
 
-#include <tbb/parallel_for.h>
-
-#include "bake/traced_state.h"
 #include "bake/trace/pilot.h"
+#include "bake/traced_state.h"
+#include "common/thread_team.h"
 #include "formats/level/level.h"
 
 namespace clamor {
@@ -75,8 +74,7 @@ Result<ReweighedPhotons> PathCache::reweigh(const Level& level,
   std::vector<const KeptRun*> kept;  // in the order of the plan, which is that of the map
   for (const auto& [place, entry] : runs_) kept.push_back(&entry.run);
   std::vector<TracedRuns> runs(kept.size());
-  tbb::parallel_for(std::size_t{0}, runs.size(),
-                    [&](std::size_t i) { runs[i] = kept[i]->reweighed(*ratios); });
+  team_for(0, runs.size(), [&](std::size_t i) { runs[i] = kept[i]->reweighed(*ratios); });
   std::vector<double> photon_shares;
   for (const std::uint64_t photons : plan_.photons)
     photon_shares.push_back(photons > 0 ? 1 / static_cast<double>(photons) : 0);

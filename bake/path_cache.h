@@ -60,7 +60,7 @@ class PathCache {
 
   // The photons in a level that differs from that of begin() in absorption alone. Fails, with a
   // reason for people, if it differs in more, if paths are missing or too short for the new decay,
-  // or if the variance would be too high. Uses the calling TBB arena.
+  // or if the variance would be too high. Uses the caller's team.
   Result<ReweighedPhotons> reweigh(const Level& level, const BakeSettings& settings) const;
 
   std::uint64_t bytes() const { return bytes_; }

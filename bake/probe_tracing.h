@@ -9,7 +9,7 @@
 // deposits are kept depends on the plan for all probes, so where probes are added or moved all may
 // be traced again.
 //
-// Threads: those of the calling TBB arena. Memory: 110 bytes per kept source.
+// Threads: the caller's team. Memory: 110 bytes per kept source.
 #pragma once
 
 #include <cstdint>

@@ -4,15 +4,13 @@
 #include <memory>
 #include <utility>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include "bake/instances/instance_tree.h"
 #include "bake/octree/octree_builder.h"
 #include "bake/octree/octree_streaming.h"
 #include "bake/octree/patch_radius.h"
 #include "bake/octree/patch_radius_on_disk.h"
 #include "bake/octree/scratch_file.h"
+#include "common/thread_team.h"
 #include "formats/bake_file/source_quantization.h"
 
 namespace clamor {
@@ -20,10 +18,9 @@ namespace clamor {
 namespace {
 
 void quantize_on_all_threads(std::span<Source> sources, std::span<const Material> materials) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 1024),
-                    [&](const tbb::blocked_range<std::size_t>& part) {
-                      quantize_sources(sources.subspan(part.begin(), part.size()), materials);
-                    });
+  team_for_parts(sources.size(), 1024, [&](std::size_t first, std::size_t end) {
+    quantize_sources(sources.subspan(first, end - first), materials);
+  });
 }
 
 }  // namespace

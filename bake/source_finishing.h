@@ -1,6 +1,6 @@
 // source_finishing.h: completes and sorts the sources of a bake, in memory or on disk.
 //
-// Threads: those of the calling TBB arena.
+// Threads: the caller's team.
 #pragma once
 
 #include <cstdint>

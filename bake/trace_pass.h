@@ -31,7 +31,7 @@ struct TracePass {
   BatchTracing::RunSink sink = {};
 };
 
-// Runs in the calling TBB arena. Fails when it is stopped.
+// Runs on the caller's team. Fails when it is stopped.
 Result<BatchTracing::Output> trace_pass(const TracePass& pass, const BakePasses& passes);
 
 }  // namespace clamor

@@ -5,12 +5,11 @@
 #include <functional>
 #include <span>
 
-#include <tbb/parallel_for.h>
-
 #include "bake/trace/image_index.h"
 #include "bake/trace/scene.h"
 #include "common/reflection.h"
 #include "common/sphere.h"
+#include "common/thread_team.h"
 #include "formats/level/level.h"
 #include "formats/level/portal.h"
 
@@ -118,7 +117,7 @@ std::vector<ImageSource> find_images(const Scene& scene, const Level& level, int
   const Search search(scene, level, std::min(order, kMaxImageOrder));
   const std::size_t rays = std::clamp(kAllRays / level.emitters.size(), kMinRays, kMaxRays);
   std::vector<std::vector<ImageSource>> by_emitter(level.emitters.size());
-  tbb::parallel_for(std::size_t{0}, by_emitter.size(), [&](std::size_t e) {
+  team_for(0, by_emitter.size(), [&](std::size_t e) {
     by_emitter[e] = search.images_of(static_cast<std::uint32_t>(e), rays);
   });
   for (const auto& images : by_emitter) all.insert(all.end(), images.begin(), images.end());

@@ -6,13 +6,10 @@
 #include <functional>
 #include <memory>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
-
 #include "bake/octree/highest_ranks.h"
 #include "bake/octree/octree_summary.h"
 #include "common/bounds.h"
+#include "common/thread_team.h"
 
 namespace clamor {
 
@@ -41,7 +38,7 @@ template <class Work>
 void for_parts(std::size_t count, const Work& work) {
   const std::size_t parts = (count + kPart - 1) / kPart;
   if (parts == 1) return work(std::size_t{0}, std::size_t{0}, count);
-  tbb::parallel_for(std::size_t{0}, parts, [&](std::size_t part) {
+  team_for(0, parts, [&](std::size_t part) {
     work(part, part * kPart, std::min(count, (part + 1) * kPart));
   });
 }
@@ -137,7 +134,7 @@ class Sorter {
     if (cell.count <= kLeafSources && !cell.sorted)
       std::stable_sort(entries, entries + cell.count, higher_key);
     else if (!cell.sorted)
-      tbb::parallel_sort(entries, entries + cell.count, higher);
+      team_sort(entries, entries + cell.count, higher);
     cell.sorted = true;
     for (std::size_t i = 0; i < cell.own(); ++i) placed[i] = entries[i].place;
     return {cell.count - cell.own()};
@@ -162,7 +159,7 @@ std::vector<std::size_t> make_nodes(Sorter& sorter, const Cell& root,
       first_source += cell.own();
     }
     std::vector<OctantCounts> octants(cells.size());
-    tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t i) {
+    team_for(0, cells.size(), [&](std::size_t i) {
       octants[i] = sorter.divide(cells[i], nodes[first_node + i].first_source);
     });
 
@@ -210,7 +207,7 @@ void put_in_order(std::span<Source> sources, std::uint32_t* order) {
 
 void summarise_all(SourceOctree& tree, const std::vector<std::size_t>& depth_begins) {
   for (std::size_t d = depth_begins.size() - 1; d-- > 0;)
-    tbb::parallel_for(depth_begins[d], depth_begins[d + 1], [&](std::size_t i) {
+    team_for(depth_begins[d], depth_begins[d + 1], [&](std::size_t i) {
       OctreeNode& node = tree.nodes[i];
       std::array<const NodeSummary*, 8> children{};
       std::size_t count = 0;

@@ -6,7 +6,7 @@
 // the cells of a depth are divided in parallel, and large cells in parts. The tree depends on the
 // list alone, not on the number of threads.
 //
-// Threads: those of the calling TBB arena. Memory: the list, which becomes the tree's, and 44 bytes
+// Threads: the caller's team. Memory: the list, which becomes the tree's, and 44 bytes
 // per source, 1.5 times the list. For lists that do not fit into memory see octree_streaming.h.
 #pragma once
 

@@ -7,11 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include "bake/octree/octree_builder.h"
 #include "bake/octree/octree_summary.h"
+#include "common/thread_team.h"
 
 namespace clamor {
 
@@ -32,9 +30,7 @@ template <class Work>
 void in_parallel(std::size_t count, std::size_t sources, const Work& work) {
   constexpr std::size_t kWorthIt = 2048;
   const std::size_t grain = std::max<std::size_t>(1, count * kWorthIt / sources);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) work(i);
-  });
+  team_for(0, count, grain, [&](std::size_t i) { work(i); });
 }
 
 class Streamer {

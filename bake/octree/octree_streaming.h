@@ -5,7 +5,7 @@
 // a cell fits into memory, build_octree() finishes it. At the maximum depth, sorted runs are merged
 // instead. Node by node, the sink receives the tree that build_octree() would make of the list.
 //
-// Threads: those of the calling TBB arena. Calls of the sink are serialised, each
+// Threads: the caller's team. Calls of the sink are serialised, each
 // node after its children, in the order of the octants. Disk: up to twice the list; each source is
 // written about log4(list / memory) times.
 #pragma once

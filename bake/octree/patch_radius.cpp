@@ -2,8 +2,7 @@
 
 #include <vector>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include "common/thread_team.h"
 
 namespace clamor {
 
@@ -26,10 +25,10 @@ std::vector<FoundRadius> find_patch_radii(const PointRuns& points) {
     find_among_few(points, found);
     return found;
   }
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.runs(), 64), [&](const auto& range) {
+  team_for_parts(points.runs(), 64, [&](std::size_t first_run, std::size_t end) {
     const auto scratch = make_neighbour_scratch();
     std::size_t before = points.size();
-    for (std::size_t run = range.begin(); run != range.end(); ++run) {
+    for (std::size_t run = first_run; run < end; ++run) {
       const std::size_t first = run * PointRuns::kRun;
       find_radii_of_run(points, run, before,
                         before < points.size() ? found[before].farthest_squared : 0, *scratch,

@@ -5,13 +5,10 @@
 #include <limits>
 #include <vector>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include "bake/octree/nearest_neighbours.h"
 #include "bake/octree/patch_radius.h"
 #include "bake/octree/point_runs.h"
+#include "common/thread_team.h"
 
 namespace clamor {
 
@@ -70,8 +67,8 @@ class PartedPoints {
     // Each thread has a part of its own, as long as there are not too many files.
     constexpr std::uint64_t kMostParts = 256;
     const std::uint64_t parts = 2 * count / max_points_ + 1;
-    at_once_ = std::clamp<std::uint64_t>(
-        kMostParts / parts, 1, static_cast<std::uint64_t>(tbb::this_task_arena::max_concurrency()));
+    at_once_ =
+        std::clamp<std::uint64_t>(kMostParts / parts, 1, static_cast<std::uint64_t>(team_size()));
     max_points_ /= at_once_;
     split(std::move(sample), {-kFar, -kFar, -kFar}, {kFar, kFar, kFar});
   }
@@ -92,14 +89,12 @@ class PartedPoints {
     for (std::size_t first = 0; first < parts_.size(); first += at_once_) {
       const std::size_t count = std::min<std::size_t>(at_once_, parts_.size() - first);
       std::vector<Result<std::vector<BorderPoint>>> near_border(count, std::vector<BorderPoint>{});
-      tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+      team_for(0, count, [&](std::size_t i) {
         const auto points = read(first + i);
         if (!points.ok())
           near_border[i] = points.error();
         else if (points->size() > 0)
-          // A thread that waits for others must not begin another part meanwhile.
-          tbb::this_task_arena::isolate(
-              [&] { near_border[i] = find_inside(first + i, *points, radii); });
+          near_border[i] = find_inside(first + i, *points, radii);
       });
       for (const auto& points : near_border) {
         if (!points.ok()) return points.error();
@@ -208,11 +203,8 @@ class PartedPoints {
       else
         border.push_back({point, p, NearestNeighbours(found[i].farthest_squared)});
     }
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, border.size(), 64),
-                      [&](const auto& range) {
-                        for (std::size_t i = range.begin(); i != range.end(); ++i)
-                          points.find(border[i].point.position_m, border[i].neighbours);
-                      });
+    team_for(0, border.size(), 64,
+             [&](std::size_t i) { points.find(border[i].point.position_m, border[i].neighbours); });
     return border;
   }
 
@@ -227,12 +219,9 @@ class PartedPoints {
       if (part.count == 0 || std::none_of(border_.begin(), border_.end(), reaches)) continue;
       const auto points = read(p);
       if (!points.ok()) return points.error();
-      tbb::parallel_for(tbb::blocked_range<std::size_t>(0, border_.size(), 64),
-                        [&](const auto& range) {
-                          for (std::size_t i = range.begin(); i != range.end(); ++i)
-                            if (reaches(border_[i]))
-                              points->find(border_[i].point.position_m, border_[i].neighbours);
-                        });
+      team_for(0, border_.size(), 64, [&](std::size_t i) {
+        if (reaches(border_[i])) points->find(border_[i].point.position_m, border_[i].neighbours);
+      });
     }
     for (const BorderPoint& border : border_)
       radii[border.point.index] = border.neighbours.radius_m(border.point.power);

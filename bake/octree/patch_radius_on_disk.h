@@ -21,7 +21,7 @@ using ForEachSource =
 
 // The radii that set_patch_radii() would set, in the order in which `for_each` passes the `count`
 // sources. `for_some` passes sources that are spread in space as all are; they decide only how
-// space is divided. Each is called once. Threads: those of the calling TBB arena. Disk: 28 bytes
+// space is divided. Each is called once. Threads: the caller's team. Disk: 28 bytes
 // per source, of which the radii take 4. Memory: `memory_bytes` (at least 10 MB).
 Result<std::span<const float>> patch_radii_on_disk(const ForEachSource& for_each,
                                                    const ForEachSource& for_some,

@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <array>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
-
 #include "common/bounds.h"
 #include "common/morton_order.h"
+#include "common/thread_team.h"
 
 namespace clamor {
 
@@ -29,14 +26,11 @@ std::vector<MortonKey> in_morton_order(std::span<const Point> points) {
   const double largest_m = std::max({extent_m.x, extent_m.y, extent_m.z});
   const double steps_per_m = largest_m > 0 ? kSteps / largest_m : 0;
   std::vector<MortonKey> keys(points.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size(), 4096),
-                    [&](const auto& range) {
-                      for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                        const Vec3 steps = (Vec3(points[i].position_m) - low_m) * steps_per_m;
-                        keys[i] = {morton_code(steps), static_cast<std::uint32_t>(i)};
-                      }
-                    });
-  tbb::parallel_sort(keys.begin(), keys.end(), [](const MortonKey& a, const MortonKey& b) {
+  team_for(0, points.size(), 4096, [&](std::size_t i) {
+    const Vec3 steps = (Vec3(points[i].position_m) - low_m) * steps_per_m;
+    keys[i] = {morton_code(steps), static_cast<std::uint32_t>(i)};
+  });
+  team_sort(keys.begin(), keys.end(), [](const MortonKey& a, const MortonKey& b) {
     return a.code != b.code ? a.code < b.code : a.point < b.point;
   });
   return keys;
@@ -72,14 +66,12 @@ void PointRuns::sort(std::span<const Point> points) {
   for (auto& column : position_m_) column.resize(padded, Boxes::kFar);
   power_.resize(padded);
   index_.resize(count_);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count_, 4096), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      const PowerPoint point = power_point(points[keys[i].point], keys[i].point);
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        position_m_[axis][i] = point.position_m[static_cast<int>(axis)];
-      power_[i] = point.power;
-      index_[i] = point.index;
-    }
+  team_for(0, count_, 4096, [&](std::size_t i) {
+    const PowerPoint point = power_point(points[keys[i].point], keys[i].point);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      position_m_[axis][i] = point.position_m[static_cast<int>(axis)];
+    power_[i] = point.power;
+    index_[i] = point.index;
   });
   enclose();
 }

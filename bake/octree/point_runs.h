@@ -4,8 +4,8 @@
 // compact. Over the bounding boxes of the runs lies a tree in which each box holds the eight below
 // it.
 //
-// Memory: 26 bytes per point, and 16 more while they are sorted. Threads: those of the calling TBB
-// arena sort; all else is const.
+// Memory: 26 bytes per point, and 16 more while they are sorted. Threads: the caller's
+// team sort; all else is const.
 #pragma once
 
 #include <array>

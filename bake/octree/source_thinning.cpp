@@ -5,9 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include <tbb/parallel_sort.h>
-
 #include "common/random.h"
+#include "common/thread_team.h"
 
 namespace clamor {
 
@@ -88,7 +87,7 @@ void SourceThinning::prune() {
 std::vector<Source> SourceThinning::take() {
   prune();
   entries_.resize(live_);
-  tbb::parallel_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+  team_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
     return a.order != b.order ? a.order < b.order : a.rank < b.rank;
   });
   // Sorts in place, since there may be no memory for a second list. Source i is swapped with the

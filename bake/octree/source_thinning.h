@@ -18,7 +18,7 @@
 // depends neither on the order of add() nor on how deposits were grouped.
 //
 // Memory: 1.45 times the n kept sources plus 12 MB, for any number of deposits. Threads: one at a
-// time; take() uses the calling TBB arena.
+// time; take() uses the caller's team.
 #pragma once
 
 #include <cstdint>

@@ -5,10 +5,8 @@
 #include <functional>
 #include <iterator>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include "bake/octree/source_thinning.h"
+#include "common/thread_team.h"
 
 namespace clamor {
 
@@ -25,11 +23,8 @@ std::size_t bin_of(double key) { return std::bit_cast<std::uint64_t>(key) >> kSh
 
 std::vector<double> keys_of(std::span<const Source> sources) {
   std::vector<double> keys(sources.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 2048),
-                    [&](const tbb::blocked_range<std::size_t>& part) {
-                      for (std::size_t i = part.begin(); i != part.end(); ++i)
-                        keys[i] = SourceThinning::key_of(sources[i], kWeight);
-                    });
+  team_for(0, sources.size(), 2048,
+           [&](std::size_t i) { keys[i] = SourceThinning::key_of(sources[i], kWeight); });
   return keys;
 }
 

@@ -4,7 +4,7 @@
 // follows from a histogram of the keys, made while they arrive, and the keys of one of its bins.
 // The kept deposits are a view of the files: each reading selects and scales them again.
 //
-// Disk: 96 bytes per deposit. Memory: 12 MB. Threads: one at a time; those of the calling TBB arena
+// Disk: 96 bytes per deposit. Memory: 12 MB. Threads: one at a time; the caller's team
 // compute the keys.
 #pragma once
 

@@ -8,13 +8,11 @@
 #include <numeric>
 #include <vector>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include "common/bands.h"
 #include "common/maths.h"
 #include "common/random.h"
 #include "common/sphere.h"
+#include "common/thread_team.h"
 
 namespace clamor {
 
@@ -151,11 +149,8 @@ Bands factors_at(std::span<const Moment> moments, double delay_s) {
 void make_diffuse(std::span<Source> sources, const Scene& scene, const ReflectionLaws& laws) {
   if (sources.empty()) return;
   std::vector<AirEnergy> energies(sources.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sources.size(), 256),
-                    [&](const auto& range) {
-                      for (std::size_t i = range.begin(); i != range.end(); ++i)
-                        energies[i] = air_energy(sources[i], i, scene, laws);
-                    });
+  team_for(0, sources.size(), 256,
+           [&](std::size_t i) { energies[i] = air_energy(sources[i], i, scene, laws); });
   const std::vector<Moment> moments = moments_of(sources, energies);
   for (Source& source : sources) {
     const Bands factors = factors_at(moments, static_cast<double>(source.delay_s));

@@ -12,7 +12,7 @@
 // where l is the length of a path to the next surface, but for the parts within a metre of the
 // planes of both surfaces, where ISO 3382-1 puts no microphones.
 //
-// Threads: those of the calling TBB arena.   Memory: 128 bytes per source.
+// Threads: the caller's team.   Memory: 128 bytes per source.
 #pragma once
 
 #include <span>

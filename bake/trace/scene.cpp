@@ -6,8 +6,6 @@
 #include <limits>
 #include <string>
 
-#include <tbb/task_arena.h>
-
 #include "formats/level/embree_mesh.h"
 
 namespace clamor {
@@ -24,18 +22,10 @@ Vec3 normal_of(const Mesh& mesh, std::uint32_t triangle) {
   return twice_area > 0 ? across / twice_area : Vec3(0);
 }
 
-// The hits must not depend on the machine. Embree's AVX2 and AVX-512 code uses fused multiply-add
-// and another tree layout, so all machines use SSE4.2. This costs 20 to 30 % of the ray throughput
-// (4.7 instead of 6.0 million rays per second on Sponza, 2.6 instead of 3.8 in another run). The
-// tree is built by one thread, so that the triangles are always in the same order and a ray through
-// an edge hits the same one of its two triangles.
-constexpr const char* kDevice = "isa=sse4.2";
-
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 }  // namespace
 
-const char* embree_device() { return kDevice; }
 std::string embree_version() { return RTC_VERSION_STRING; }
 
 Scene::Scene(const Mesh& mesh, Build build) : mesh_(mesh) {
@@ -44,11 +34,12 @@ Scene::Scene(const Mesh& mesh, Build build) : mesh_(mesh) {
   offset_m_ = 1e-5 * bounds_of(mesh).diagonal_m();
 
   embree_ = std::make_unique<EmbreeMesh>(
-      mesh, EmbreeMesh::Options{.device = kDevice,
-                                .quality = build == Build::kQuick ? RTC_BUILD_QUALITY_LOW
-                                                                  : RTC_BUILD_QUALITY_HIGH});
-  // An arena of one thread. (The device option "threads=1" would limit all of TBB.)
-  tbb::task_arena(1).execute([this] { embree_->build(); });
+      mesh, EmbreeMesh::Options{
+                .quality = build == Build::kQuick ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_HIGH,
+                .alone = true});
+  // Alone, so that the triangles are always in the same order and a ray through an edge hits the
+  // same one of its two triangles.
+  embree_->build();
 
   surfaces_.reserve(mesh.triangles.size());
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)

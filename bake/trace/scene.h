@@ -43,8 +43,6 @@ struct SurfaceHit {
   std::uint32_t material = kNone;  // kNone if the ray leaves the level
 };
 
-// Embree's device configuration and version.
-const char* embree_device();
 std::string embree_version();
 
 class Scene {

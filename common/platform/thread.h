@@ -9,6 +9,9 @@ namespace clamor {
 // Names the calling thread for debuggers and for ThreadCpuMeter. Linux keeps 15 characters.
 void name_thread(const char* name);
 
+// Processors that the process may use at once, at least 1.
+int usable_cores();
+
 // Gives the calling thread real-time priority, below the kernel's own threads, where the system
 // allows it.
 void prioritise_audio_thread();

@@ -5,9 +5,8 @@
 
 #include <algorithm>
 
-#include <tbb/info.h>
-#include <tbb/task_arena.h>
-
+#include "common/platform/thread.h"
+#include "common/thread_team.h"
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_check.h"
 #include "formats/bake_file/bake_contents.h"
@@ -141,9 +140,7 @@ Result<void> write_checked(ByteSink& file, const BakeContents& contents, int thr
                            const std::atomic<bool>* stop, SignalCache* signals) {
   StoppableSink sink(file, stop);
   Result<void> done;
-  const int cores = tbb::info::default_concurrency();  // TBB has no more threads than these
-  tbb::task_arena arena(threads > 0 ? std::min(threads, cores) : cores);
-  arena.execute([&] { done = write_all(sink, contents, signals); });
+  with_team(std::min(threads, usable_cores()), [&] { done = write_all(sink, contents, signals); });
   return done;
 }
 

@@ -6,9 +6,8 @@
 #include <cstring>
 #include <unordered_map>
 
-#include <tbb/parallel_for.h>
-
 #include "common/bounds.h"
+#include "common/thread_team.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/level/mesh.h"
 
@@ -106,7 +105,7 @@ PackedGeometry pack_geometry(const Mesh& mesh) {
   const std::size_t triangles = mesh.triangles.size();
   std::vector<std::vector<PackedGeometryPage>> parts((triangles + kPageTriangles - 1) /
                                                      kPageTriangles);
-  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {
+  team_for(0, parts.size(), [&](std::size_t i) {
     const std::size_t first = i * kPageTriangles;
     pack_pages(mesh, packed.low_m, first, std::min(triangles, first + kPageTriangles), parts[i]);
   });

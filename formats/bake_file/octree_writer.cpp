@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include <tbb/parallel_for.h>
-
+#include "common/thread_team.h"
 #include "formats/bake_file/page.h"
 
 namespace clamor {
@@ -111,7 +110,7 @@ Result<OctreeWriter::Part> OctreeWriter::write_part(const SourceOctree& octree) 
     const auto sources_of = [&octree](const OctreeNode& node) {
       return std::span(octree.sources).subspan(node.first_source, node.source_count);
     };
-    tbb::parallel_for(first, end, [&](std::size_t i) {
+    team_for(first, end, [&](std::size_t i) {
       const OctreeNode& node = nodes[order[i]];
       if (node.source_count > 0)
         pages[i - first] = zstd_compress_fast(encode_page(node, sources_of(node), mirror_bits_));

@@ -25,7 +25,7 @@ struct EncodedSignal {
   Bands mean_square{};
 };
 
-// Encodes a signal in the calling TBB arena. The error names the signal.
+// Encodes a signal on the caller's team. The error names the signal.
 Result<EncodedSignal> encode_signal(const Signal& signal);
 
 class SignalCache {

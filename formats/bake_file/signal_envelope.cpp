@@ -8,11 +8,10 @@
 #include <string>
 #include <utility>
 
-#include <tbb/parallel_for.h>
-
 #include "common/crossover.h"
 #include "common/maths.h"
 #include "common/sample_rate.h"
+#include "common/thread_team.h"
 #include "formats/level/signal.h"
 
 namespace clamor {
@@ -113,7 +112,7 @@ class Analysis {
     if (pieces.size() == 1)
       listen(0);
     else
-      tbb::parallel_for(std::size_t{0}, pieces.size(), listen);
+      team_for(0, pieces.size(), listen);
     std::vector<Lanes> sums(static_cast<std::size_t>(moments_), Lanes{});
     for (const Energies& piece : pieces)
       for (std::size_t i = 0; i < piece.sums.size(); ++i)

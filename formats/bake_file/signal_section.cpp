@@ -3,8 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include <tbb/parallel_for.h>
-
+#include "common/thread_team.h"
 #include "formats/audio/audio_file.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/level/signal.h"
@@ -29,7 +28,7 @@ Result<std::vector<std::vector<std::byte>>> pack_signal_blocks(const Signal& sig
       for (float& sample : scaled) sample /= scale;
     packed_blocks[i] = encode_flac(scaled);
   };
-  tbb::parallel_for(std::size_t{0}, packed_blocks.size(), pack);
+  team_for(0, packed_blocks.size(), pack);
   std::vector<std::vector<std::byte>> blocks;
   for (auto& block : packed_blocks) {
     if (!block.ok()) return block.error();

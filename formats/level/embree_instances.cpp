@@ -8,7 +8,7 @@ namespace {
 
 // Closes the device when the process or the library ends.
 struct Device {
-  Device() : device(rtcNewDevice(nullptr)) {
+  Device() : device(rtcNewDevice(embree_device(false))) {
     if (device == nullptr) throw std::runtime_error("Embree cannot start");
   }
   ~Device() { rtcReleaseDevice(device); }

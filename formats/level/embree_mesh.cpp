@@ -20,7 +20,7 @@ void EmbreeMesh::create(const Mesh& mesh, const Options& options) {
   if (device_ != nullptr)
     rtcRetainDevice(device_);
   else
-    device_ = rtcNewDevice(options.device);
+    device_ = rtcNewDevice(embree_device(options.reproducible));
   check();
   scene_ = rtcNewScene(device_);
   check();

@@ -13,7 +13,7 @@ namespace clamor {
 class EmbreeMesh : public EmbreeScene {
  public:
   struct Options {
-    const char* device = nullptr;  // configuration string of rtcNewDevice()
+    bool reproducible = true;  // see embree_device()
     RTCBuildQuality quality = RTC_BUILD_QUALITY_HIGH;
     RTCBuildQuality geometry_quality = RTC_BUILD_QUALITY_MEDIUM;  // Embree's default
     bool robust = false;                // no ray slips through the edge between two triangles
@@ -26,7 +26,7 @@ class EmbreeMesh : public EmbreeScene {
   EmbreeMesh(const Mesh& mesh, const Options& options);
   ~EmbreeMesh() { release_geometry(); }
 
-  // Builds the BVH with the threads of the calling TBB arena, or alone. Throws like the
+  // Builds the BVH with Embree's threads, or alone. Throws like the
   // constructor.
   void build() { commit(alone_); }
 

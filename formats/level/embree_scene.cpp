@@ -4,10 +4,17 @@
 #include <stdexcept>
 #include <string>
 
+#ifdef CLAMOR_HAS_TBB
 #include <tbb/task_arena.h>
+#endif
 
 namespace clamor {
 
+#ifdef CLAMOR_HAS_TBB
+
+const char* embree_device(bool reproducible) { return reproducible ? "isa=sse4.2" : nullptr; }
+
+// The device option "threads=1" would limit all of TBB.
 void EmbreeScene::commit(bool alone) {
   if (alone)
     tbb::task_arena(1).execute([this] { rtcCommitScene(scene_); });
@@ -15,6 +22,19 @@ void EmbreeScene::commit(bool alone) {
     rtcCommitScene(scene_);
   check();
 }
+
+#else  // Embree has its own tasks, and starts no threads for them.
+
+const char* embree_device(bool reproducible) {
+  return reproducible ? "isa=sse4.2,threads=1" : "threads=1";
+}
+
+void EmbreeScene::commit(bool) {
+  rtcCommitScene(scene_);
+  check();
+}
+
+#endif
 
 // Embree stores an error code until it is queried.
 void EmbreeScene::check() const {

@@ -8,14 +8,9 @@
 #include <limits>
 #include <vector>
 
-#if __has_include(<embree4/rtcore.h>)
-#include <embree4/rtcore.h>
-#else
-#include <embree3/rtcore.h>
-#endif
-
 #include "bake/trace/scene.h"
 #include "common/cpu_time.h"
+#include "formats/level/embree_scene.h"
 
 namespace clamor::testing {
 

@@ -21,10 +21,10 @@
 #include <vector>
 
 #include <benchmark/benchmark.h>
-#include <tbb/task_arena.h>
 
 #include "bake/octree/octree_builder.h"
 #include "bake/octree/octree_streaming.h"
+#include "common/thread_team.h"
 #include "tests/benchmarks/wall_times.h"
 #include "tests/octree_reference.h"
 #include "tests/peak_memory.h"
@@ -60,7 +60,7 @@ double external_seconds(std::span<const Source> sources) {
   bool done = true;
   for (std::size_t i = 0; i < sources.size() && done; i += 4096)
     done = spill.append(sources.subspan(i, std::min<std::size_t>(4096, sources.size() - i))).ok();
-  tbb::task_arena(1).execute([&] {
+  with_team(1, [&] {
     done = done && stream_octree(std::move(spill), sources.size_bytes() / 10, drain).ok();
   });
   return done && drain.sources == sources.size() ? seconds_since(start) : 0;
@@ -81,12 +81,11 @@ void octree(benchmark::State& state) {
   double memory_times = 0;
   for (auto _ : state) {
     for (const int threads : {1, 2}) {
-      tbb::task_arena arena(threads);
       auto list = sources;
       const testing::PeakMemory peak;
       SourceOctree tree;
       const auto start = Clock::now();
-      arena.execute([&] { tree = build_octree(std::move(list)); });
+      with_team(threads, [&] { tree = build_octree(std::move(list)); });
       (threads == 1 ? one_s : two_s).push_back(seconds_since(start));
       memory_times = std::max(memory_times,
                               (list_bytes + static_cast<double>(peak.more_bytes())) / list_bytes);

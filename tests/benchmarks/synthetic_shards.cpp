@@ -5,8 +5,6 @@
 #include <numbers>
 #include <utility>
 
-#include <tbb/parallel_for.h>
-
 #include "bake/bake_plan.h"
 #include "bake/journal/journal_set.h"
 #include "bake/journal/run_key.h"
@@ -17,6 +15,7 @@
 #include "bake/trace/scene.h"
 #include "common/maths.h"
 #include "common/random.h"
+#include "common/thread_team.h"
 #include "formats/gltf/level_import.h"
 #include "tests/source_lists.h"
 #include "tools/commands/bake_arguments.h"
@@ -122,7 +121,7 @@ Result<void> SyntheticShards::write() {
   const Writer writer(std::move(imported->level), settings, deposits_);
   const auto count = static_cast<std::uint32_t>(paths_.size());
   std::vector<Result<std::uint64_t>> written(count, std::uint64_t{0});
-  tbb::parallel_for(std::uint32_t{0}, count, [&](std::uint32_t shard) {
+  team_for(0, count, [&](std::uint32_t shard) {
     const ShardNote note{shard_program(),  imported->input_hash, {shard}, count, true,
                          note_of(request_)};
     written[shard] = writer.write(paths_[shard], note);

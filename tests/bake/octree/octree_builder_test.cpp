@@ -5,10 +5,9 @@
 #include <set>
 
 #include <gtest/gtest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include "common/random.h"
+#include "common/thread_team.h"
 #include "tests/octree_reference.h"
 #include "tests/peak_memory.h"
 #include "tests/sanitized.h"
@@ -130,8 +129,6 @@ TEST(Octree, TakesAnyNumberOfSourcesInOnePlace) {
 }
 
 TEST(Octree, EqualsABruteForceTreeOnAnyNumberOfThreads_NoAsan) {
-  // By default TBB has no more threads than the machine has cores.
-  const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
   const std::vector<testing::DegenerateList> lists = {
       {},                                 // sources on walls
       {.keys = 7},                        // equal keys: the list order decides
@@ -150,7 +147,7 @@ TEST(Octree, EqualsABruteForceTreeOnAnyNumberOfThreads_NoAsan) {
       const SourceOctree expected = testing::build_octree_serially(sources);
       for (const int threads : {1, 2, 8}) {
         SourceOctree tree;
-        tbb::task_arena(threads).execute([&] { tree = build_octree(sources); });
+        with_team(threads, [&] { tree = build_octree(sources); });
         ASSERT_TRUE(testing::same_octree(tree, expected))
             << count << " sources of list " << i << " on " << threads << " threads";
       }

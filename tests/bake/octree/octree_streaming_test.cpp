@@ -6,11 +6,10 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 #include <unistd.h>
 
 #include "bake/octree/octree_builder.h"
+#include "common/thread_team.h"
 #include "tests/octree_reference.h"
 #include "tests/peak_memory.h"
 #include "tests/sanitized.h"
@@ -107,7 +106,6 @@ class OctreeStreaming : public ::testing::Test {
 };
 
 TEST_F(OctreeStreaming, EqualsTheTreeBuiltInMemoryForAnyMemoryLimit) {
-  const tbb::global_control eight(tbb::global_control::max_allowed_parallelism, 8);
   const std::vector<testing::DegenerateList> lists = {
       {},                                          // sources on walls
       {.keys = 5},                                 // equal keys: the list order decides
@@ -126,7 +124,7 @@ TEST_F(OctreeStreaming, EqualsTheTreeBuiltInMemoryForAnyMemoryLimit) {
            {1'000ull, 500'000ull, 8'000'000ull, 1'000'000'000ull})
         for (const int threads : {1, 8}) {
           CollectingSink sink;
-          tbb::task_arena(threads).execute([&] {
+          with_team(threads, [&] {
             const auto root = stream_octree(spilled(sources, 777), memory_bytes, sink);
             ASSERT_TRUE(root.ok() && root->has_value());
             ASSERT_TRUE(testing::same_octree(sink.whole(**root), expected))
