@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "common/sample_rate.h"
+#include "common/utf8_path.h"
 #include "formats/audio/audio_file.h"
 #include "formats/audio/wav_header.h"
 #include "formats/gltf/gltf_mesh.h"
@@ -154,7 +155,7 @@ Result<std::uint32_t> ApplicationLevel::add_sound_file(const std::string& path, 
     if (!samples.ok()) return samples.error();
     signal.samples = std::move(*samples);
   }
-  if (signal.name.empty()) signal.name = std::filesystem::path(path).filename().string();
+  if (signal.name.empty()) signal.name = path_of(path).filename().string();
   added_.signals.push_back(std::move(signal));
   changed_ = true;
   return static_cast<std::uint32_t>(added_.signals.size() - 1);
@@ -180,7 +181,7 @@ Result<void> ApplicationLevel::add_emitter(Emitter emitter) {
   if (emitter.signal >= added_.signals.size())
     return Error(fmt::format("there is no sound {}; add it first", emitter.signal));
   if (emitter.name.empty())
-    emitter.name = std::filesystem::path(added_.signals[emitter.signal].name).stem().string();
+    emitter.name = path_of(added_.signals[emitter.signal].name).stem().string();
   for (const auto* emitters : {&file_.level.emitters, &added_.emitters})
     for (const Emitter& known : *emitters)
       if (known.name == emitter.name)

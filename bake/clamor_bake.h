@@ -41,7 +41,9 @@
 
 #define CLAMOR_BAKE_BANDS 8
 
-#if defined(CLAMOR_BUILDS_BAKE_LIBRARY) && defined(__GNUC__)
+#if defined(CLAMOR_BUILDS_BAKE_LIBRARY) && defined(_WIN32)
+#define CLAMOR_BAKE_API __declspec(dllexport)
+#elif defined(CLAMOR_BUILDS_BAKE_LIBRARY) && defined(__GNUC__)
 #define CLAMOR_BAKE_API __attribute__((visibility("default")))
 #else
 #define CLAMOR_BAKE_API

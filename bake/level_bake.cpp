@@ -10,6 +10,7 @@
 #include "bake/report/level_report.h"
 #include "bake/trace/scene.h"
 #include "common/counted_texts.h"
+#include "common/utf8_path.h"
 #include "formats/bake_file/bake_writer.h"
 #include "formats/gltf/level_import.h"
 
@@ -222,7 +223,7 @@ Result<void> LevelBake::write_contents() {
 std::uint64_t LevelBake::file_bytes() const {
   if (options_.output.empty()) return bytes_.size();
   std::error_code gone;
-  const auto bytes = std::filesystem::file_size(options_.output, gone);
+  const auto bytes = std::filesystem::file_size(path_of(options_.output), gone);
   return gone ? 0 : bytes;
 }
 
@@ -257,7 +258,7 @@ Result<void> LevelBake::write() {
 void LevelBake::remove_journal() {
   if (journal_.empty() || options_.journal || options_.keeps_journal) return;
   std::error_code stays;
-  removed_journal_ = std::filesystem::remove(journal_, stays);
+  removed_journal_ = std::filesystem::remove(path_of(journal_), stays);
 }
 
 }  // namespace clamor

@@ -60,7 +60,9 @@
 /* Programs run with every library of the same ABI version that is not older than their header. */
 #define CLAMOR_ABI_VERSION 0
 
-#if defined(CLAMOR_BUILDS_LIBRARY) && defined(__GNUC__)
+#if defined(CLAMOR_BUILDS_LIBRARY) && defined(_WIN32)
+#define CLAMOR_API __declspec(dllexport)
+#elif defined(CLAMOR_BUILDS_LIBRARY) && defined(__GNUC__)
 #define CLAMOR_API __attribute__((visibility("default")))
 #else
 #define CLAMOR_API

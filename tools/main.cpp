@@ -1,8 +1,6 @@
 // main.cpp: the program `clamor`.
 #include <exception>
 #include <iostream>
-#include <string>
-#include <vector>
 
 #include "common/platform/process.h"
 #include "common/printable.h"
@@ -11,10 +9,8 @@
 
 int main(int argc, char** argv) {
   clamor::prepare_to_write();
-  std::vector<std::string> arguments;
-  for (int i = 1; i < argc; ++i) arguments.emplace_back(argv[i]);
   try {
-    return clamor::run_clamor(arguments, std::cout, std::cerr);
+    return clamor::run_clamor(clamor::program_arguments(argc, argv), std::cout, std::cerr);
   } catch (const std::bad_alloc&) {
     std::cerr << "clamor: out of memory; try fewer photons or voices, or a smaller level\n";
   } catch (const std::exception& exception) {

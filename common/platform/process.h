@@ -4,7 +4,9 @@
 #pragma once
 
 #include <initializer_list>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace clamor {
 
@@ -16,8 +18,14 @@ int process_id();
 // Whether no process of this machine has that number.
 bool has_ended(int process);
 
+// Makes a new folder, for this user alone. The pattern ends with XXXXXX.
+std::optional<std::string> make_temporary_folder(std::string pattern);
+
 // Calls `counts` in each child of a fork from now on, on its only thread.
 void call_in_forks(void (*counts)());
+
+// What main() was given, in UTF-8, without the program's name.
+std::vector<std::string> program_arguments(int argc, char** argv);
 
 // For a program's start: makes writes to closed standard outputs and beyond limits fail, rather
 // than damage files or end the program.

@@ -13,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include "common/utf8_path.h"
 #include "formats/audio/hdf5_file.h"
 #include "formats/audio/sofa_tables.h"
 #include "formats/files/file_kind.h"
@@ -148,11 +149,11 @@ Result<HrirSet> read_by(SofaLibrary library, const std::string& path, std::uint6
 Result<HrirSet> read_sofa(const std::string& path) {
   const auto refused = [&](const std::string& why) { return Error(path + ": " + why); };
   std::error_code error;
-  const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+  const std::uintmax_t bytes = std::filesystem::file_size(path_of(path), error);
   if (error) return refused("cannot be read (" + error.message() + ").");
   if (bytes > kMaxInput_bytes) return refused("is larger than 1 GiB, which no head should be.");
   std::array<char, 4096> head{};
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file(path_of(path), std::ios::binary);
   file.read(head.data(), head.size());
   const std::size_t head_bytes =
       static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0));

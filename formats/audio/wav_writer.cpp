@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "common/random.h"
+#include "common/utf8_path.h"
 #include "formats/audio/flac_codec.h"
 #include "formats/audio/wav_header.h"
 #include "formats/files/atomic_file.h"
@@ -38,7 +39,7 @@ const Kind& kind_of(SampleFormat format) {
 }
 
 bool ends_in(const std::string& path, std::string_view wanted) {
-  std::string ending = std::filesystem::path(path).extension().string();
+  std::string ending = path_of(path).extension().string();
   for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return ending == wanted;
 }

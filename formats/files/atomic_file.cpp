@@ -7,6 +7,7 @@
 
 #include "common/platform/process.h"
 #include "common/system_reason.h"
+#include "common/utf8_path.h"
 
 namespace clamor {
 
@@ -20,7 +21,7 @@ Error failed(const std::string& path, const std::string& doing, int code) {
 }
 
 std::string folder_of(const std::string& path) {
-  const auto folder = std::filesystem::path(path).parent_path();
+  const auto folder = path_of(path).parent_path();
   return folder.empty() ? "." : folder.string();
 }
 
@@ -28,9 +29,9 @@ std::string folder_of(const std::string& path) {
 std::string prefix_of(const std::string& path) { return path + "." + host_name() + "."; }
 
 void remove_stale_temporaries(const std::string& path) {
-  const std::string prefix = std::filesystem::path(prefix_of(path)).filename().string();
+  const std::string prefix = path_of(prefix_of(path)).filename().string();
   std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(folder_of(path), ignored)) {
+  for (const auto& entry : std::filesystem::directory_iterator(path_of(folder_of(path)), ignored)) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with(prefix) || !name.ends_with(".tmp")) continue;
     const std::string process = name.substr(prefix.size(), name.size() - prefix.size() - 4);

@@ -9,6 +9,7 @@
 
 #include "common/platform/system_file.h"
 #include "common/system_reason.h"
+#include "common/utf8_path.h"
 
 namespace clamor {
 
@@ -93,10 +94,11 @@ Result<std::string> confined_path(const std::string& folder, std::string_view ur
         "path from there.");
 
   std::error_code problem;
-  std::string root = std::filesystem::canonical(folder, problem).generic_string();
+  std::string root = std::filesystem::canonical(path_of(folder), problem).generic_string();
   if (problem) return refused("has no folder: " + system_reason(problem.value()) + ".");
   if (!root.ends_with('/')) root += '/';
-  const std::string resolved = std::filesystem::canonical(root + path, problem).generic_string();
+  const std::string resolved =
+      std::filesystem::canonical(path_of(root + path), problem).generic_string();
   if (problem)
     return refused("cannot be read: " + system_reason(problem.value()) +
                    ". Put the file into the folder of what names it.");
@@ -158,7 +160,7 @@ void InputHash::add(std::span<const std::byte> bytes) {
 std::uint64_t InputHash::value() const { return XXH3_64bits_digest(state_->xxh); }
 
 LevelFolder::LevelFolder(const std::string& level_path)
-    : path_(std::filesystem::path(level_path).parent_path().string()) {
+    : path_(path_of(level_path).parent_path().string()) {
   if (path_.empty()) path_ = ".";
 }
 
@@ -175,7 +177,7 @@ Result<FileBytes> LevelFolder::read_anywhere(const std::string& path) {
   if (bytes.ok()) {
     hash_.add(*bytes);
     files_.add(path);
-    inputs_.push_back({std::filesystem::path(path).filename().string(), bytes->size(),
+    inputs_.push_back({path_of(path).filename().string(), bytes->size(),
                        XXH3_64bits(bytes->data(), bytes->size())});
   }
   return bytes;

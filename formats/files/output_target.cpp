@@ -6,6 +6,7 @@
 
 #include "common/platform/process.h"
 #include "common/system_reason.h"
+#include "common/utf8_path.h"
 
 namespace clamor {
 
@@ -39,7 +40,7 @@ struct EndOfLinks {
 
 // Follows links to a name that is no link (it need not exist) or that names a descriptor.
 Result<EndOfLinks> follow(const std::string& path) {
-  fs::path at = path;
+  fs::path at = path_of(path);
   for (int links = 0; links <= kMaxLinks; ++links) {
     const fs::path parent = at.parent_path().empty() ? "." : at.parent_path();
     std::error_code problem;
@@ -49,9 +50,9 @@ Result<EndOfLinks> follow(const std::string& path) {
                    " does not exist; make it first");
     const std::string name = at.filename().string();
     if (name.empty() || name == "." || name == "..") return unwritable(path, EISDIR);
-    if (own_descriptor(folder, name) || !fs::is_symlink(folder / name, problem))
+    if (own_descriptor(folder, name) || !fs::is_symlink(folder / path_of(name), problem))
       return EndOfLinks{folder, name};
-    const fs::path next = fs::read_symlink(folder / name, problem);
+    const fs::path next = fs::read_symlink(folder / path_of(name), problem);
     if (problem) return unwritable(path, problem.value());
     at = next.is_absolute() ? next : folder / next;
   }
@@ -106,7 +107,7 @@ Result<OutputTarget> OutputTarget::find(const std::string& path, const InputFile
     target.descriptor_ = *descriptor;
     return target;
   }
-  target.file_ = (end->folder / end->name).string();
+  target.file_ = (end->folder / path_of(end->name)).string();
   if (!status || status->type == FileType::kRegular) {
     if (status && !may_write(path)) return unwritable(path, errno);
     if (!may_write_in_folder(end->folder.string())) return unwritable(path, errno);

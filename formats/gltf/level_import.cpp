@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "common/text.h"
+#include "common/utf8_path.h"
 #include "formats/audio/audio_file.h"
 #include "formats/files/level_folder.h"
 #include "formats/gltf/audio_extensions.h"
@@ -40,9 +41,9 @@ namespace {
 Result<Sidecar> read_sidecar(const std::string& level, const ImportOptions& options,
                              LevelFolder& folder, ImportReport& report) {
   const std::string path =
-      options.sidecar.value_or(std::filesystem::path(level).replace_extension(".acoustics.json"));
+      options.sidecar.value_or(path_of(level).replace_extension(".acoustics.json").string());
   std::error_code none;
-  if (!options.sidecar && !std::filesystem::exists(path, none)) return Sidecar{};
+  if (!options.sidecar && !std::filesystem::exists(path_of(path), none)) return Sidecar{};
   const auto bytes = folder.read_anywhere(path);
   if (!bytes.ok()) return bytes.error();
   auto sidecar = parse_sidecar({reinterpret_cast<const char*>(bytes->data()), bytes->size()},
@@ -57,8 +58,7 @@ Result<Emitter> realise(const EmitterSpec& spec, bool confined, LevelFolder& fol
                         SignalTable& signals, std::uint64_t seed, std::size_t index,
                         const Vec3& origin_m, ImportReport& report) {
   Emitter emitter;
-  emitter.name =
-      !spec.name.empty() ? spec.name : std::filesystem::path(spec.signal).stem().string();
+  emitter.name = !spec.name.empty() ? spec.name : path_of(spec.signal).stem().string();
   emitter.position_m = spec.at_m - origin_m;
   emitter.axis = spec.facing;
   emitter.gain = spec.gain;
@@ -80,7 +80,7 @@ Result<Emitter> realise(const EmitterSpec& spec, bool confined, LevelFolder& fol
   auto samples = decode_audio(*bytes, spec.signal, &downmix);
   if (!samples.ok()) return samples.error().in("emitter " + in_quotes(emitter.name));
   report_downmix(downmix, spec.signal, report);
-  const std::string name = std::filesystem::path(spec.signal).filename().string();
+  const std::string name = path_of(spec.signal).filename().string();
   emitter.signal = signals.add(key, name, std::move(*samples), loop);
   return emitter;
 }
@@ -373,7 +373,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
   Level& level = imported.level;
   ImportReport& report = imported.report;
   LevelFolder folder(path);
-  level.name = std::filesystem::path(path).filename().string();
+  level.name = path_of(path).filename().string();
 
   auto scene = read_scene(path, options, folder, report);
   if (!scene.ok()) return scene.error();

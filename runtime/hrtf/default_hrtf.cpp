@@ -6,15 +6,23 @@
 #include "runtime/hrtf/hrtf.h"
 
 // The assembler reads the file; as an array in C++ it would take seconds to compile.
+#ifdef _WIN32
 asm(R"(
-  .pushsection .rodata
-  .balign 16
+  .section .rdata, "dr"
+)"
+#else
+asm(R"(
+  .section .rodata
   .hidden clamor_default_head, clamor_default_head_end
+)"
+#endif
+    R"(
+  .balign 16
   .globl clamor_default_head, clamor_default_head_end
 clamor_default_head:
   .incbin ")" CLAMOR_DEFAULT_HEAD R"("
 clamor_default_head_end:
-  .popsection
+  .text
 )");
 
 extern "C" {

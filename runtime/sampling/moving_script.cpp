@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "common/utf8_path.h"
 #include "formats/audio/audio_file.h"
 #include "formats/files/json.h"
 #include "formats/files/level_folder.h"
@@ -18,7 +19,7 @@ constexpr double kVelocityStep_s = 0.02;
 constexpr double kJump_mps = 150;  // a path that is faster jumps
 
 std::string folder_of(const std::string& path) {
-  const std::string folder = std::filesystem::path(path).parent_path().string();
+  const std::string folder = path_of(path).parent_path().string();
   return folder.empty() ? "." : folder;
 }
 

@@ -19,7 +19,7 @@ inline const std::filesystem::path kRoot = kSourceDir;
 // The folders of each library from the bottom up: each may include those before it, and files
 // outside of a folder may include all.
 inline const std::map<std::string, std::vector<std::string>> kFolders = {
-    {"common", {"platform", "platform/posix"}},
+    {"common", {"platform", "platform/posix", "platform/windows"}},
     {"formats", {"files", "audio", "level", "gltf", "bake_file", "blender"}},
     {"bake",
      {"mesh", "trace", "early", "octree", "instances", "journal", "portals", "report", "probes",

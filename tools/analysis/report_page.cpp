@@ -13,6 +13,7 @@
 #include "common/platform/system_file.h"
 #include "common/printable.h"
 #include "common/system_reason.h"
+#include "common/utf8_path.h"
 #include "common/version.h"
 #include "embedded_page.h"
 #include "formats/files/atomic_file.h"
@@ -194,7 +195,7 @@ Result<void> ReportPage::check_folder(const std::string& folder, const std::stri
   namespace fs = std::filesystem;
   if (folder.empty()) return Error("the folder's name is empty; name a folder for the report");
   std::error_code problem;
-  fs::path present = fs::absolute(folder, problem);
+  fs::path present = fs::absolute(path_of(folder), problem);
   while (!problem && !fs::exists(present, problem) && present.has_relative_path())
     present = present.parent_path();
   if (!fs::is_directory(present, problem))
@@ -203,7 +204,7 @@ Result<void> ReportPage::check_folder(const std::string& folder, const std::stri
   if (!may_write_in_folder(present.string()))
     return Error(present.string() + ": cannot write here (" + system_reason(errno) +
                  "); choose a place you may write to");
-  for (fs::directory_iterator file(folder, problem), end; !problem && file != end;
+  for (fs::directory_iterator file(path_of(folder), problem), end; !problem && file != end;
        file.increment(problem)) {
     const std::string file_name = file->path().filename().string();
     if (!file_name.starts_with(name + ".") && !file_name.starts_with(name + "_")) continue;
@@ -215,7 +216,7 @@ Result<void> ReportPage::check_folder(const std::string& folder, const std::stri
 
 Result<void> ReportPage::write(const std::string& folder) const {
   std::error_code failed;
-  std::filesystem::create_directories(folder, failed);
+  std::filesystem::create_directories(path_of(folder), failed);
   if (failed)
     return Error("cannot be made a folder: " + failed.message() + ". Name another with -o.")
         .in(folder);

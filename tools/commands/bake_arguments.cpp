@@ -4,6 +4,8 @@
 #include <span>
 #include <sstream>
 
+#include "common/utf8_path.h"
+
 namespace clamor {
 
 void add_import_options(Arguments& parser, ImportOptions& options) {
@@ -63,7 +65,7 @@ void add_bake_options(Arguments& parser, BakeRequest& request) {
 }
 
 std::string note_of(const BakeRequest& request) {
-  std::string note = std::filesystem::absolute(request.level_path).string();
+  std::string note = std::filesystem::absolute(path_of(request.level_path)).string();
   for (const std::string& word : request.words()) note += '\0' + word;
   return note;
 }

@@ -9,6 +9,7 @@
 
 #include "bake/bake_plan.h"
 #include "bake/report/lost_power.h"
+#include "common/utf8_path.h"
 #include "tools/program/shell_quote.h"
 
 namespace clamor {
@@ -96,7 +97,7 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
                counted(report.instanced_sources, "source"));
   // A device or pipe has no size, and cannot be played.
   std::error_code no_file;
-  const auto bytes = static_cast<double>(std::filesystem::file_size(output, no_file));
+  const auto bytes = static_cast<double>(std::filesystem::file_size(path_of(output), no_file));
   fmt::print(err, "  wrote    {}: {}{}, {:.1f} s\n", output,
              counted(contents.source_count() + report.instanced_sources, "source"),
              no_file ? "" : " in " + as_size(bytes), seconds);

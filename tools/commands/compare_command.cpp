@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "common/sample_rate.h"
+#include "common/utf8_path.h"
 #include "formats/audio/audio_file.h"
 #include "tools/analysis/json_values.h"
 #include "tools/analysis/null_distribution.h"
@@ -137,8 +138,8 @@ Result<NullDistribution> null_of_folder(const Options& options, const SoundAnaly
   const std::string& folder = options.rolls_folder;
   std::vector<std::string> paths;
   std::error_code problem;
-  for (std::filesystem::directory_iterator file(folder, problem), end; !problem && file != end;
-       file.increment(problem))
+  for (std::filesystem::directory_iterator file(path_of(folder), problem), end;
+       !problem && file != end; file.increment(problem))
     if (std::error_code ignored; file->is_regular_file(ignored))
       paths.push_back(file->path().string());
   if (problem)

@@ -13,6 +13,7 @@
 
 #include "bake/journal/shard_note.h"
 #include "bake/level_bake.h"
+#include "common/utf8_path.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/files/output_target.h"
 #include "formats/gltf/import_report.h"
@@ -139,7 +140,7 @@ struct FarmWords {
 };
 
 std::string absolute_path(const std::string& path) {
-  return std::filesystem::absolute(path).lexically_normal().string();
+  return std::filesystem::absolute(path_of(path)).lexically_normal().string();
 }
 
 // Completes a plan whose words are known.
@@ -301,7 +302,8 @@ bool is_untouched(const FarmPlan& plan) {
 class InFolder {
  public:
   explicit InFolder(const std::string& folder) : before_(std::filesystem::current_path(ignored_)) {
-    std::filesystem::current_path(folder, ignored_);  // a file that is missing is an error later
+    std::filesystem::current_path(path_of(folder),
+                                  ignored_);  // a file that is missing is an error later
   }
   ~InFolder() { std::filesystem::current_path(before_, ignored_); }
   InFolder(const InFolder&) = delete;

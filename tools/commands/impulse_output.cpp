@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "common/sample_rate.h"
+#include "common/utf8_path.h"
 #include "formats/audio/wav_writer.h"
 #include "formats/files/output_target.h"
 #include "formats/level/level_origin.h"
@@ -88,8 +89,8 @@ Result<ImpulseOutput> ImpulseOutput::choose(const std::string& path, std::size_t
   ImpulseOutput output;
   output.path_ = path;
   std::error_code ignored;
-  output.is_folder_ =
-      !path.empty() && (path.ends_with('/') || std::filesystem::is_directory(path, ignored));
+  output.is_folder_ = !path.empty() && (path.ends_with('/') ||
+                                        std::filesystem::is_directory(path_of(path), ignored));
   while (output.is_folder_ && output.path_.size() > 1 && output.path_.ends_with('/'))
     output.path_.pop_back();
   if (path.empty() || output.is_folder_) return output;
@@ -112,7 +113,7 @@ Result<void> ImpulseOutput::check(std::span<const NamedPlace> places,
   for (const std::string& input : inputs) read.add(input);
   if (is_folder_) {
     std::error_code failed;
-    std::filesystem::create_directories(path_, failed);
+    std::filesystem::create_directories(path_of(path_), failed);
     if (failed) return Error(path_ + ": the folder cannot be made: " + failed.message());
     for (const NamedPlace& place : places)
       if (const auto target = OutputTarget::find(file_of(place), read); !target.ok())

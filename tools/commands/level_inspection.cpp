@@ -12,6 +12,7 @@
 #include "common/counted_texts.h"
 #include "common/printable.h"
 #include "common/text.h"
+#include "common/utf8_path.h"
 #include "formats/gltf/level_import.h"
 #include "formats/level/surface_rules.h"
 #include "tools/analysis/json_values.h"
@@ -62,8 +63,8 @@ std::string as_json(const ImportReport& report, const std::vector<std::string>& 
 
 bool is_level_file(const std::string& path) {
   std::array<char, 4> magic{};
-  std::ifstream(path, std::ios::binary).read(magic.data(), magic.size());
-  const std::string extension = std::filesystem::path(path).extension().string();
+  std::ifstream(path_of(path), std::ios::binary).read(magic.data(), magic.size());
+  const std::string extension = path_of(path).extension().string();
   return std::string_view(magic.data(), magic.size()) == "glTF" ||
          equal_ignoring_case(extension, ".gltf") || equal_ignoring_case(extension, ".glb");
 }

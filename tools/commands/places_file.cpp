@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <set>
 #include <string_view>
@@ -13,6 +14,7 @@
 #include "common/printable.h"
 #include "common/system_reason.h"
 #include "common/text.h"
+#include "common/utf8_path.h"
 #include "formats/level/level_origin.h"
 #include "tools/program/arguments.h"
 
@@ -69,7 +71,7 @@ bool is_header(std::string_view line) {
 }  // namespace
 
 Result<std::vector<NamedPlace>> read_places(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file(path_of(path), std::ios::binary);
   std::vector<NamedPlace> places;
   std::string text;
   for (std::size_t number = 1; std::getline(file, text); ++number) {

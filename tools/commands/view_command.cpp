@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ostream.h>
 
+#include "common/utf8_path.h"
 #include "tools/commands/bake_arguments.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/sound_options.h"
@@ -31,14 +32,14 @@ struct ViewRequest {
 #ifdef CLAMOR_HAS_WINDOW
 
 std::string read_whole(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file(path_of(path), std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
 // Returns the request that made the bake, if the level lies beside it.
 std::optional<BakeRequest> request_of(const BakeFile& bake) {
   const Provenance& made = bake.provenance();
-  const auto level = std::filesystem::path(bake.path()).parent_path() / made.level;
+  const auto level = path_of(bake.path()).parent_path() / path_of(made.level);
   std::error_code none;
   if (!std::filesystem::exists(level, none)) return std::nullopt;
   std::string note = level.string();
@@ -69,7 +70,7 @@ Result<void> run_window(ViewRequest& request, const MixArguments& mix,
   window.scale = request.scale;
   if (!request.script.empty()) {
     std::error_code none;
-    if (!std::filesystem::exists(request.script, none))
+    if (!std::filesystem::exists(path_of(request.script), none))
       return Error(request.script + ": no such file");
     auto events = parse_view_script(read_whole(request.script));
     if (!events.ok()) return events.error().in(request.script);

@@ -10,6 +10,7 @@
 #include <fmt/ostream.h>
 
 #include "bake/bake_cache.h"
+#include "common/utf8_path.h"
 #include "formats/bake_file/bake_contents.h"
 #include "tools/commands/commands.h"
 #include "tools/program/interrupt.h"
@@ -138,7 +139,7 @@ bool FilesWatcher::check() {
 int run_watched_bake(const BakeRequest& request, const BakeRunOptions& run, std::ostream& err) {
   const Interrupt interrupt;
   const std::string beside =
-      std::filesystem::path(request.level_path).replace_extension(".acoustics.json").string();
+      path_of(request.level_path).replace_extension(".acoustics.json").string();
   const std::vector<std::string> first{request.level_path, request.import.sidecar.value_or(beside)};
   ChangeStop change(first);
   BakeCache cache;

@@ -19,6 +19,7 @@
 
 #include "bake/report/level_report.h"
 #include "common/text.h"
+#include "common/utf8_path.h"
 #include "formats/files/json.h"
 #include "formats/gltf/level_import.h"
 #include "formats/level/acoustic_values.h"
@@ -195,8 +196,7 @@ Result<MeasuredRoom> read_room(const std::string& path) {
   for (const char* key : {"sources", "receivers", "measured"}) fields.any(key);
   const Json *materials = fields.any("materials"), *air = fields.any("air");
   if (auto read = fields.result_without_unknown(); !read.ok()) return read.error();
-  auto imported =
-      import_level((std::filesystem::path(path).parent_path() / *file).string(), ImportOptions());
+  auto imported = import_level((path_of(path).parent_path() / path_of(*file)).string(), ImportOptions());
   if (!imported.ok()) return imported.error();
   room.level = std::move(imported->level);
   prepare_level(room.level, {.rounding_m = imported->rounding_m});

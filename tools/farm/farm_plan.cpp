@@ -12,6 +12,7 @@
 
 #include "bake/bake_plan.h"
 #include "bake/trace/photon_tracer.h"
+#include "common/utf8_path.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/files/atomic_file.h"
@@ -83,8 +84,8 @@ std::string FarmPlan::folder_of(const std::string& output) { return output + ".f
 Result<FarmPlan> FarmPlan::load(const std::string& output) {
   std::error_code ignored;
   const std::string path =
-      folder_of(std::filesystem::absolute(output, ignored).string()) + "/farm.json";
-  if (!std::filesystem::exists(path, ignored))
+      folder_of(std::filesystem::absolute(path_of(output), ignored).string()) + "/farm.json";
+  if (!std::filesystem::exists(path_of(path), ignored))
     return Error(path + ": is not there; plan a farm with: clamor farm LEVEL -o " +
                  shell_quoted(output) + " --shards N");
   const auto json = read_json(path);
@@ -248,7 +249,7 @@ ShardState state_of_shard(const FarmPlan& plan, std::uint32_t shard, bool checks
   ShardState state;
   const std::string path = plan.file_of_shard(shard);
   std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) return state;
+  if (!std::filesystem::exists(path_of(path), ignored)) return state;
   const auto wrong = [&state](const std::string& why) {
     state.is = Is::kWrong;
     state.problem = why;
@@ -284,7 +285,7 @@ ShardState state_of_shard(const FarmPlan& plan, std::uint32_t shard, bool checks
 bool is_group_done(const FarmPlan& plan, std::uint32_t group) {
   std::error_code ignored;
   const std::string path = plan.file_of_group(group);
-  if (!std::filesystem::exists(path, ignored)) return false;
+  if (!std::filesystem::exists(path_of(path), ignored)) return false;
   const auto summary = JournalSummary::of(path);
   return summary.ok() && summary->note && summary->note->is_complete && summary->cut_bytes == 0 &&
          summary->note->program == plan.made_by && summary->note->level_hash == plan.level_hash &&
@@ -295,7 +296,7 @@ bool is_group_done(const FarmPlan& plan, std::uint32_t group) {
 
 bool is_merged(const FarmPlan& plan) {
   std::error_code ignored;
-  if (!std::filesystem::exists(plan.output, ignored)) return false;
+  if (!std::filesystem::exists(path_of(plan.output), ignored)) return false;
   const auto file = BakeFile::open(plan.output);
   return file.ok() && file->provenance().input_hash == plan.level_hash &&
          file->provenance().arguments == plan.words();

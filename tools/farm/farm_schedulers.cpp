@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
@@ -18,6 +19,7 @@
 #include <fmt/ostream.h>
 
 #include "common/platform/child_program.h"
+#include "common/utf8_path.h"
 #include "formats/files/atomic_file.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/shell_quote.h"
@@ -38,7 +40,7 @@ std::string log_of(const FarmPlan& plan, const std::string& kind, std::uint32_t 
 }
 
 std::string last_line_of(const std::string& path) {
-  std::ifstream file(path);
+  std::ifstream file{path_of(path)};
   std::string last;
   for (std::string line; std::getline(file, line);)
     if (!line.empty()) last = line;

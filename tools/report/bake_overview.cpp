@@ -15,6 +15,7 @@
 
 #include "bake/report/lost_power.h"
 #include "common/air.h"
+#include "common/utf8_path.h"
 #include "common/version.h"
 #include "formats/bake_file/signal_envelope.h"
 #include "formats/level/mesh.h"
@@ -29,7 +30,7 @@ namespace {
 std::string command_of(const BakeFile& file) {
   if (file.provenance().tool.starts_with(kLibraryTool)) return "";
   std::string command = "clamor bake " + shell_quoted(file.provenance().level) + " -o " +
-                        shell_quoted(std::filesystem::path(file.path()).filename().string());
+                        shell_quoted(path_of(file.path()).filename().string());
   for (const std::string& word : file.provenance().arguments) command += " " + shell_quoted(word);
   return command;
 }

@@ -11,6 +11,7 @@
 
 #include "bake/report/lost_power.h"
 #include "common/sample_rate.h"
+#include "common/utf8_path.h"
 #include "runtime/response/impulse_response.h"
 #include "tools/analysis/json_values.h"
 #include "tools/program/text_format.h"
@@ -29,9 +30,7 @@ constexpr double kEchogram_s = 0.3, kEchoBin_s = 0.002;
 constexpr double kWaveform_s = 0.25;
 constexpr std::size_t kWaveformColumns = 500;
 
-std::string file_name(const BakeFile& file) {
-  return std::filesystem::path(file.path()).filename().string();
-}
+std::string file_name(const BakeFile& file) { return path_of(file.path()).filename().string(); }
 
 // Levels of each octave at equal steps, until the slowest has decayed by 60 dB.
 OrderedJson decay_of(std::span<const Arrival> arrivals) {

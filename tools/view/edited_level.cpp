@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "common/text.h"
+#include "common/utf8_path.h"
 #include "formats/files/atomic_file.h"
 #include "formats/gltf/level_import.h"
 #include "formats/level/material_presets.h"
@@ -22,7 +23,7 @@ namespace clamor {
 namespace {
 
 std::string read_whole(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
+  std::ifstream file(path_of(path), std::ios::binary);
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
@@ -49,23 +50,23 @@ LevelState state_of(ImportedLevel&& imported, Json sidecar) {
 
 EditedLevel::EditedLevel(std::string path, ImportOptions options, LevelState first)
     : path_(std::move(path)),
-      sidecar_path_(options.sidecar.value_or(
-          std::filesystem::path(path_).replace_extension(".acoustics.json").string())),
+      sidecar_path_(
+          options.sidecar.value_or(path_of(path_).replace_extension(".acoustics.json").string())),
       autosave_path_(sidecar_path_ + ".unsaved"),
       options_(std::move(options)),
       history_(std::move(first)) {
   std::error_code none;
-  if (std::filesystem::exists(autosave_path_, none)) unsaved_ = read_whole(autosave_path_);
+  if (std::filesystem::exists(path_of(autosave_path_), none)) unsaved_ = read_whole(autosave_path_);
 }
 
 Result<EditedLevel> EditedLevel::open(const std::string& path, const ImportOptions& options) {
   auto imported = import_level(path, options);
   if (!imported.ok()) return imported.error();
-  const std::string beside = std::filesystem::path(path).replace_extension(".acoustics.json");
+  const std::string beside = path_of(path).replace_extension(".acoustics.json").string();
   const std::string sidecar_path = options.sidecar.value_or(beside);
   Json sidecar{Json::Object{}};
   std::error_code none;
-  if (std::filesystem::exists(sidecar_path, none)) {
+  if (std::filesystem::exists(path_of(sidecar_path), none)) {
     auto read = read_json(sidecar_path);
     if (!read.ok()) return read.error();
     sidecar = std::move(*read);
@@ -123,7 +124,7 @@ std::string EditedLevel::why_fixed(std::size_t emitter) const {
     const auto spec = parse_emitter(text);
     if (!spec.ok()) continue;
     const std::string theirs =
-        spec->name.empty() ? std::filesystem::path(spec->signal).stem().string() : spec->name;
+        spec->name.empty() ? path_of(spec->signal).stem().string() : spec->name;
     if (theirs == name) return "It is given on the command line, which overrides the sidecar.";
   }
   return "";
@@ -178,7 +179,7 @@ Result<std::size_t> EditedLevel::add_emitter(const std::string& signal, const Ve
     played = std::move(*sound);
   }
   LevelState next = now();
-  const std::string stem = std::filesystem::path(signal).stem().string();
+  const std::string stem = path_of(signal).stem().string();
   Emitter added;
   added.name = stem;
   const auto is_known = [&](const std::vector<Emitter>& emitters) {
@@ -257,7 +258,7 @@ Result<void> EditedLevel::autosave() {
 
 void EditedLevel::discard_autosave() {
   std::error_code none;
-  std::filesystem::remove(autosave_path_, none);
+  std::filesystem::remove(path_of(autosave_path_), none);
   unsaved_.reset();
 }
 

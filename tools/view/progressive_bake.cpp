@@ -10,7 +10,9 @@
 #include "bake/bake_cache.h"
 #include "bake/bake_observer.h"
 #include "bake/level_bake.h"
+#include "common/platform/process.h"
 #include "common/platform/thread.h"
+#include "common/utf8_path.h"
 #include "formats/bake_file/bake_contents.h"
 
 namespace clamor {
@@ -70,14 +72,15 @@ ProgressiveBake::~ProgressiveBake() {
   cancel();
   thread_ = {};
   std::error_code none;
-  if (!folder_.empty()) std::filesystem::remove_all(folder_, none);
+  if (!folder_.empty()) std::filesystem::remove_all(path_of(folder_), none);
 }
 
 Result<void> ProgressiveBake::start() {
-  std::string folder = (std::filesystem::temp_directory_path() / "clamor-view-XXXXXX").string();
-  if (mkdtemp(folder.data()) == nullptr)
-    return Error(folder + ": this folder for bakes cannot be made; set TMPDIR to another place");
-  folder_ = folder;
+  const auto pattern = (std::filesystem::temp_directory_path() / "clamor-view-XXXXXX").string();
+  const auto folder = make_temporary_folder(pattern);
+  if (!folder)
+    return Error(pattern + ": this folder for bakes cannot be made; set TMPDIR to another place");
+  folder_ = *folder;
   thread_ = std::jthread([this](const std::stop_token& ended) { run(ended); });
   return {};
 }

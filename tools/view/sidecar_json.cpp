@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "common/utf8_path.h"
+
 namespace clamor::sidecar_json {
 
 namespace {
@@ -124,7 +126,7 @@ Json* entry_of(Json& sidecar, const std::string& name) {
     if (known != nullptr && known->string() != nullptr && *known->string() == name) return &entry;
     const Json* const signal = entry.find("signal");
     if (known == nullptr && signal != nullptr && signal->string() != nullptr &&
-        std::filesystem::path(*signal->string()).stem() == name)
+        path_of(*signal->string()).stem() == name)
       return &entry;
   }
   return nullptr;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "common/utf8_path.h"
 #include "formats/bake_file/baked_portals.h"
 
 namespace clamor {
@@ -13,9 +14,9 @@ namespace clamor {
 Result<std::unique_ptr<ViewSession>> ViewSession::open(ViewOptions options) {
   std::unique_ptr<ViewSession> session(new ViewSession(std::move(options)));
   const ViewOptions& wanted = session->options_;
-  session->title_ = std::filesystem::path(wanted.path).filename().string();
+  session->title_ = path_of(wanted.path).filename().string();
   session->strategy_ = wanted.strategy;
-  const bool is_bake = std::filesystem::path(wanted.path).extension() == ".clamor";
+  const bool is_bake = path_of(wanted.path).extension() == ".clamor";
   if (auto opened = is_bake ? session->open_bake() : session->open_level(); !opened.ok())
     return opened.error();
   PlayerOptions player = wanted.player;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -21,7 +22,16 @@ int process_id() { return ::getpid(); }
 
 bool has_ended(int process) { return ::kill(process, 0) != 0 && errno == ESRCH; }
 
+std::optional<std::string> make_temporary_folder(std::string pattern) {
+  if (::mkdtemp(pattern.data()) == nullptr) return std::nullopt;
+  return pattern;
+}
+
 void call_in_forks(void (*counts)()) { ::pthread_atfork(nullptr, nullptr, counts); }
+
+std::vector<std::string> program_arguments(int argc, char** argv) {
+  return {argv + (argc > 0 ? 1 : 0), argv + argc};
+}
 
 void prepare_to_write() {
   // If a standard descriptor is closed, the next opened file would get its number, and messages
