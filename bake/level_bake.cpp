@@ -169,6 +169,18 @@ Result<BakeReport> LevelBake::trace_shard() {
   return report;
 }
 
+Result<AbsorptionFit> LevelBake::fit(const MeasuredDecay& measured) {
+  observer_.on_stage("tracing photons, whose paths are fitted");
+  auto fit = fit_absorption(imported_->level, bake_options(), measured);
+  if (!fit.ok()) return fit.error().in(request_.level_path);
+  const std::string sidecar = request_.import.sidecar.value_or(
+      path_of(request_.level_path).replace_extension(".acoustics.json").string());
+  if (auto written = write_fitted_sidecar(options_.output, sidecar, imported_->level, *fit);
+      !written.ok())
+    return written.error();
+  return fit;
+}
+
 Result<BakeCost> LevelBake::cost() {
   observer_.on_stage("tracing a few photons, to see what they cost");
   BakeOptions options = bake_options();

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "bake/absorption_fit.h"
 #include "bake/bake.h"
 #include "bake/bake_observer.h"
 #include "bake/bake_options.h"
@@ -64,6 +65,9 @@ class LevelBake {
   Result<void> prepare();
 
   Result<BakeReport> trace_shard();
+
+  // Fits the absorptions to measured times, and writes them into the output, a sidecar.
+  Result<AbsorptionFit> fit(const MeasuredDecay& measured);
 
   // What the bake would take, and its first round where there is a goal.
   Result<BakeCost> cost();

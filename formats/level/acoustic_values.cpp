@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <vector>
 
 #include <fmt/format.h>
@@ -52,6 +54,25 @@ Result<Bands> bands_from_values(std::span<const double> values, std::span<const 
                     "in 'bandsHz'",
                     values.size()));
   return bands_from_points(hz, values);
+}
+
+std::array<std::optional<double>, kBandCount> octave_means(std::span<const double> hz,
+                                                           std::span<const double> values) {
+  std::array<std::optional<double>, kBandCount> octaves;
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    double sum = 0;
+    int count = 0;
+    bool has_centre = false;
+    for (std::size_t i = 0; i < hz.size(); ++i) {
+      const double ratio = hz[i] / kBandCentres_hz[b];
+      if (ratio < 1 / std::numbers::sqrt2 || ratio >= std::numbers::sqrt2) continue;
+      sum += values[i];
+      ++count;
+      has_centre = has_centre || std::abs(ratio - 1) < 0.05;
+    }
+    if (has_centre) octaves[b] = sum / count;
+  }
+  return octaves;
 }
 
 std::optional<Bands> bands_member(JsonFields& fields, std::string_view key, double low,

@@ -7,6 +7,7 @@
 // bandsHz. Values are interpolated linearly in frequency and constant beyond the ends.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,13 +25,18 @@ namespace clamor {
 Result<Bands> bands_from_values(std::span<const double> values, std::span<const double> hz,
                                 double low, double high);
 
+// In each octave whose centre is in `hz`, the mean of the values within it, such as those of its
+// thirds.
+std::array<std::optional<double>, kBandCount> octave_means(std::span<const double> hz,
+                                                           std::span<const double> values);
+
 // Reads the member `key` of `fields`, at the frequencies of its member "bandsHz" if that exists and
 // has the same length. Reports errors to fields.fail().
 std::optional<Bands> bands_member(JsonFields& fields, std::string_view key, double low,
                                   double high);
 
-// Reads { "temperature_c": 20, "humidity_percent": 50, "pressure_kpa": 101.325 }, each of which may be
-// missing and is then that of `air`. `where` precedes errors.
+// Reads { "temperature_c": 20, "humidity_percent": 50, "pressure_kpa": 101.325 }, each of which may
+// be missing and is then that of `air`. `where` precedes errors.
 Result<Air> read_air(const Json& json, const std::string& where, Air air = {});
 
 struct AcousticMaterial {

@@ -15,9 +15,10 @@
 
 #include <gtest/gtest.h>
 
+#include "formats/level/movable_part.h"
 #include "runtime/occlusion/image_path.h"
+#include "tests/box_mesh.h"
 #include "tests/physics/boundary_elements.h"
-#include "tests/rooms.h"
 
 namespace clamor {
 namespace {

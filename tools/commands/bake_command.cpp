@@ -37,7 +37,7 @@ std::optional<std::uint64_t> hash_from(const std::string& text) {
 
 // The words of options of the run.
 struct RunWords {
-  std::optional<std::string> shard, progress, until, level_hash, expected_time;
+  std::optional<std::string> shard, progress, until, level_hash, expected_time, measured;
   bool no_journal = false, watches = false;
 
   void add_options(Arguments& parser, BakeRunOptions& run);
@@ -48,6 +48,11 @@ void RunWords::add_options(Arguments& parser, BakeRunOptions& run) {
       "--until", until,
       "an error or a duration, as in 0.5dB or 15min: bake until the energy decay is known "
       "that well, or for that long; sets --photons and --sources");
+  parser.option(
+      "--measured", measured,
+      "reverberation times of the real room, a JSON file with t30_s or t20_s: fit the "
+      "materials' absorption to them, and write a sidecar, OUTPUT.acoustics.json, instead "
+      "of a bake file");
   parser.option("--shard", shard,
                 "I/N: trace only part I of N into OUTPUT; 'clamor merge' joins the parts");
   parser.option(
@@ -113,6 +118,14 @@ Result<void> interpret(const RunWords& words, const BakeRequest& request, BakeRu
     return Error(
         "--watch bakes what is there, in stages; it cannot be combined with --shard, --until, "
         "--progress, --level-hash or --strict");
+  if (words.measured) {
+    if (words.shard || words.until || words.progress || words.level_hash || words.watches)
+      return Error(
+          "--measured fits absorptions and bakes nothing; it cannot be combined with --shard, "
+          "--until, --progress, --level-hash or --watch");
+    run.measured = *words.measured;
+    run.bake.journal = "";
+  }
   run.json_progress = words.progress == "json";
   run.bake.bake.tells_progress = words.progress == "journal";
   if (words.progress && !run.json_progress && !run.bake.bake.tells_progress)

@@ -163,12 +163,29 @@ Result<void> write_file(LevelBake& bake, const BakeRunOptions& run, BakePrinter&
   return {};
 }
 
+Result<void> fit_to_measured(LevelBake& bake, const BakeRunOptions& run, BakePrinter& printer,
+                             std::ostream& err) {
+  const auto measured = MeasuredDecay::read(run.measured);
+  if (!measured.ok()) return measured.error();
+  const auto fit = bake.fit(*measured);
+  printer.end_stage();
+  if (!fit.ok()) return fit.error();
+  if (!run.quiet) print_fit(*fit, *measured, run.bake.output, err);
+  return {};
+}
+
 Result<void> run_stages(LevelBake& bake, const BakeRunOptions& run, LevelBakeOptions& options,
                         BakePrinter& printer, std::ostream& err) {
   if (run.bake.output.empty()) return Error("-o is empty; name a file to write, as in hall.clamor");
   if (auto read = bake.read(); !read.ok()) return read;
-  if (auto right = check_ending(run.bake.output, run.bake.shard ? ".shard" : ".clamor",
-                                run.bake.shard ? "shards" : "bake files");
+  const bool fits = !run.measured.empty();
+  if (auto right = check_ending(run.bake.output,
+                                fits             ? ".acoustics.json"
+                                : run.bake.shard ? ".shard"
+                                                 : ".clamor",
+                                fits             ? "sidecars"
+                                : run.bake.shard ? "shards"
+                                                 : "bake files");
       !right.ok())
     return right;
   if (auto prepared = bake.prepare(); !prepared.ok()) return prepared;
@@ -176,8 +193,9 @@ Result<void> run_stages(LevelBake& bake, const BakeRunOptions& run, LevelBakeOpt
   const StopDeadline deadline("clamor " + run.command + ": " + stop_message(bake));
   options.bake.stop = &Interrupt::requested();
   printer.begin_progress();
-  auto done =
-      run.bake.shard ? trace_shard(bake, run, printer, err) : write_file(bake, run, printer, err);
+  auto done = fits             ? fit_to_measured(bake, run, printer, err)
+              : run.bake.shard ? trace_shard(bake, run, printer, err)
+                               : write_file(bake, run, printer, err);
   if (!done.ok() && Interrupt::requested()) return Error(stop_message(bake));
   return done;
 }

@@ -18,6 +18,7 @@ struct BakeRunOptions {
   std::string command;         // "bake" or "merge", for messages
   bool quiet = false;          // print only warnings and errors
   bool json_progress = false;  // print JSON lines, and otherwise only errors
+  std::string measured;        // file of measured times, to which absorptions are fitted; "": none
   LevelBakeOptions bake;
 };
 

@@ -11,6 +11,7 @@
 #include "bake/report/lost_power.h"
 #include "common/utf8_path.h"
 #include "tools/program/shell_quote.h"
+#include "tools/program/text_format.h"
 
 namespace clamor {
 
@@ -40,6 +41,11 @@ void print_energy(const BakeContents& contents, std::ostream& err) {
              in_words(lost_power(statistics, contents.materials)));
 }
 
+std::string band_name(std::size_t band) {
+  const double hz = kBandCentres_hz[band];
+  return hz < 1000 ? fmt::format("{:.0f}", hz) : fmt::format("{:.0f}k", hz / 1000);
+}
+
 // Prints T30 per band and its error.
 void print_decay(const DecaySummary& decay, std::ostream& err) {
   if (std::all_of(decay.t30_s.begin(), decay.t30_s.end(), [](float s) { return s == 0; })) {
@@ -48,9 +54,7 @@ void print_decay(const DecaySummary& decay, std::ostream& err) {
   }
   std::string bands, times, errors;
   for (std::size_t b = 0; b < kBandCount; ++b) {
-    bands += fmt::format("{:>7}", kBandCentres_hz[b] < 1000
-                                      ? fmt::format("{:.0f}", kBandCentres_hz[b])
-                                      : fmt::format("{:.0f}k", kBandCentres_hz[b] / 1000));
+    bands += fmt::format("{:>7}", band_name(b));
     times += fmt::format("{:>7}", decay.t30_s[b] > 0 ? fmt::format("{:.2f}", decay.t30_s[b]) : "-");
     errors += fmt::format("{:>7}", decay.t30_s[b] > 0 && decay.t30_error_s[b] > 0
                                        ? fmt::format("{:.{}f}", decay.t30_error_s[b],
@@ -114,6 +118,44 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
         "surface, a material or a setting changes\n",
         journal, journal_size);
   if (!no_file) fmt::print(err, "  listen   clamor play {}\n", shell_quoted(output));
+}
+
+void print_fit(const AbsorptionFit& fit, const MeasuredDecay& measured, const std::string& output,
+               std::ostream& err) {
+  const auto print_row = [&](std::string_view title, const auto& cell) {
+    std::string line;
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      line += fmt::format("{:>7}", fit.octaves[b] ? cell(b) : "-");
+    fmt::print(err, "  {:<30}{}\n", title, line);
+  };
+  const auto print_times = [&](const char* title, double AbsorptionFit::Octave::*time_s) {
+    print_row(title, [&](std::size_t b) {
+      const double s = (*fit.octaves[b]).*time_s;
+      return s > 0 ? fmt::format("{:.2f}", s) : "-";
+    });
+  };
+  using Octave = AbsorptionFit::Octave;
+  std::string bands;
+  for (std::size_t b = 0; b < kBandCount; ++b) bands += fmt::format("{:>7}", band_name(b));
+  fmt::print(err, "  {:<30}{}\n", fmt::format("fitted {}, Hz", measured.name()), bands);
+  print_times("  measured, s", &Octave::measured_s);
+  print_times("  before, s", &Octave::before_s);
+  print_times("  after, s", &Octave::after_s);
+  print_times("  error, s", &Octave::error_s);
+  for (const AbsorptionFit::Surface& surface : fit.surfaces) {
+    fmt::print(err, "  {}, {:.1f} m2\n", shortened(surface.name, 40), surface.area_m2);
+    print_row("  absorption before",
+              [&](std::size_t b) { return fmt::format("{:.3f}", surface.before[b]); });
+    print_row("  absorption after",
+              [&](std::size_t b) { return fmt::format("{:.3f}", surface.after[b]); });
+    print_row("  seconds for each 0.01 more",
+              [&](std::size_t b) { return fmt::format("{:.2f}", surface.slope_s[b] / 100); });
+  }
+  if (fit.traces > 1)
+    fmt::print(err, "  traced {} times, since paths of the first absorptions end too early\n",
+               fit.traces);
+  fmt::print(err, "  wrote {}; bake with --acoustics, or as LEVEL.acoustics.json beside it\n",
+             output);
 }
 
 }  // namespace clamor

@@ -20,7 +20,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kShownGroups = 12, kShownInputs = 6, kShownMaterials = 20;
+constexpr std::size_t kShownGroups = 12, kShownInputs = 6, kShownMaterials = 20, kShownDeciding = 6;
 constexpr std::size_t kWidth = 100;
 
 std::string as_percent(double share) {
@@ -116,17 +116,29 @@ void print_making(const BakeFile& file, const BakeOverview& overview, std::ostre
   for (std::size_t i = 1; i < lines.size(); ++i) print_line(lines[i]);
 }
 
-void print_sound(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
+// Ends a list of which only the first were printed.
+void print_rest(std::size_t all, std::size_t shown, const char* things, std::ostream& out) {
+  if (all > shown) fmt::print(out, "  and {} more{} (--json has all)\n", all - shown, things);
+}
+
+void print_sound(const BakeFile& file, const BakeOverview& overview, const OrderedJson& bake,
+                 std::ostream& out) {
   fmt::print(out, "\n{}\n", band_header("acoustics"));
   const DecaySummary& decay = file.statistics().decay;
   if (decay.places > 0 && is_too_dry(decay)) out << "  too dry for a T30\n";
   for (const BandRow& line : acoustic_rows(file, overview))
     out << row(line.title, line.texts, std::identity()) << '\n';
-}
-
-// Ends a list of which only the first were printed.
-void print_rest(std::size_t all, std::size_t shown, const char* things, std::ostream& out) {
-  if (all > shown) fmt::print(out, "  and {} more{} (--json has all)\n", all - shown, things);
+  const OrderedJson& materials = bake["decay"]["materials"];
+  if (materials.empty()) return;
+  fmt::print(out, "\n{}\n", band_header("T30 for 0.01 more, s"));
+  const std::size_t shown = shown_of(materials.size(), kShownDeciding);
+  for (std::size_t i = 0; i < shown; ++i)
+    out << row(shortened(materials[i]["name"], 24), materials[i]["t30_slope_s"],
+               [](double slope_s) {
+                 return slope_s < 0 ? fmt::format("{:.3f}", slope_s / 100) : "-";
+               })
+        << '\n';
+  print_rest(materials.size(), shown, "", out);
 }
 
 void print_emitters(const BakeFile& file, const BakeOverview& overview, std::ostream& out) {
@@ -310,7 +322,7 @@ void print_pages(const OrderedJson& bake, std::ostream& out) {
 void print_tables(const BakeFile& file, const BakeOverview& overview, const OrderedJson& bake,
                   std::ostream& out) {
   print_title(file, overview, out);
-  print_sound(file, overview, out);
+  print_sound(file, overview, bake, out);
   print_emitters(file, overview, out);
   print_portals(bake, out);
   print_materials(file, overview, out);

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <optional>
 #include <ostream>
 #include <span>
@@ -54,25 +53,6 @@ struct MeasuredRoom {
   }
 };
 
-// Missing where an octave's centre is.
-Value octaves_of(std::span<const double> hz, std::span<const double> values) {
-  Value octaves;
-  for (std::size_t b = 0; b < kBandCount; ++b) {
-    double sum = 0;
-    int count = 0;
-    bool has_centre = false;
-    for (std::size_t i = 0; i < hz.size(); ++i) {
-      const double ratio = hz[i] / kBandCentres_hz[b];
-      if (ratio < 1 / std::numbers::sqrt2 || ratio >= std::numbers::sqrt2) continue;
-      sum += values[i];
-      ++count;
-      has_centre = has_centre || std::abs(ratio - 1) < 0.05;
-    }
-    if (has_centre) octaves[b] = sum / count;
-  }
-  return octaves;
-}
-
 // A material whose lists at "bandsHz" are replaced by octaves. What is wrong with it is left to its
 // reader.
 Json in_octaves(const Json& material) {
@@ -92,7 +72,7 @@ Json in_octaves(const Json& material) {
       continue;
     }
     if (values.size() != hz.size() || hz.size() != material.list("bandsHz").size()) return material;
-    const Value octaves = octaves_of(hz, values);
+    const Value octaves = octave_means(hz, values);
     const Bands between = bands_from_points(hz, values);
     Json::Array bands;
     for (std::size_t b = 0; b < kBandCount; ++b)
@@ -164,7 +144,7 @@ Result<RoomFigures> read_figures(const Json& json, const std::string& where,
     if (values && values->size() != hz.size())
       fields.fail(fmt::format("'{}' must have a value for each of 'bandsHz'", kind.key));
     else if (values)
-      figures.values.*kind.value = octaves_of(hz, *values);
+      figures.values.*kind.value = octave_means(hz, *values);
   }
   if (auto read = fields.result_without_unknown(); !read.ok()) return read.error();
   return figures;

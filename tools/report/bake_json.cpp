@@ -10,6 +10,7 @@
 #include "formats/level/movable_part.h"
 #include "runtime/engine/signal_store.h"
 #include "tools/analysis/json_values.h"
+#include "tools/report/room_summary.h"
 
 namespace clamor {
 
@@ -99,6 +100,10 @@ void add_sound(const BakeFile& file, const BakeOverview& overview, OrderedJson& 
     json["decay"]["t30_s"].push_back(positive_or_null(decay.t30_s[b]));
     json["decay"]["t30_error_s"].push_back(positive_or_null(decay.t30_error_s[b]));
   }
+  json["decay"]["materials"] = OrderedJson::array();
+  for (const DecidingMaterial& material : deciding_materials(file))
+    json["decay"]["materials"].push_back(
+        {{"name", material.name}, {"t30_slope_s", material.slope_s}});
 }
 
 void add_tables(const BakeFile& file, OrderedJson& json) {

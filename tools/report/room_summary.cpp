@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include <fmt/format.h>
 
 #include "bake/mesh/mesh_preparation.h"
+#include "common/air.h"
 #include "common/text.h"
 #include "tools/report/bake_overview.h"
 
@@ -94,6 +96,33 @@ std::vector<MetMaterial> met_materials(const BakeFile& file) {
   };
   std::ranges::stable_sort(met, std::greater(), all);
   return met;
+}
+
+std::vector<DecidingMaterial> deciding_materials(const BakeFile& file) {
+  const BakeStatistics& statistics = file.statistics();
+  std::vector<DecidingMaterial> deciding;
+  if (!(statistics.mean_free_path_m > 0)) return deciding;
+  const double per_s = speed_of_sound_mps(file.settings().air) / statistics.mean_free_path_m;
+  const std::vector<MetMaterial> met = met_materials(file);
+  std::array<double, kBandCount> reflected{};  // power
+  for (const MetMaterial& material : met)
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      reflected[b] += static_cast<double>(material.arrived[b]) *
+                      (1 - static_cast<double>(material.absorption[b]));
+  for (const MetMaterial& material : met) {
+    DecidingMaterial one{material.name};
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const double t_s = statistics.decay.t30_s[b];
+      if (reflected[b] > 0)
+        one.slope_s[b] =
+            static_cast<float>(-t_s * t_s / (6 * std::numbers::ln10) * per_s *
+                               static_cast<double>(material.arrived[b]) / reflected[b]);
+    }
+    if (sum_of(one.slope_s) < 0) deciding.push_back(std::move(one));
+  }
+  std::ranges::stable_sort(deciding, std::less(),
+                           [](const DecidingMaterial& one) { return sum_of(one.slope_s); });
+  return deciding;
 }
 
 std::string described(std::span<const RoomResponse> responses, Enclosure enclosure, bool is_crowd) {

@@ -42,6 +42,23 @@ struct MetMaterial {
 // (bake_overview.h). A file of an older program does not know them: the list is empty.
 std::vector<MetMaterial> met_materials(const BakeFile& file);
 
+// What a material's absorption changes: d T30 / d absorption in each octave, 0 where there is no
+// T30.
+struct DecidingMaterial {
+  std::string name;
+  Bands slope_s{};
+};
+
+// The materials by which the decay is decided, those first that change it most. A room's energy
+// decays at the rate
+//
+//     6 ln 10 / T = -c / l ln(1 - sum over m of f_m a_m) + c air loss,
+//
+// with l the mean free path and f_m the share of the sound that meets material m, so that
+// d T / d a_m = -T^2 / (6 ln 10) c / l f_m / (1 - sum f a). (C. F. Eyring. Reverberation Time in
+// "Dead" Rooms. J. Acoust. Soc. Am. 1, 1930.) Assumes one path length for all sound.
+std::vector<DecidingMaterial> deciding_materials(const BakeFile& file);
+
 // By material.
 std::vector<double> areas_m2(const Mesh& mesh, std::size_t materials);
 

@@ -13,7 +13,7 @@
 #include "runtime/occlusion/part_scene.h"
 #include "runtime/occlusion/part_shape.h"
 #include "runtime/occlusion/visibility_cache.h"
-#include "tests/rooms.h"
+#include "tests/box_mesh.h"
 
 namespace clamor {
 namespace {

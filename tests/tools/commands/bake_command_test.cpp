@@ -86,6 +86,66 @@ TEST(BakeCommand, ThatEndedAtAnErrorIsMadeAgainByTheCommandThatInspectPrints_NoA
   EXPECT_EQ(clamor({"bake", level, "-o", once, "--until", "1dB", "--photons", "100"}).code, 2);
 }
 
+TEST(BakeCommand, FitsAbsorptionToMeasuredTimesInASidecarThatItReads) {
+  const Folder folder;
+  const std::string level =
+      testing::level_of(folder, testing::box({4, 3, 5}), R"(, "materials": [{"name": "walls"}])",
+                        R"(, "material": 0)");
+  const std::string start = folder.write("start.json", R"({
+    "materials": {"walls": {"preset": "plaster", "scattering": 0.7}, "roof*": "wood"},
+    "emitters": [{"name": "S", "signal": "impulse", "at": [1, 1.2, 1]}],
+    "settings": {"air": {"temperature_c": 19}}})");
+  const auto fit = [&](const std::string& measured, std::vector<std::string> more = {}) {
+    std::vector<std::string> words = {"bake",        level,
+                                      "--acoustics", start,
+                                      "--measured",  folder.write("measured.json", measured),
+                                      "-o",          folder / "box.acoustics.json",
+                                      "--sources",   "20000"};
+    words.insert(words.end(), more.begin(), more.end());
+    return clamor(words);
+  };
+  const auto fitted = fit(R"({"bandsHz": [500, 1000], "t30_s": [0.9, 0.8]})");
+  ASSERT_EQ(fitted.code, 0) << fitted.err;
+  EXPECT_NE(fitted.err.find("walls, 94.0 m2"), std::string::npos) << fitted.err;
+  const auto sidecar = nlohmann::json::parse(testing::read(folder / "box.acoustics.json"));
+  EXPECT_EQ(sidecar["settings"]["air"]["temperature_c"], 19);
+  EXPECT_EQ(sidecar["emitters"].size(), 1u);
+  EXPECT_EQ(sidecar["materials"]["roof*"], "wood");
+  EXPECT_EQ(sidecar["materials"]["walls"]["scattering"][4], 0.7);
+  // The bake reads it; the seed is another.
+  const std::string out = folder / "box.clamor";
+  const auto baked = clamor({"bake", level, "-o", out, "--sources", "40000", "--seed", "5"});
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  const auto shown = nlohmann::json::parse(clamor({"inspect", out, "--json"}).out);
+  const auto& decay = shown["decay"];
+  for (const auto& [band, time_s] : {std::pair(3, 0.9), {4, 0.8}}) {
+    const double error_s = decay["t30_error_s"][band];
+    EXPECT_LT(error_s, 0.05);
+    // Four standard errors of this bake and of the fit, which has half its sources.
+    EXPECT_NEAR(decay["t30_s"][band].get<double>(), time_s, 4 * 1.8 * error_s);
+  }
+  EXPECT_EQ(decay["materials"][0]["name"], "walls");
+  EXPECT_LT(decay["materials"][0]["t30_slope_s"][4].get<double>(), 0);
+
+  for (const auto& [measured, says] :
+       {std::pair(R"({"bandsHz": [1000], "t30_s": [0.1]})", "at 1000 Hz no absorption within"),
+        {R"({"bandsHz": [1000]})", "needs 't30_s' or 't20_s'"},
+        {R"({"bandsHz": [500, 1000], "t20_s": [1]})", "a value for each"},
+        {R"({"bandsHz": [1000], "t20_s": [0]})", "not above 0"},
+        {R"({"bandsHz": [31.5], "t20_s": [1]})", "no value at the centre"},
+        {R"({"t30": [1]})", "needs 't30_s'"}}) {
+    const auto refused = fit(measured);
+    EXPECT_EQ(refused.code, 1);
+    EXPECT_NE(refused.err.find(says), std::string::npos) << refused.err;
+  }
+  const std::string good = R"({"bandsHz": [1000], "t30_s": [0.8]})";
+  EXPECT_EQ(fit(good, {"--until", "1dB"}).code, 2);
+  const auto wrong = clamor({"bake", level, "--acoustics", start, "--measured",
+                             folder / "measured.json", "-o", folder / "fit.clamor"});
+  EXPECT_EQ(wrong.code, 1);
+  EXPECT_NE(wrong.err.find("sidecars end in .acoustics.json"), std::string::npos) << wrong.err;
+}
+
 TEST(BakeCommand, ReportsProgressAsJsonLinesForBuildSystems) {
   const Folder folder;
   const auto outcome = clamor(

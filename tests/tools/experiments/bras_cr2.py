@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""bras_cr2.py DATA FOLDER: writes the seminar room CR2 of BRAS as cr2.gltf and cr2.room.json.
+"""bras_cr2.py DATA FOLDER: writes the seminar room CR2 of BRAS as cr2.gltf and cr2.room.json; and, to start
+from names of materials alone, cr2.named.room.json, cr2.start.json (a sidecar) and cr2.measured.json.
 
 DATA holds the room's files: the geometry (AC3D text, a surface's first line is SURF), absorption and
 scattering in third octaves, and the measured means over all pairs. BRAS - Benchmark for Room Acoustical
@@ -116,3 +117,8 @@ ROOM = {
 }
 (FOLDER / "cr2.gltf").write_text(json.dumps(gltf(triangles_by_material())))
 (FOLDER / "cr2.room.json").write_text(json.dumps(ROOM, indent=1))
+NAMED = {key: value for key, value in ROOM.items() if key != "materials"}
+START = {"emitters": [{"name": one["name"], "signal": "impulse", "at": one["at"]} for one in ROOM["sources"]],
+         "settings": {"air": ROOM["air"]}}
+for name, value in (("cr2.named.room", NAMED), ("cr2.start", START), ("cr2.measured", measured())):
+    (FOLDER / f"{name}.json").write_text(json.dumps(value))
