@@ -160,9 +160,12 @@ Result<HrirSet> read_sofa(const std::string& path) {
   const std::string other =
       other_kind(std::as_bytes(std::span(head.data(), head_bytes)), FileKind::kHead);
   if (!other.empty()) return refused(other + ".");
-  auto responses = read_by(SofaLibrary::kMysofa, path, bytes);
+  Result<HrirSet> responses = Error("is damaged, or no SOFA file.");
+  if (has_mysofa()) responses = read_by(SofaLibrary::kMysofa, path, bytes);
   if (responses.ok()) return responses;
   const bool has_hdf5 = load_hdf5();
+  if (!has_mysofa() && !has_hdf5)
+    return refused("is read by libhdf5, which is missing; install it (Debian: hdf5-tools).");
   if (has_hdf5) {
     auto again = read_by(SofaLibrary::kHdf5, path, bytes);
     if (again.ok() || again.error().message != kNotRead) responses = std::move(again);

@@ -6,7 +6,9 @@
 #include <memory>
 #include <utility>
 
+#ifdef CLAMOR_HAS_MYSOFA
 #include <mysofa.h>
+#endif
 
 #include "common/maths.h"
 #include "common/platform/child_process.h"
@@ -21,10 +23,6 @@ constexpr unsigned kMinTime_s = 2;                         // KEMAR takes 0.03 s
 constexpr std::uint64_t kSlowest_bytes_per_s = 5'000'000;
 constexpr unsigned kWallPerCpu = 10;  // allows for slow disks and busy machines
 constexpr std::uint64_t kMaxValues = std::uint64_t{1} << 28;
-
-struct FreeHead {
-  void operator()(MYSOFA_HRTF* head) const { mysofa_free(head); }
-};
 
 class Bytes {
  public:
@@ -89,6 +87,12 @@ std::vector<float> first_measurement(std::vector<float> values, std::size_t rows
   return first;
 }
 
+#ifdef CLAMOR_HAS_MYSOFA
+
+struct FreeHead {
+  void operator()(MYSOFA_HRTF* head) const { mysofa_free(head); }
+};
+
 SofaTables by_mysofa(const std::string& path) {
   SofaTables tables;
   int problem = 0;
@@ -123,6 +127,12 @@ SofaTables by_mysofa(const std::string& path) {
   return tables;
 }
 
+#else
+
+SofaTables by_mysofa(const std::string&) { return {}; }
+
+#endif
+
 SofaTables by_hdf5(const std::string& path) {
   SofaTables tables;
   tables.shape.problem = -1;
@@ -156,6 +166,14 @@ SofaTables by_hdf5(const std::string& path) {
 }
 
 }  // namespace
+
+bool has_mysofa() {
+#ifdef CLAMOR_HAS_MYSOFA
+  return true;
+#else
+  return false;
+#endif
+}
 
 Result<SofaTables> read_sofa_tables(const std::string& path, std::uint64_t file_bytes,
                                     SofaLibrary library) {

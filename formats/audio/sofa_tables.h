@@ -25,9 +25,12 @@ struct SofaTables {
   std::vector<float> receivers, listeners, views, ups;  // may be empty
 };
 
+// Whether this build has libmysofa.
+bool has_mysofa();
+
 enum class SofaLibrary { kMysofa, kHdf5 };
 
-// The Error is a predicate: "crashes". kHdf5 needs load_hdf5().
+// The Error is a predicate: "crashes". kMysofa needs has_mysofa(), kHdf5 load_hdf5().
 Result<SofaTables> read_sofa_tables(const std::string& path, std::uint64_t file_bytes,
                                     SofaLibrary library);
 

@@ -1,3 +1,5 @@
+#include "formats/audio/sound_stream.h"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -7,14 +9,11 @@
 #include <string_view>
 
 #include "formats/audio/flac_codec.h"
-#include "formats/audio/sound_stream.h"
+#include "formats/audio/wav_header.h"
 
 namespace clamor {
 
 namespace {
-
-constexpr std::uint16_t kPcm = 1, kFloat = 3, kExtensible = 0xfffe;
-constexpr std::uint32_t kUnknown = 0xffffffff;
 
 template <class T>
 std::optional<T> number_at(std::span<const std::byte> bytes, std::size_t at) {
@@ -49,7 +48,7 @@ class WavStream final : public SoundStream {
       } else if (has_mark(file, at, "data")) {
         if (stream->channels == 0) return nullptr;
         std::uint64_t bytes = file.size() - at - 8;
-        if (*length != kUnknown)
+        if (*length != kUnknownWavLength)
           bytes = std::min<std::uint64_t>(bytes, *length);
         else if (is_long && long_bytes)
           bytes = std::min(bytes, *long_bytes);
@@ -78,12 +77,12 @@ class WavStream final : public SoundStream {
     const auto count = number_at<std::uint16_t>(chunk, 2);
     const auto rate = number_at<std::uint32_t>(chunk, 4);
     const auto bits = number_at<std::uint16_t>(chunk, 14);
-    if (tag == kExtensible) tag = number_at<std::uint16_t>(chunk, 24);
+    if (tag == kWavExtensible) tag = number_at<std::uint16_t>(chunk, 24);
     if (!tag || !count || !rate || !bits || *count == 0 || *rate > 0x7fffffff) return false;
     bits_ = *bits;
-    is_float_ = *tag == kFloat;
+    is_float_ = *tag == kWavFloat;
     if (is_float_ ? bits_ != 32 && bits_ != 64
-                  : *tag != kPcm || bits_ % 8 != 0 || bits_ == 0 || bits_ > 32)
+                  : *tag != kWavPcm || bits_ % 8 != 0 || bits_ == 0 || bits_ > 32)
       return false;
     channels = *count;
     rate_hz = static_cast<int>(*rate);

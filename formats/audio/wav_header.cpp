@@ -12,9 +12,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "WAV files are little-endian");
 
-constexpr std::uint32_t kUnknown = 0xffffffff;  // or: the length is in the ds64 chunk
 constexpr std::uint32_t kDs64Bytes = 28;
-constexpr std::uint16_t kPcm = 1, kFloat = 3, kExtensible = 0xfffe;
 // Tail of KSDATAFORMAT_SUBTYPE_PCM and _IEEE_FLOAT after their 16-bit tag.
 constexpr std::array<unsigned char, 14> kSubtype = {0, 0, 0,    0, 0x10, 0,    0x80,
                                                     0, 0, 0xaa, 0, 0x38, 0x9b, 0x71};
@@ -38,11 +36,11 @@ class HeaderBytes {
 };
 
 void add_format(const WavShape& shape, HeaderBytes& bytes) {
-  const std::uint16_t tag = shape.is_float ? kFloat : kPcm;
+  const std::uint16_t tag = shape.is_float ? kWavFloat : kWavPcm;
   const auto frame_bytes = static_cast<std::uint16_t>(shape.frame_bytes());
   bytes.add_name("fmt ");
   bytes.add(std::uint32_t{shape.channel_mask ? 40u : shape.is_float ? 18u : 16u});
-  bytes.add(shape.channel_mask ? kExtensible : tag);
+  bytes.add(shape.channel_mask ? kWavExtensible : tag);
   bytes.add(static_cast<std::uint16_t>(shape.channels));
   bytes.add(static_cast<std::uint32_t>(shape.rate_hz));
   bytes.add(static_cast<std::uint32_t>(shape.rate_hz) * frame_bytes);
@@ -68,9 +66,9 @@ std::vector<std::byte> wav_header(const WavShape& shape, std::optional<std::uint
   const std::uint64_t before_samples = 4 + 8 + kDs64Bytes + format.size() + fact_bytes + 8;
   const std::uint64_t data = data_bytes.value_or(0), frames = data / shape.frame_bytes();
   const std::uint64_t riff = before_samples + data + data % 2;  // chunks are padded to even length
-  const bool is_long = data_bytes && riff >= kUnknown;
+  const bool is_long = data_bytes && riff >= kUnknownWavLength;
   const auto length = [&](std::uint64_t value) {
-    return is_long || !data_bytes ? kUnknown : static_cast<std::uint32_t>(value);
+    return is_long || !data_bytes ? kUnknownWavLength : static_cast<std::uint32_t>(value);
   };
 
   HeaderBytes bytes;

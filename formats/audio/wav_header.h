@@ -20,6 +20,10 @@
 
 namespace clamor {
 
+// Encodings of samples, and the length of a chunk that is open or stands in the chunk "ds64".
+inline constexpr std::uint16_t kWavPcm = 1, kWavFloat = 3, kWavExtensible = 0xfffe;
+inline constexpr std::uint32_t kUnknownWavLength = 0xffffffff;
+
 struct WavShape {
   int channels = 2, rate_hz = 48000;
   int bits = 32;

@@ -196,7 +196,7 @@ TEST(Pages, ShowScriptsThatExistWithOptionsTheyTake) {
       EXPECT_NE(text.find((*option)[1].str() + ")"), std::string::npos)
           << script[1] << " takes no " << (*option)[1];
   }
-  EXPECT_EQ(shown, (std::set<std::string>{"tools/demo", "tools/in_debian", "tools/package",
+  EXPECT_EQ(shown, (std::set<std::string>{"tools/bundle", "tools/demo", "tools/in_debian", "tools/package",
                                           "tools/price", "tools/test"}));
 }
 

@@ -4,37 +4,52 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 # --- libclamor.a: the library's objects as one, in which only the interface is global -------------
+# clamor_static(TARGET ARCHIVES...): libclamor.a for libclamor.so, with what it needs of the archives.
 # Its names cannot clash with an application's. The linker takes the groups of inline functions
 # apart, because it could otherwise replace one of them by an application's and lose a local name.
 # Objcopy makes weak symbols local, but not GCC's unique ones, so these become weak first; it refuses
 # an empty list of them.
-set(static_library)
-if(NOT CLAMOR_SANITIZE)
-  set(static_library ${PROJECT_BINARY_DIR}/libclamor.a)
-  add_custom_command(OUTPUT ${static_library}
-    COMMAND ${CMAKE_LINKER} -r --force-group-allocation -o libclamor_all.o $<TARGET_OBJECTS:libclamor>
-      $<TARGET_FILE:clamor_runtime> $<TARGET_FILE:clamor_formats> $<TARGET_FILE:clamor_common>
-    COMMAND sh -c "(echo '# unique' && '${CMAKE_NM}' libclamor_all.o | sed -n 's/.* u //p') > libclamor_unique.txt"
-    COMMAND ${CMAKE_OBJCOPY} --weaken-symbols=libclamor_unique.txt libclamor_all.o
-    COMMAND ${CMAKE_OBJCOPY} --wildcard --keep-global-symbol=clamor_* --strip-debug libclamor_all.o libclamor.o
-    COMMAND ${CMAKE_COMMAND} -E rm -f ${static_library}
-    COMMAND ${CMAKE_AR} qcsD ${static_library} libclamor.o
-    DEPENDS libclamor $<TARGET_OBJECTS:libclamor> clamor_runtime clamor_formats clamor_common
+function(clamor_static target)
+  set(library ${PROJECT_BINARY_DIR}/static/${target}.a)
+  add_custom_command(OUTPUT ${library}
+    COMMAND ${CMAKE_LINKER} -r --force-group-allocation -o ${target}_all.o $<TARGET_OBJECTS:${target}>
+      --start-group ${ARGN} --end-group
+    COMMAND sh -c "(echo '# unique' && '${CMAKE_NM}' ${target}_all.o | sed -n 's/.* u //p') > ${target}_unique.txt"
+    COMMAND ${CMAKE_OBJCOPY} --weaken-symbols=${target}_unique.txt ${target}_all.o
+    COMMAND ${CMAKE_OBJCOPY} --wildcard --keep-global-symbol=clamor_* --strip-debug ${target}_all.o ${target}.o
+    COMMAND ${CMAKE_COMMAND} -E rm -f ${library}
+    COMMAND ${CMAKE_COMMAND} -E make_directory static
+    COMMAND ${CMAKE_AR} qcsD ${library} ${target}.o
+    DEPENDS ${target} $<TARGET_OBJECTS:${target}>
     COMMAND_EXPAND_LISTS VERBATIM)
-  add_custom_target(libclamor_static ALL DEPENDS ${static_library})
+  add_custom_target(${target}_static ALL DEPENDS ${library})
+  install(FILES ${library} DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+endfunction()
+
+if(NOT CLAMOR_SANITIZE)
+  set(shared_parts $<TARGET_FILE:clamor_formats> $<TARGET_FILE:clamor_common> ${CLAMOR_BUNDLED_ARCHIVES})
+  clamor_static(libclamor $<TARGET_FILE:clamor_runtime> ${shared_parts})
+  if(CLAMOR_BUNDLED)
+    clamor_static(libclamor_bake $<TARGET_FILE:clamor_bake> ${shared_parts})
+  endif()
 endif()
 
 # What an application links besides libclamor.a.
-set(CLAMOR_STATIC_LIBRARIES embree${embree_VERSION_MAJOR} tbb FLAC soxr samplerate mysofa capnp kj zstd
-  xxhash hwy fmt stdc++ m pthread)
-if(CLAMOR_WITH_SNDFILE)
-  list(PREPEND CLAMOR_STATIC_LIBRARIES sndfile)
+set(CLAMOR_STATIC_LIBRARIES stdc++ m pthread)
+if(NOT CLAMOR_BUNDLED)
+  list(PREPEND CLAMOR_STATIC_LIBRARIES embree${embree_VERSION_MAJOR} FLAC soxr samplerate capnp kj zstd xxhash hwy fmt)
 endif()
+foreach(library mysofa sndfile tbb)
+  string(TOUPPER CLAMOR_WITH_${library} with)
+  if(${with})
+    list(PREPEND CLAMOR_STATIC_LIBRARIES ${library})
+  endif()
+endforeach()
 list(TRANSFORM CLAMOR_STATIC_LIBRARIES PREPEND -l OUTPUT_VARIABLE CLAMOR_STATIC_FLAGS)
 list(JOIN CLAMOR_STATIC_FLAGS " " CLAMOR_STATIC_FLAGS)
 
 set(installed_libraries libclamor)
-if(CLAMOR_PROGRAM)
+if(CLAMOR_PROGRAM OR CLAMOR_BUNDLED)
   list(APPEND installed_libraries libclamor_bake)
 endif()
 install(TARGETS ${installed_libraries} EXPORT clamor
@@ -47,13 +62,10 @@ configure_package_config_file(tools/packaging/clamor-config.cmake.in clamor-conf
 write_basic_package_version_file(clamor-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/clamor-config.cmake ${PROJECT_BINARY_DIR}/clamor-config-version.cmake
   DESTINATION ${cmake_folder} COMPONENT development)
-if(static_library)
-  install(FILES ${static_library} DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
-endif()
 file(RELATIVE_PATH CLAMOR_PREFIX_FROM_PKGCONFIG /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 configure_file(runtime/clamor.pc.in clamor.pc @ONLY)
 configure_file(bake/clamor_bake.pc.in clamor_bake.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/clamor.pc $<$<BOOL:${CLAMOR_PROGRAM}>:${PROJECT_BINARY_DIR}/clamor_bake.pc>
+install(FILES ${PROJECT_BINARY_DIR}/clamor.pc $<$<TARGET_EXISTS:libclamor_bake>:${PROJECT_BINARY_DIR}/clamor_bake.pc>
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
 # --- The program, its man pages and completions ---------------------------------------------------

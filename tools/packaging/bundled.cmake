@@ -1,0 +1,29 @@
+# bundled.cmake: what CLAMOR_BUNDLED changes: libclamor and libclamor_bake alone, with the libraries that
+# tools/bundle has built inside. It passes their sources as CLAMOR_BUNDLE_SOURCES, and where they are
+# installed as CLAMOR_BUNDLE_PREFIX.
+set(CLAMOR_PROGRAM OFF)
+set(CLAMOR_WITH_MYSOFA OFF)
+set(CLAMOR_WITH_SNDFILE OFF)
+set(CLAMOR_WITH_TBB OFF)
+
+# Debian's TinyGLTF is a shared library, and OpenMesh builds all of its file formats.
+add_library(tinygltf STATIC ${CLAMOR_BUNDLE_SOURCES}/tinygltf/tiny_gltf.cc)
+target_include_directories(tinygltf SYSTEM PUBLIC ${CLAMOR_BUNDLE_SOURCES}/tinygltf
+  PRIVATE /usr/include/stb ${CLAMOR_BUNDLE_PREFIX}/include/nlohmann)
+add_library(TinyGLTF::TinyGLTF ALIAS tinygltf)
+file(GLOB openmesh_sources ${CLAMOR_BUNDLE_SOURCES}/openmesh/src/OpenMesh/Core/Mesh/*.cc
+  ${CLAMOR_BUNDLE_SOURCES}/openmesh/src/OpenMesh/Core/System/*.cc
+  ${CLAMOR_BUNDLE_SOURCES}/openmesh/src/OpenMesh/Core/Utils/*.cc)
+add_library(OpenMeshCore STATIC ${openmesh_sources})
+target_include_directories(OpenMeshCore SYSTEM PUBLIC ${CLAMOR_BUNDLE_SOURCES}/openmesh/src)
+
+# For the static libraries.
+file(GLOB CLAMOR_BUNDLED_ARCHIVES ${CLAMOR_BUNDLE_PREFIX}/lib/*.a)
+list(APPEND CLAMOR_BUNDLED_ARCHIVES $<TARGET_FILE:tinygltf> $<TARGET_FILE:OpenMeshCore>)
+
+# No function lies in the file that cannot be reached, and no name of theirs is seen by an application.
+add_compile_options(-ffunction-sections -fdata-sections)
+add_link_options(-static-libstdc++ -static-libgcc LINKER:--gc-sections LINKER:-Bsymbolic
+  LINKER:--exclude-libs,ALL
+  # Parts of the C library that are files of their own before glibc 2.34.
+  LINKER:--push-state,--no-as-needed,-l:libpthread.so.0,-l:libdl.so.2,--pop-state)
