@@ -148,7 +148,7 @@ void ProbeCollector::add(const TracedRun& run, std::span<const Deposit> deposits
     auto& sources = is_late ? late_sources_ : early_sources_;
     sources.push_back(secondary_source(deposit, is_late ? late_share : early_share));
     ProbePortalSets& sets = is_late ? late_sets_ : early_sets_;
-    sources.back().emitter = sets.with_set(first_leg(deposit), deposit.portals);
+    sources.back().path = sets.path_of(first_leg(deposit), deposit.portals);
   }
   early_->add(early_sources_, order);
   late_->add(late_sources_, order);

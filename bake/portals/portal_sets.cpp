@@ -14,8 +14,8 @@ namespace clamor {
 namespace {
 
 constexpr std::uint32_t kNoNumber = std::numeric_limits<std::uint32_t>::max();
-// The most sets of a probe's tree while it is thinned: as many as fit above the first leg.
-constexpr std::size_t kMaxProvisionalSets = (std::size_t{1} << 32) / kFirstLegCodes;
+// The most sets of a probe's tree while it is thinned: as many as a ProbePath can name.
+constexpr std::size_t kMaxProvisionalSets = 1 << 12;
 
 // The portals of `set` whose bits are set in `chosen`.
 PortalSet subset(const PortalSet& set, unsigned chosen) {
@@ -121,14 +121,13 @@ void PortalPairs::finish(std::span<Source> sources, PortalSetTable& table, std::
   *this = PortalPairs(emitters_);
 }
 
-std::uint32_t ProbePortalSets::with_set(std::uint32_t first_leg, const PortalSet& set) {
-  return first_leg + provisional_.number_of(set, kMaxProvisionalSets) * kFirstLegCodes;
+ProbePath ProbePortalSets::path_of(std::uint32_t first_leg, const PortalSet& set) {
+  return {first_leg, provisional_.number_of(set, kMaxProvisionalSets)};
 }
 
 void ProbePortalSets::finish(std::span<Source> sources, PortalSetTable& table) {
   std::vector<double> powers(provisional_.sets().size());
-  for (const Source& source : sources)
-    powers[portal_set_of(source.emitter)] += sum_of(source.power);
+  for (const Source& source : sources) powers[source.path.portal_set] += sum_of(source.power);
   std::vector<PortalSet> kept;
   std::vector<double> kept_powers;
   std::vector<std::uint32_t> place(powers.size(), kNoNumber);
@@ -140,9 +139,8 @@ void ProbePortalSets::finish(std::span<Source> sources, PortalSetTable& table) {
   }
   const auto numbers = table.numbers_of(kept, kept_powers);
   for (Source& source : sources) {
-    const std::uint32_t at = place[portal_set_of(source.emitter)];
-    source.emitter =
-        first_leg_code_of(source.emitter) + (at == kNoNumber ? 0 : numbers[at]) * kFirstLegCodes;
+    const std::uint32_t at = place[source.path.portal_set];
+    source.path.portal_set = at == kNoNumber ? 0 : numbers[at];
   }
   provisional_ = {};
 }

@@ -82,11 +82,11 @@ class PortalPairs {
   std::vector<std::uint32_t> finals_;         // emitter by pair, of those used
 };
 
-// The sets of the sources of a probe's tree, which stand above their first legs (first_leg.h).
+// The sets of the sources of a probe's tree.
 class ProbePortalSets {
  public:
-  // The first leg with a provisional set.
-  std::uint32_t with_set(std::uint32_t first_leg, const PortalSet& set);
+  // The path with this first leg and a provisional set.
+  ProbePath path_of(std::uint32_t first_leg, const PortalSet& set);
 
   // Adds the sources' sets to the table, and replaces provisional numbers by those of the table.
   void finish(std::span<Source> sources, PortalSetTable& table);

@@ -178,7 +178,7 @@ std::vector<Source> image_sources(std::span<const ImageSource> images,
     source.is_image = true;
     source.position_m = Vec3f(image.position_m);
     source.normal = Vec3f(image.axis);
-    source.mirror = Vec3f(emitter.position_m);
+    source.original_m = Vec3f(emitter.position_m);
     source.u = 1;
   }
   return sources;

@@ -1,13 +1,10 @@
 // first_leg.h: how the sound of a probe's secondary source left the probe: a direction and the
 // distance to the first surface.
 //
-// The sources of a probe have no emitter. In their place they store the first leg of their path, in
-// 20 bits. The runtime needs it to move the source of the sound away from the probe: the direction
-// weighs the directivity, and the first surface tells how much shorter or longer the path becomes.
-// No source is on that first surface itself: the runtime traces first reflections.
-//
-// The number of the set of portals that the path has passed (baked_portals.h) stands above these 20
-// bits.
+// The sources of a probe have no emitter. They store the first leg of their path, in 20 bits. The
+// runtime needs it to move the source of the sound away from the probe: the direction weighs the
+// directivity, and the first surface tells how much shorter or longer the path becomes. No source
+// is on that first surface itself: the runtime traces first reflections.
 #pragma once
 
 #include <algorithm>
@@ -62,13 +59,10 @@ inline FirstLeg first_leg_of(std::uint32_t code) {
   return leg;
 }
 
-// The parts of what a source of a probe stores in place of an emitter.
-inline std::uint32_t first_leg_code_of(std::uint32_t stored) { return stored % kFirstLegCodes; }
-// The number of values that these can be.
+// The number of values that a ProbePath can have in a bake.
 inline std::uint32_t stored_first_legs(const BakedPortals& portals) {
   const auto sets = static_cast<std::uint32_t>(portals.sets.size());
   return (sets > 0 ? sets : 1) * kFirstLegCodes;
 }
-inline std::uint32_t portal_set_of(std::uint32_t stored) { return stored / kFirstLegCodes; }
 
 }  // namespace clamor

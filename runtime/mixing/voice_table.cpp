@@ -37,7 +37,7 @@ void VoiceTable::put(std::size_t slot, const Source& source, double start_s) {
   for (int axis = 0; axis < 3; ++axis) {
     geometry.position_m[axis][slot] = source.position_m[axis];
     geometry.normal[axis][slot] = source.normal[axis];
-    geometry.mirror[axis][slot] = source.is_emitter ? source.normal[axis] : source.mirror[axis];
+    geometry.mirror[axis][slot] = source.axis()[axis];
   }
   geometry.radius_m[slot] = static_cast<float>(source_radius_m(source));
   geometry.emission_frames[slot] = emission_frames_of(source, start_s);

@@ -78,7 +78,7 @@ DirectSound image_sound(const OcclusionGeometry& geometry, const Source& image,
                         const LineOfSight& line, std::uint64_t& rays) {
   DirectSound sound;
   const Vec3 place(line.to_m);
-  const PathEnd end(Vec3(line.from_m), Vec3(image.mirror), is_in_part(image));
+  const PathEnd end(Vec3(line.from_m), Vec3(image.original_m), image.is_in_part);
   if (!end.is_image() || end.seen_m == place) return sound;
   const Unfolded seen = look_from_disc(geometry, end, place, rays);
   MirrorEdges edges;

@@ -29,9 +29,6 @@ namespace clamor {
 
 inline constexpr double kDiscRadius_m = 0.15;
 
-// The patch radius of an image in a movable part is that of the part's face; others have none.
-inline bool is_in_part(const Source& image) { return image.patch_radius_m > 0; }
-
 // Returns the sound of an image that reaches the end of `line`, which begins at the image.
 // Adds the rays cast to `rays`.
 DirectSound image_sound(const OcclusionGeometry& geometry, const Source& image,

@@ -52,8 +52,8 @@ void ImagePool::place(Image& image) {
   }
   source.u = image.u;
   source.is_image = true;
-  if (image.radius_m > 0) source.patch_radius_m = image.radius_m;
-  source.mirror = source.position_m;
+  source.is_in_part = image.is_in_part;
+  source.original_m = source.position_m;
   source.position_m = Vec3f(plane.image_of(Vec3(source.position_m)));
   source.normal = Vec3f(plane.mirrored(Vec3(source.normal)));
 }

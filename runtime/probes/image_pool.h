@@ -29,7 +29,7 @@ class ImagePool : public SourcePool {
     MirrorPlane plane;
     std::optional<std::uint32_t> slot;  // of its moving source; none: `source` is its emitter
     float u = 1;
-    float radius_m = 0;              // of the patch; 0: that of its source
+    bool is_in_part = false;
     std::uint32_t part_version = 0;  // of the part that the plane is of
     Source source{};
     FoundSource found;  // its source is null until the image is placed

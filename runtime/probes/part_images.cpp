@@ -128,7 +128,7 @@ void PartImages::add_image(const Original& original, const Face& face) {
   const std::uint64_t reflection =
       (std::uint64_t{face.slot} << 8 | face.index) * 0xd6e8feb86659fd93u;
   Image& image = add(face, voice_number(number, reflection), upper_bound, original.slot);
-  image.radius_m = static_cast<float>(face.radius_m);
+  image.is_in_part = true;
   image.part_version = face.version;
   if (original.slot) return;
   image.source = original.source;

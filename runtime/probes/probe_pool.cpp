@@ -279,7 +279,7 @@ void ProbePool::add(const ProbeCopy& copy, const Stored& stored, const BandMix& 
       in_loudest_band * static_cast<double>(mix.of(radiator.band_shares)) < threshold)
     return;
   const Source& source = stored.source;
-  const std::uint32_t portal_set = portal_set_of(source.emitter);
+  const std::uint32_t portal_set = source.path.portal_set;
   const float openness = portal_set < openness_by_set_.size() ? openness_by_set_[portal_set] : 1.0f;
   if (!(openness > 0)) return;
   const Tree& tree = copies_.trees()[copy.tree];

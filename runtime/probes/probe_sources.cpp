@@ -63,7 +63,7 @@ void radiate(Source& source, const Vec3& direction, const MovingRadiator& radiat
 Source early_reflection(const Source& stored, const Vec3& probe_m, const MovingRadiator& radiator,
                         double speed_of_sound_mps) {
   Source source = stored;
-  const FirstLeg leg = first_leg_of(first_leg_code_of(stored.emitter));
+  const FirstLeg leg = first_leg_of(stored.path.first_leg);
   const Vec3 leg_m = static_cast<double>(leg.distance_m) * Vec3(leg.direction);
   const FirstPath path(probe_m + leg_m, source, radiator);
   lengthen(source, path.distance_m - length(leg_m), speed_of_sound_mps);
@@ -94,7 +94,7 @@ Source late_reflection(const Source& stored, const MovingRadiator& radiator,
   Source source = stored;
   source.material = material;
   if (radiator.directivity != Bands{})
-    radiate(source, Vec3(first_leg_of(first_leg_code_of(stored.emitter)).direction), radiator, 1);
+    radiate(source, Vec3(first_leg_of(stored.path.first_leg).direction), radiator, 1);
   return source;
 }
 

@@ -54,7 +54,7 @@ struct MovingRadiator {
   Bands directivity{};  // exponents; all 0: omnidirectional
 };
 
-// Moves a secondary source of the probe at `probe_m`. `stored` has its first leg as its emitter.
+// Moves a secondary source of the probe at `probe_m`.
 Source early_reflection(const Source& stored, const Vec3& probe_m, const MovingRadiator& radiator,
                         double speed_of_sound_mps);
 

@@ -31,7 +31,7 @@ struct alignas(64) Columns {
 };
 
 HWY_INLINE void put(const Source& source, std::size_t i, Columns& columns) {
-  const Vec3f& axis = source.is_emitter ? source.normal : source.mirror;
+  const Vec3f& axis = source.axis();
   for (int c = 0; c < 3; ++c) {
     columns.position_m[c][i] = source.position_m[c];
     columns.normal[c][i] = source.normal[c];

@@ -13,7 +13,7 @@ SourceBound source_bound(const RadiationModel& radiation, const Source& source,
   const auto radius_m = static_cast<float>(source_radius_m(source));
   return {source.position_m,
           source.normal,
-          source.mirror,
+          source.axis(),
           radius_m * radius_m * kRadius2Slack,
           static_cast<float>(at_1m.diffuse * over_u),
           static_cast<float>(at_1m.compensation * over_u),

@@ -105,7 +105,7 @@ SourceBound SourcePage::bound(std::size_t index) const {
   const CullBlock& block = blocks_[index / kCullBlock];
   const std::size_t at = index % kCullBlock;
   const Source& source = sources_[index];
-  return {source.position_m,    source.normal,     source.mirror,
+  return {source.position_m,    source.normal,     source.axis(),
           block.radius2_m2[at], block.diffuse[at], block.compensation[at],
           block.lobe[at],       block.fall[at],    block.slope[at]};
 }

@@ -102,7 +102,7 @@ void image_sound_over_edges(benchmark::State& state, const std::string& level) {
                if (!floor) return;
                Source image;
                image.is_emitter = image.is_image = true;
-               image.mirror = line.from_m;
+               image.original_m = line.from_m;
                image.position_m = line.from_m - Vec3f(0, 2 * floor->fraction * kDown_m, 0);
                const LineOfSight from_image{image.position_m, line.to_m, line.speed_of_sound_mps};
                benchmark::DoNotOptimize(image_sound(geometry, image, from_image, rays));

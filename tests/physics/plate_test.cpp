@@ -84,7 +84,7 @@ double reflected_power(const OcclusionGeometry& geometry, const Vec3& from_m, co
   Source image;
   image.is_emitter = image.is_image = true;
   image.position_m = Vec3f(-from_m.x, from_m.y, from_m.z);
-  image.mirror = Vec3f(from_m);
+  image.original_m = Vec3f(from_m);
   std::uint64_t rays = 0;
   const LineOfSight line{image.position_m, Vec3f(to_m), kSound_mps};
   return std::norm(image_sound(geometry, image, line, rays).pressure[3 * band + 1]);

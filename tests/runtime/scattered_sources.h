@@ -49,6 +49,8 @@ struct ScatteredSources {
       source.material = static_cast<std::uint16_t>(d[3] / 8 % 5);
       source.is_emitter = d[3] / 64 % 6 == 0;
       if (source.is_emitter) source.mirror = source.normal;
+      source.is_image = source.is_emitter && d[3] / 512 % 2 == 0;
+      if (source.is_image) source.original_m = Vec3f(middle_m + spread_m * direction(c));
     }
   }
 

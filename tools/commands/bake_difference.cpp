@@ -154,9 +154,8 @@ Result<std::uint64_t> hash_of_pages(const BakeFile& file) {
     for (const Source& source : page.sources) {
       const auto of_source = std::as_bytes(std::span(&source, 1));
       bytes.insert(bytes.end(), of_source.begin(), of_source.end());
-      // Six bits of the last byte belong to no member, so they may be anything.
-      bytes.back() =
-          static_cast<std::byte>((source.is_emitter ? 1 : 0) | (source.is_image ? 2 : 0));
+      // Some bits of the last byte belong to no member. Pages hold no images.
+      bytes.back() = std::byte{source.is_emitter};
     }
     for (const Instance& instance : page.links.instances) put_instance(instance, bytes);
     const std::uint64_t so_far = hash_of(bytes);

@@ -172,7 +172,7 @@ class ProbeTruth {
     const auto add = [&](const PageEntry&, const OctreePage& page, std::size_t,
                          std::size_t) -> Result<void> {
       for (const Source& source : page.sources) {
-        const std::uint32_t set = portal_set_of(source.emitter);
+        const std::uint32_t set = source.path.portal_set;
         if (set >= openness.size() || openness[set] > 0) sources.push_back(source);
       }
       return {};

@@ -118,7 +118,7 @@ RoomParameters RoomMeter::quick(const Vec3& listener_m, std::size_t count) const
       direct.push_back(source);
       continue;
     }
-    const PathEnd image(Vec3(source.position_m), Vec3(source.mirror));
+    const PathEnd image(Vec3(source.position_m), Vec3(source.original_m));
     const auto path = mirror_path(*room_.surfaces, listener_m, image, rays);
     if (!path) continue;
     Source& mirrored = seen.emplace_back(source);

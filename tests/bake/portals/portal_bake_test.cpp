@@ -138,7 +138,7 @@ TEST(PortalBake, MarksTheSourcesOfProbes) {
   std::size_t far = 0, passed = 0;
   const auto check = [&](const SourceOctree& tree, bool in_first) {
     for (const Source& source : tree.sources) {
-      const PortalSet set = contents->portals.sets.at(portal_set_of(source.emitter));
+      const PortalSet set = contents->portals.sets.at(source.path.portal_set);
       const float x = source.position_m.x - testing::kPortalWall_m;
       passed += !set.is_empty();
       if (in_first ? x < 0.01f : x > -0.01f) continue;

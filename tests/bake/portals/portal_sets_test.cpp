@@ -52,20 +52,21 @@ TEST(PortalPairs, RanksSetsByThePowerOfTheirSources) {
   EXPECT_EQ(sources[3].emitter, 11u);
 }
 
-TEST(ProbePortalSets, StandAboveTheFirstLeg) {
+TEST(ProbePortalSets, StandBesideTheFirstLeg) {
   PortalSetTable table;
   (void)table.number_of(set_with({8}));
   ProbePortalSets sets;
   std::vector<Source> sources(3);
-  sources[0].emitter = sets.with_set(1234, set_with({1}));
-  sources[1].emitter = sets.with_set(77, set_with({8}));
-  sources[2].emitter = sets.with_set(kFirstLegCodes - 1, PortalSet{});
+  sources[0].path = sets.path_of(1234, set_with({1}));
+  sources[1].path = sets.path_of(77, set_with({8}));
+  sources[2].path = sets.path_of(kFirstLegCodes - 1, PortalSet{});
   for (Source& source : sources) source.power = same_in_all_bands(1);
   sets.finish(sources, table);
-  EXPECT_EQ(portal_set_of(sources[0].emitter), 2u);
-  EXPECT_EQ(first_leg_code_of(sources[0].emitter), 1234u);
-  EXPECT_EQ(portal_set_of(sources[1].emitter), 1u);
-  EXPECT_EQ(first_leg_code_of(sources[1].emitter), 77u);
+  EXPECT_EQ(sources[0].path.portal_set, 2u);
+  EXPECT_EQ(sources[0].path.first_leg, 1234u);
+  EXPECT_EQ(sources[1].path.portal_set, 1u);
+  EXPECT_EQ(sources[1].path.first_leg, 77u);
+  EXPECT_EQ(sources[1].emitter, 77 + kFirstLegCodes) << "one word of a page";
   EXPECT_EQ(sources[2].emitter, kFirstLegCodes - 1);
 }
 

@@ -54,9 +54,11 @@ class BakeFileValues : public ::testing::Test {
     node.low_m = {-7, 0, 0};
     node.high_m = {10, 10, 10};
     node.source_count = 2;
-    Source wall{.position_m = {5, 0, 5}, .normal = {0, 1, 0}, .mirror = {0, 1, 0}};
+    Source wall, emitter;
+    wall.position_m = {5, 0, 5};
+    wall.normal = wall.mirror = {0, 1, 0};
     wall.power = same_in_all_bands(1);
-    Source emitter{.u = 0.5f};
+    emitter.u = 0.5f;
     set_from_emitter(emitter, made.emitters[0]);
     made.octree.sources = {emitter, wall};
     return made;

@@ -298,7 +298,7 @@ AuralizerInput plate(bool is_part) {
   Source& image = input.sources[1];
   image.is_image = true;
   image.u = 1;
-  image.mirror = image.position_m;
+  image.original_m = image.position_m;
   image.position_m.x = -image.position_m.x;
   image.normal.x = -image.normal.x;
   return input;

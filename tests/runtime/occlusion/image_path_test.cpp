@@ -39,7 +39,7 @@ struct Panel {
       }
     image.is_emitter = image.is_image = true;
     image.position_m = {0, -2, 0};
-    image.mirror = Vec3f(kSourcePlace_m);
+    image.original_m = Vec3f(kSourcePlace_m);
   }
 };
 

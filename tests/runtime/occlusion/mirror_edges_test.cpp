@@ -35,7 +35,7 @@ DirectSound image_of(const OcclusionGeometry& geometry, const Vec3& source_m, co
   Source image;
   image.is_emitter = image.is_image = true;
   image.position_m = Vec3f(image_m);
-  image.mirror = Vec3f(source_m);
+  image.original_m = Vec3f(source_m);
   std::uint64_t rays = 0;
   return image_sound(geometry, image, {image.position_m, Vec3f(to_m), kSound_mps}, rays);
 }

@@ -49,8 +49,8 @@ struct Surfaces {
     Source image;
     image.is_emitter = image.is_image = true;
     image.position_m = {-kSource_m.x, kSource_m.y, kSource_m.z};
-    image.mirror = Vec3f(kSource_m);
-    image.patch_radius_m = in_part ? 1.0f : 0.0f;
+    image.original_m = Vec3f(kSource_m);
+    image.is_in_part = in_part;
     std::uint64_t rays = 0;
     return image_sound(geometry, image, {image.position_m, Vec3f(listener_m), 343.2}, rays)
         .visibility;

@@ -82,9 +82,9 @@ TEST(PartImages, AreMirroredInTheFaceThatSourceAndListenerSee) {
   ASSERT_EQ(found.size(), 1u);
   const Source& image = *found[0].source;
   expect_near(image.position_m, {-1.96, 0.5, 0.1});
-  expect_near(image.mirror, {2, 0.5, 0.1});
+  expect_near(image.original_m, {2, 0.5, 0.1});
   EXPECT_TRUE(image.is_image && image.is_emitter);
-  EXPECT_GT(image.patch_radius_m, 0);
+  EXPECT_TRUE(image.is_in_part);
   // Neither behind the door nor for a listener there.
   EXPECT_TRUE(stage.keyframe(0.02, {-3, 0.2, 0.3}).empty());
   EXPECT_TRUE(Stage({{-2, 0.5, 0.1}}).keyframe(0).empty());
@@ -156,7 +156,7 @@ TEST(PartImages, AreThoseOfTheLoudestInACrowd) {
   Stage stage(crowd);
   const auto& found = stage.keyframe(0);
   EXPECT_EQ(found.size(), PartImages::kMaxImages);
-  for (const FoundSource& one : found) EXPECT_LT(one.source->mirror.x, 2 + 0.05 * 90);
+  for (const FoundSource& one : found) EXPECT_LT(one.source->original_m.x, 2 + 0.05 * 90);
 }
 
 }  // namespace

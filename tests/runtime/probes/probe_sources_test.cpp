@@ -62,7 +62,7 @@ TEST(ProbeSources, LengthenLaterPathsByTheirFirstLegAndWeighTheDirectivity) {
   const Vec3 probe_m(0, 1, 0);
   Source stored = on_floor({1, 0, 0}, probe_m);
   stored.delay_s = 0.05f;
-  stored.emitter = first_leg_code({{1, 0, 0}, 4});
+  stored.path.first_leg = first_leg_code({{1, 0, 0}, 4});
   MovingRadiator radiator;
   radiator.position_m = {-1, 1, 0};
   radiator.axis = {-1, 0, 0};
