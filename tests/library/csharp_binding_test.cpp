@@ -30,7 +30,7 @@ class CSharpBinding : public ::testing::Test {
     static const testing::TemporaryFile file(".exe");
     static const std::string output =
         run_with_libraries("mcs -warnaserror+ -out:" + file.path() + " " + kSources +
-                           testing::kSourceDir + "/tests/library/csharp_binding.cs");
+                           testing::kSourceDir + "/tests/library/csharp_binding*.cs");
     return file.path();
   }
 
