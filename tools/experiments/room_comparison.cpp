@@ -13,6 +13,8 @@ namespace {
 using Value = RoomParameters::Value;
 
 constexpr std::size_t kFirstJudged = 2, kLastJudged = 6;  // 250 Hz to 4 kHz
+// After the point. Means of six seeds vary by more than the last digit, as do ParameterKind's.
+constexpr int kDigitsOfJnd = 2;
 
 bool is_empty(const Value& values) {
   return std::ranges::none_of(values, [](const auto& value) { return value.has_value(); });
@@ -23,9 +25,12 @@ std::string unit_of(const ParameterKind& kind) {
 }
 
 // Adds a row with a cell for each octave, empty where there is no value.
-void add_row(ReportTable& table, std::vector<ReportTable::Cell> row, const Value& values) {
+void add_row(ReportTable& table, std::vector<ReportTable::Cell> row, const Value& values,
+             int digits) {
+  const double per_one = std::pow(10, digits);
   for (const auto& value : values)
-    row.push_back(value ? ReportTable::Cell(*value) : ReportTable::Cell(std::string()));
+    row.push_back(value ? ReportTable::Cell(std::round(*value * per_one) / per_one)
+                        : ReportTable::Cell(std::string()));
   table.rows.push_back(std::move(row));
 }
 
@@ -43,8 +48,9 @@ void RoomComparison::add(const ParameterKind& kind, ReportTable& means, std::vec
                          std::string& summary) const {
   const Value measured = mean_by("", kind);
   if (is_empty(measured)) return;
-  const auto add_means = [&](const std::string& figure, const Value& values) {
-    add_row(means, {kind.name, figure}, values);
+  const auto add_means = [&](const std::string& figure, const Value& values,
+                             int digits = kDigitsOfJnd) {
+    add_row(means, {kind.name, figure}, values, digits);
   };
   const auto in_jnd = [&](const auto& difference) {
     Value values;
@@ -80,13 +86,13 @@ void RoomComparison::add(const ParameterKind& kind, ReportTable& means, std::vec
     ours[b] = of_bakes->mean, of_seeds[b] = of_bakes->deviation;
     if (over_pairs) of_pairs[b] = over_pairs->deviation;
   }
-  add_means("measured" + unit, measured);
+  add_means("measured" + unit, measured, kind.digits);
   add_line("measured", measured, false);
   const auto compare = [&](const std::string& name, const Value& values, bool is_dashed) {
     const auto difference = in_jnd([&](std::size_t b) {
       return values[b] ? std::optional(*values[b] - *measured[b]) : std::nullopt;
     });
-    add_means(name + unit, values);
+    add_means(name + unit, values, kind.digits);
     add_means(name + " - measured (JND)", difference);
     add_line(name, values, is_dashed);
     std::vector<double> sizes;
@@ -118,12 +124,12 @@ void RoomComparison::add_pair(std::size_t pair, const ParameterKind& kind,
       ours[b] = of_bakes->mean;
       of_seeds[b] = of_bakes->deviation / kind.noticeable_at(of_bakes->mean);
     }
-  add_row(table, {name, kind.name, "Clamor" + unit}, ours);
-  add_row(table, {name, kind.name, "seeds of Clamor (JND)"}, of_seeds);
+  add_row(table, {name, kind.name, "Clamor" + unit}, ours, kind.digits);
+  add_row(table, {name, kind.name, "seeds of Clamor (JND)"}, of_seeds, kDigitsOfJnd);
   for (const RoomFigures& one : figures_)
     if (one.pairs == std::vector{pair} && !is_empty(one.values.*kind.value))
       add_row(table, {name, kind.name, (one.by.empty() ? "measured" : one.by) + unit},
-              one.values.*kind.value);
+              one.values.*kind.value, kind.digits);
 }
 
 std::vector<double> RoomComparison::values_by(const std::string& by, const ParameterKind& kind,

@@ -60,11 +60,13 @@ TEST_F(RoomExperiment, ComparesMeansAndPairsInJustNoticeableDifferences) {
     return rows[0]["1000_hz"].get<double>();
   };
   EXPECT_NEAR(mean("measured (s)"), 0.35, 1e-9);
-  EXPECT_NEAR(mean("another - measured (JND)"), (0.42 - 0.35) / (0.05 * 0.35), 1e-9);
+  // JNDs have two digits after the point, seconds three.
+  EXPECT_NEAR(mean("another - measured (JND)"), (0.42 - 0.35) / (0.05 * 0.35), 0.005);
   // Two values of 0.3 and 0.4 deviate by 0.1 / sqrt(2).
-  EXPECT_NEAR(mean("pairs measured (JND)"), 0.1 / std::sqrt(2) / (0.05 * 0.35), 1e-9);
+  EXPECT_NEAR(mean("pairs measured (JND)"), 0.1 / std::sqrt(2) / (0.05 * 0.35), 0.005);
   const double ours = mean("Clamor (s)");
-  EXPECT_NEAR(mean("Clamor - measured (JND)"), (ours - 0.35) / (0.05 * 0.35), 1e-9);
+  EXPECT_NEAR(mean("Clamor - measured (JND)"), (ours - 0.35) / (0.05 * 0.35),
+              0.005 + 0.0005 / (0.05 * 0.35));
   // Eyring's formula with 0.3, 94 m2 and 60 m3, of which 343 m/s makes 0.161 s/m; unequal path
   // lengths make the decay some per cent longer. The absorption at 1 kHz alone would give 0.46 s.
   EXPECT_NEAR(ours, 0.161 * 60 / (-std::log(0.7) * 94), 0.03);
