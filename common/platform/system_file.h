@@ -55,7 +55,6 @@ bool replace_file(const std::string& from, const std::string& to);
 void sync_folder(const std::string& folder);
 
 // The standard descriptors 0 to 2, and those that a path in /proc names.
-bool is_terminal(int descriptor);
 bool is_open_to_write(int descriptor);
 
 // Memory whose bytes are those of a file.

@@ -7,6 +7,8 @@
 
 namespace clamor {
 
+bool is_terminal(int descriptor);
+
 // The width of the terminal of a standard descriptor; 0 if it is none or does not know.
 std::size_t terminal_columns(int descriptor);
 

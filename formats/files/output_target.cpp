@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "common/platform/process.h"
+#include "common/platform/terminal.h"
 #include "common/system_reason.h"
 #include "common/utf8_path.h"
 

@@ -5,7 +5,7 @@
 #include <condition_variable>
 #include <mutex>
 
-#include "common/platform/system_file.h"
+#include "common/platform/terminal.h"
 #include "tools/program/exit_codes.h"
 
 namespace clamor {

@@ -7,7 +7,6 @@
 #include <string>
 #include <utility>
 
-#include "common/platform/system_file.h"
 #include "common/platform/terminal.h"
 #include "common/printable.h"
 

@@ -96,8 +96,6 @@ void sync_folder(const std::string& folder) {
   ::close(opened);
 }
 
-bool is_terminal(int descriptor) { return ::isatty(descriptor) != 0; }
-
 bool is_open_to_write(int descriptor) {
   const int flags = ::fcntl(descriptor, F_GETFL);
   return flags >= 0 && (flags & O_ACCMODE) != O_RDONLY;

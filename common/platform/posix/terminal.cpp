@@ -16,13 +16,15 @@ termios mode_before;  // of RawInput
 
 }  // namespace
 
+bool is_terminal(int descriptor) { return ::isatty(descriptor) != 0; }
+
 std::size_t terminal_columns(int descriptor) {
   winsize size{};
-  return ::isatty(descriptor) != 0 && ::ioctl(descriptor, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
+  return is_terminal(descriptor) && ::ioctl(descriptor, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
 }
 
 RawInput::RawInput() {
-  if (::isatty(STDIN_FILENO) == 0 || ::tcgetattr(STDIN_FILENO, &mode_before) != 0) return;
+  if (!clamor::is_terminal(STDIN_FILENO) || ::tcgetattr(STDIN_FILENO, &mode_before) != 0) return;
   is_terminal_ = true;
   termios raw = mode_before;
   raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);

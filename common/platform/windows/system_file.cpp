@@ -149,11 +149,6 @@ bool replace_file(const std::string& from, const std::string& to) {
 // replace_file() does it.
 void sync_folder(const std::string&) {}
 
-bool is_terminal(int descriptor) {
-  DWORD mode = 0;
-  return ::GetConsoleMode(handle_of(descriptor), &mode) != 0;
-}
-
 bool is_open_to_write(int descriptor) { return handle_of(descriptor) != INVALID_HANDLE_VALUE; }
 
 void FileUnmapper::operator()(std::byte* memory) const { ::UnmapViewOfFile(memory); }

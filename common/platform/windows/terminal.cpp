@@ -11,13 +11,18 @@ namespace {
 
 DWORD mode_before = 0;  // of RawInput
 
+HANDLE console_of(int descriptor) { return reinterpret_cast<HANDLE>(::_get_osfhandle(descriptor)); }
+
 }  // namespace
+
+bool is_terminal(int descriptor) {
+  DWORD mode = 0;
+  return ::GetConsoleMode(console_of(descriptor), &mode) != 0;
+}
 
 std::size_t terminal_columns(int descriptor) {
   CONSOLE_SCREEN_BUFFER_INFO console{};
-  if (::GetConsoleScreenBufferInfo(reinterpret_cast<HANDLE>(::_get_osfhandle(descriptor)),
-                                   &console) == 0)
-    return 0;
+  if (::GetConsoleScreenBufferInfo(console_of(descriptor), &console) == 0) return 0;
   return static_cast<std::size_t>(console.srWindow.Right - console.srWindow.Left + 1);
 }
 
