@@ -43,112 +43,141 @@ HWY_INLINE V itd_of(D d, V x, V y, V z, const float* table) {
   return low + t * (high - low);
 }
 
+using Float = hn::Vec<Halves>;
+using Double = hn::Vec<Doubles>;
+
+template <class V>
+struct Triple {
+  V x, y, z;
+};
+template <class V>
+HWY_INLINE V dot(const Triple<V>& a, const Triple<V>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class D>
+HWY_INLINE Triple<hn::Vec<D>> in_all_lanes(D d, const Vec3& v) {
+  using T = hn::TFromD<D>;
+  return {hn::Set(d, static_cast<T>(v.x)), hn::Set(d, static_cast<T>(v.y)),
+          hn::Set(d, static_cast<T>(v.z))};
+}
+HWY_INLINE Triple<Float> load(const std::array<VoiceColumn, 3>& columns, std::size_t at) {
+  const Halves d;
+  return {hn::LoadU(d, columns[0].data() + at), hn::LoadU(d, columns[1].data() + at),
+          hn::LoadU(d, columns[2].data() + at)};
+}
+HWY_INLINE Triple<Double> promoted(const Triple<Float>& v) {
+  const Doubles dd;
+  return {hn::PromoteTo(dd, v.x), hn::PromoteTo(dd, v.y), hn::PromoteTo(dd, v.z)};
+}
+HWY_INLINE Triple<Double> from_to(const Triple<Double>& from, const Vec3& place) {
+  const auto to = in_all_lanes(Doubles(), place);
+  return {to.x - from.x, to.y - from.y, to.z - from.z};
+}
+
+// The sources of consecutive slots, the first of which is `at`.
+struct SourceLanes {
+  std::size_t at;
+  Triple<Double> position;
+  Triple<Float> normal, mirror;
+};
+
+// From the sources to the listener.
+struct Path {
+  Path(const Triple<Double>& way, const SourceLanes& sources)
+      : towards{hn::DemoteTo(Halves(), way.x), hn::DemoteTo(Halves(), way.y),
+                hn::DemoteTo(Halves(), way.z)},
+        length(hn::Sqrt(dot(way, way))),
+        along_normal(hn::DemoteTo(Halves(), dot(way, promoted(sources.normal)))) {}
+
+  Triple<Float> towards;
+  Double length;
+  Float along_normal;  // double until here, because differences near the surface are small
+};
+
+// To an ear beside the centre, from the position of the source when the sound for that ear left it.
+HWY_INLINE Triple<Double> way_from_moving(const Triple<Double>& w, const Triple<Double>& m,
+                                          Double age) {
+  const Doubles dd;
+  const Double b = age - dot(w, m);
+  const Double rest = hn::Set(dd, 1) - dot(m, m);
+  const Double under = b * b - rest * (age * age - dot(w, w));
+  const Double later = (b - hn::Sqrt(hn::Max(under, hn::Zero(dd)))) / rest;
+  return {w.x - m.x * later, w.y - m.y * later, w.z - m.z * later};
+}
+
+// Where they are heard from, in the listener's axes; straight ahead inside the head.
+HWY_INLINE Triple<Float> direction_of(const Path& to_centre, Float centre_m,
+                                      const ListenerFrame& listener) {
+  const Halves d;
+  const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d);
+  const auto inside = hn::Le(centre_m, hn::Set(d, 1e-6f));
+  const Float over_m = hn::Div(one, hn::IfThenElse(inside, one, centre_m));
+  const auto along = [&](const Vec3& axis, Float if_inside) {
+    const Float from = hn::Neg(dot(to_centre.towards, in_all_lanes(d, axis)) * over_m);
+    return hn::IfThenElse(inside, if_inside, from);
+  };
+  return {along(listener.ahead, one), along(listener.left, zero), along(listener.up, zero)};
+}
+
+HWY_INLINE void arrive(VoiceTable& table, const SourceLanes& sources, const Path& path, Float r_m,
+                       int ear) {
+  const Halves d;
+  const auto one = hn::Set(d, 1.0f);
+  const auto nowhere = hn::Eq(r_m, hn::Zero(d));
+  const Float over_r = hn::Div(one, hn::IfThenElse(nowhere, one, r_m));
+  const Float near_m = hn::Max(r_m, hn::LoadU(d, table.geometry.radius_m.data() + sources.at));
+  const Float cos_o = hn::IfThenElse(nowhere, one, path.along_normal * over_r);
+  const Float cos_a = hn::Min(hn::IfThenElse(nowhere, dot(sources.normal, sources.mirror),
+                                             dot(path.towards, sources.mirror) * over_r),
+                              one);
+  const Float lift = hn::LoadU(d, table.geometry.lift.data() + sources.at);
+  const auto store = [&](Float value, std::array<VoiceColumn, kEars>& column) {
+    hn::StoreU(value, d, column[ear].data() + sources.at);
+  };
+  store(r_m, table.arrivals.distance_m);
+  store(one / (near_m * near_m), table.arrivals.spread);
+  store(cos_o, table.arrivals.cos_o);
+  store(loss_cell_of(cos_o), table.arrivals.loss_cell);
+  store(log2_of_base(lift + (one - lift) * cos_a), table.arrivals.log_base);
+}
+
 void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const float* itd_table,
                        std::size_t first, std::size_t last) {
   const Doubles dd;
   const Halves d;
-  using Float = hn::Vec<Halves>;
-  using Double = hn::Vec<Doubles>;
-  const auto one = hn::Set(d, 1.0f), zero = hn::Zero(d);
-  struct Floats3 {
-    Float x, y, z;
-  };
-  const auto dot = [](const Floats3& a, const Floats3& b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-  };
-  const auto load = [&](const std::array<VoiceColumn, 3>& columns, std::size_t at) {
-    return Floats3{hn::LoadU(d, columns[0].data() + at), hn::LoadU(d, columns[1].data() + at),
-                   hn::LoadU(d, columns[2].data() + at)};
-  };
-  const auto axis = [&](const Vec3& v) {
-    return Floats3{hn::Set(d, static_cast<float>(v.x)), hn::Set(d, static_cast<float>(v.y)),
-                   hn::Set(d, static_cast<float>(v.z))};
-  };
-  const Floats3 ahead = axis(listener.ahead), left = axis(listener.left), up = axis(listener.up);
   for (std::size_t at = first; at < last; at += hn::Lanes(d)) {
-    const Floats3 position = load(table.geometry.position_m, at);
-    const Double x = hn::PromoteTo(dd, position.x), y = hn::PromoteTo(dd, position.y),
-                 z = hn::PromoteTo(dd, position.z);
-    const Floats3 normal = load(table.geometry.normal, at),
-                  mirror = load(table.geometry.mirror, at);
-    const Double normal_x = hn::PromoteTo(dd, normal.x), normal_y = hn::PromoteTo(dd, normal.y),
-                 normal_z = hn::PromoteTo(dd, normal.z);
-    struct Path {
-      Floats3 towards;  // from the source to the listener
-      Double length;
-      Float along_normal;  // double until here, because differences near the surface are small
-    };
-    const auto path_along = [&](Double wx, Double wy, Double wz) {
-      return Path{{hn::DemoteTo(d, wx), hn::DemoteTo(d, wy), hn::DemoteTo(d, wz)},
-                  hn::Sqrt(wx * wx + wy * wy + wz * wz),
-                  hn::DemoteTo(d, wx * normal_x + wy * normal_y + wz * normal_z)};
-    };
-    const auto path_to = [&](const Vec3& place) {
-      return path_along(hn::Set(dd, place.x) - x, hn::Set(dd, place.y) - y,
-                        hn::Set(dd, place.z) - z);
-    };
-
-    // In the listener's axes; straight ahead for a source inside the head.
-    const Path to_centre = path_to(listener.centre_m);
+    const SourceLanes sources{at, promoted(load(table.geometry.position_m, at)),
+                              load(table.geometry.normal, at), load(table.geometry.mirror, at)};
+    const Path to_centre(from_to(sources.position, listener.centre_m), sources);
     const Float centre_m = hn::DemoteTo(d, to_centre.length);
-    const auto inside = hn::Le(centre_m, hn::Set(d, 1e-6f));
-    const Float over_m = hn::Div(one, hn::IfThenElse(inside, one, centre_m));
-    const auto from_along = [&](const Floats3& a) {
-      return hn::Neg(dot(to_centre.towards, a) * over_m);
-    };
-    const Float from_x = hn::IfThenElse(inside, one, from_along(ahead));
-    const Float from_y = hn::IfThenElse(inside, zero, from_along(left));
-    const Float from_z = hn::IfThenElse(inside, zero, from_along(up));
-    hn::StoreU(from_x, d, table.arrivals.from[0].data() + at);
-    hn::StoreU(from_y, d, table.arrivals.from[1].data() + at);
-    hn::StoreU(from_z, d, table.arrivals.from[2].data() + at);
+    const Triple<Float> from = direction_of(to_centre, centre_m, listener);
+    hn::StoreU(from.x, d, table.arrivals.from[0].data() + at);
+    hn::StoreU(from.y, d, table.arrivals.from[1].data() + at);
+    hn::StoreU(from.z, d, table.arrivals.from[2].data() + at);
 
-    // To an ear beside the centre, from the position of the source when the sound for that ear left
-    // it.
     const bool moves = table.geometry.moves[at / VoiceTable::kTile];
-    const auto path_from_moving = [&](const Vec3& place) {
-      const Floats3 mach = load(table.geometry.mach, at);
-      const Double mx = hn::PromoteTo(dd, mach.x), my = hn::PromoteTo(dd, mach.y),
-                   mz = hn::PromoteTo(dd, mach.z);
-      const Double wx = hn::Set(dd, place.x) - x, wy = hn::Set(dd, place.y) - y,
-                   wz = hn::Set(dd, place.z) - z;
-      const Double age = to_centre.length;
-      const Double b = age - (wx * mx + wy * my + wz * mz);
-      const Double rest = hn::Set(dd, 1) - (mx * mx + my * my + mz * mz);
-      const Double under = b * b - rest * (age * age - (wx * wx + wy * wy + wz * wz));
-      const Double later = (b - hn::Sqrt(hn::Max(under, hn::Zero(dd)))) / rest;
-      return path_along(wx - mx * later, wy - my * later, wz - mz * later);
-    };
-
     const Double emission = hn::LoadU(dd, table.geometry.emission_frames.data() + at);
-    const Float radius_m = hn::LoadU(d, table.geometry.radius_m.data() + at);
-    for (int e = 0; e < listener.places; ++e) {
-      const Path path = listener.places == 1 ? to_centre
-                        : moves              ? path_from_moving(listener.ear_positions_m[e])
-                                             : path_to(listener.ear_positions_m[e]);
-      const Double frames = emission + path.length * hn::Set(dd, table.geometry.frames_per_m);
-      const Float r_m = listener.places == 1 ? centre_m : hn::DemoteTo(d, path.length);
-      const auto nowhere = hn::Eq(r_m, zero);
-      const Float over_r = hn::Div(one, hn::IfThenElse(nowhere, one, r_m));
-      const Float near_m = hn::Max(r_m, radius_m);
-      const Float cos_o = hn::IfThenElse(nowhere, one, path.along_normal * over_r);
-      const Float cos_a = hn::Min(
-          hn::IfThenElse(nowhere, dot(normal, mirror), dot(path.towards, mirror) * over_r), one);
-      hn::StoreU(r_m, d, table.arrivals.distance_m[e].data() + at);
-      hn::StoreU(one / (near_m * near_m), d, table.arrivals.spread[e].data() + at);
-      hn::StoreU(cos_o, d, table.arrivals.cos_o[e].data() + at);
-      hn::StoreU(loss_cell_of(cos_o), d, table.arrivals.loss_cell[e].data() + at);
-      const Float lift = hn::LoadU(d, table.geometry.lift.data() + at);
-      hn::StoreU(log2_of_base(lift + (one - lift) * cos_a), d,
-                 table.arrivals.log_base[e].data() + at);
-      hn::StoreU(frames, dd, table.arrivals.delay_frames[e].data() + at);
-      if (listener.places > 1) continue;
+    const auto frames_along = [&](const Path& path) {
+      return emission + path.length * hn::Set(dd, table.geometry.frames_per_m);
+    };
+    if (listener.places == 1) {
+      arrive(table, sources, to_centre, centre_m, 0);
       Double half_itd = hn::Zero(dd);
       if (itd_table != nullptr)
         half_itd =
-            hn::PromoteTo(dd, itd_of(d, from_x, from_y, from_z, itd_table)) * hn::Set(dd, 0.5);
+            hn::PromoteTo(dd, itd_of(d, from.x, from.y, from.z, itd_table)) * hn::Set(dd, 0.5);
+      const Double frames = frames_along(to_centre);
       hn::StoreU(frames - half_itd, dd, table.arrivals.delay_frames[0].data() + at);
       hn::StoreU(frames + half_itd, dd, table.arrivals.delay_frames[1].data() + at);
+      continue;
+    }
+    for (int e = 0; e < listener.places; ++e) {
+      Triple<Double> way = from_to(sources.position, listener.ear_positions_m[e]);
+      if (moves)
+        way = way_from_moving(way, promoted(load(table.geometry.mach, at)), to_centre.length);
+      const Path path(way, sources);
+      arrive(table, sources, path, hn::DemoteTo(d, path.length), e);
+      hn::StoreU(frames_along(path), dd, table.arrivals.delay_frames[e].data() + at);
     }
   }
 }
