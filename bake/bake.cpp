@@ -119,19 +119,12 @@ BakeContents describe(const TracedState& state, const BakeOptions& options,
 }
 
 // Numbers the sets of portals of the sources.
-Result<void> number_portals(BatchTracing::Output& traced, PortalSetTable& table,
-                            std::size_t max_sets, std::vector<PortalEmitter>& made) {
-  if (!traced.on_disk) {
-    traced.portals.finish(traced.sources, table, max_sets, made);
-    return {};
-  }
-  if (!traced.portals.has_any()) return {};
-  const auto counted = traced.on_disk->for_each([&](std::span<Source> sources) -> Result<void> {
-    traced.portals.count(sources);
-    return {};
-  });
-  if (counted.ok()) traced.portals.number(table, max_sets, made);
-  return counted;
+void number_portals(BatchTracing::Output& traced, PortalSetTable& table, std::size_t max_sets,
+                    std::vector<PortalEmitter>& made) {
+  if (!traced.portals.has_any()) return;
+  traced.sources.for_blocks(
+      [&](std::span<const Source> sources, std::size_t) { traced.portals.count(sources); });
+  traced.portals.number(table, max_sets, made);
 }
 
 void compact(TraceJournal& journal, const BakeOptions& options, BakeReport& report) {
@@ -183,10 +176,7 @@ Result<TracedLevel> trace_level(std::list<TracedState>& states, DecayEstimate& d
   // Half of the sets are for probes, if there are any.
   const std::size_t max_sets = options.probes_m.empty() ? kMaxPortalSets : kMaxPortalSets / 2;
   for (BatchTracing::Output& state : traced.states)
-    if (const auto done =
-            number_portals(state, traced.portal_sets, max_sets, traced.portal_emitters);
-        !done.ok())
-      return done.error();
+    number_portals(state, traced.portal_sets, max_sets, traced.portal_emitters);
   auto probes = bake_probes(states, passes, traced.portal_sets);
   if (!probes.ok()) return probes.error();
   traced.probes = std::move(*probes);
@@ -215,27 +205,26 @@ std::vector<Source> add_emitters(const TracedState& open, EmitterInstances& inst
 Result<void> sort_all(std::vector<BatchTracing::Output>& states, std::vector<Source> emitters,
                       EmitterInstances& instances, const BakeOptions& options,
                       const SortPlace& place, BakeContents& contents) {
-  SourceSpill list(options.spill);
-  std::vector<Source> sources;
+  std::optional<ScratchList<Source>> sources;
   for (BatchTracing::Output& state : states) {
-    finish_sources(state.sources, contents.materials);
     if (const auto done =
-            finish_on_disk(state, options, place.step_bytes, contents.materials, list);
+            finish_sources(state.sources, state.portals, contents.materials, place.step_bytes);
         !done.ok())
-      return done.error();
-    if (sources.empty()) sources.swap(state.sources);
-    sources.insert(sources.end(), state.sources.begin(), state.sources.end());
-    state.sources = std::vector<Source>();  // assigning {} would keep the capacity
+      return done;
+    ScratchList<Source> more = std::exchange(state.sources, ScratchList<Source>());
+    if (options.is_stopped()) return Error("stopped");
+    if (!sources) {
+      sources = std::move(more);
+      continue;
+    }
+    auto joined = sources->reserve(sources->size() + more.size() + emitters.size());
+    more.for_blocks([&](std::span<const Source> some, std::size_t) {
+      if (joined.ok()) joined = sources->append(some);
+    });
+    if (!joined.ok()) return joined;
   }
-  if (options.is_stopped()) return Error("stopped");
-  sources.insert(sources.end(), emitters.begin(), emitters.end());
-  if (place.storage == SortStorage::kMemory) {
-    sort_sources(std::move(sources), instances, contents);
-    return {};
-  }
-  // Only the emitters are in memory.
-  if (const auto added = list.append(sources); !added.ok()) return added.error();
-  sort_on_disk(std::move(list), instances, place.step_bytes, contents);
+  if (const auto added = sources->append(emitters); !added.ok()) return added;
+  sort_sources(std::move(*sources), instances, place.step_bytes, contents);
   return {};
 }
 

@@ -56,9 +56,8 @@ BatchTracing::BatchTracing(const PhotonTracer& tracer, const BakePlan& plan,
     for (const PhotonRun& run : batch) progress_.photons_total += run.count;
 }
 
-void BatchTracing::thin_on_disk(const std::string& beside) {
-  thinning_.reset();
-  on_disk_ = std::make_unique<ThinningOnDisk>(plan_.sources, beside);
+Result<void> BatchTracing::thin_in_file(const std::string& beside) {
+  return thinning_ ? thinning_->use_file(beside) : Result<void>();
 }
 
 Result<BatchTracing::Output> BatchTracing::run() {
@@ -97,12 +96,6 @@ Result<BatchTracing::Output> BatchTracing::run() {
   if (thinning_) {
     output.deposits = thinning_->added();
     output.sources = thinning_->take();
-    output.portals = std::move(portals_);
-  }
-  if (on_disk_) {
-    if (const auto done = on_disk_->finish(); !done.ok()) return done.error();
-    output.deposits = on_disk_->added();
-    output.on_disk = std::move(on_disk_);
     output.portals = std::move(portals_);
   }
   output.tally = tally_;
@@ -147,16 +140,14 @@ void BatchTracing::accumulate(Batch& batch) {
 
   // Merges found and traced runs in the order of emitters and photons.
   const auto found = batch.found.runs(), traced = batch.traced.runs();
-  std::uint64_t order = static_cast<std::uint64_t>(batch.index) * (kRunPhotons + 1);
   for (std::size_t f = 0, t = 0; f < found.size() || t < traced.size();) {
     if (t == traced.size() || (f < found.size() && before(found[f].run, traced[t].run))) {
       progress_.photons_reused += found[f].tally.photons;
-      accumulate_run(found[f], batch.found.deposits_of(found[f]), order++, batch.received_found[f]);
+      accumulate_run(found[f], batch.found.deposits_of(found[f]), batch.received_found[f]);
       ++f;
     } else {
       progress_.bounces += traced[t].tally.bounces;
-      accumulate_run(traced[t], batch.traced.deposits_of(traced[t]), order++,
-                     batch.received_traced[t]);
+      accumulate_run(traced[t], batch.traced.deposits_of(traced[t]), batch.received_traced[t]);
       ++t;
     }
   }
@@ -172,21 +163,18 @@ void BatchTracing::accumulate(Batch& batch) {
 }
 
 void BatchTracing::accumulate_run(const TracedRun& run, std::span<const Deposit> deposits,
-                                  std::uint64_t order, std::span<const ReceivedEnergy> received) {
+                                  std::span<const ReceivedEnergy> received) {
   if (decay_ != nullptr && decay_->wants(run.run)) decay_->add(run.run, received);
   const double photon_share = 1 / static_cast<double>(plan_.photons[run.run.emitter]);
-  if (thinning_ || on_disk_) {
+  if (thinning_) {
     sources_.clear();
     for (const Deposit& deposit : deposits) {
       Source& source = sources_.emplace_back(secondary_source(deposit, photon_share));
       source.emitter = portals_.number_of(deposit.emitter, deposit.portals);
     }
-    if (thinning_)
-      thinning_->add(sources_, order);
-    else if (const auto added = on_disk_->add(sources_); !added.ok())
-      fail(added.error().message);
+    thinning_->add(sources_);
   }
-  if (sink_) sink_(run, deposits, order);
+  if (sink_) sink_(run, deposits);
   tally_.add(run.tally, photon_share);
   for (const ArrivedPower& arrived : run.arrived) {
     if (arrived.material >= power_arrived_.size()) power_arrived_.resize(arrived.material + 1u);

@@ -20,8 +20,8 @@
 
 #include "bake/bake_options.h"
 #include "bake/bake_plan.h"
+#include "bake/octree/scratch_list.h"
 #include "bake/octree/source_thinning.h"
-#include "bake/octree/thinning_on_disk.h"
 #include "bake/portals/portal_sets.h"
 #include "bake/report/decay_estimate.h"
 #include "bake/trace/photon_tracer.h"
@@ -36,8 +36,7 @@ class BatchTracing {
   struct Output {
     // Thinned to the plan's number; empty for a shard or with a sink. Those whose sound passed
     // portals have provisional emitters of `portals`.
-    std::vector<Source> sources;
-    std::unique_ptr<ThinningOnDisk> on_disk;  // instead of `sources`
+    ScratchList<Source> sources;
     PortalPairs portals{0};
     TraceTally tally;
     std::vector<std::array<double, kBandCount>> power_arrived;  // by material of the level
@@ -45,9 +44,8 @@ class BatchTracing {
     BakeProgress progress;                                      // at the end
   };
 
-  // Receives runs in order, `order` ascending, in place of the thinning.
-  using RunSink = std::function<void(const TracedRun& run, std::span<const Deposit> deposits,
-                                     std::uint64_t order)>;
+  // Receives runs in order, in place of the thinning.
+  using RunSink = std::function<void(const TracedRun& run, std::span<const Deposit> deposits)>;
 
   // `decay` may be null; otherwise it receives the runs that it wants. All arguments must outlive
   // the object.
@@ -55,8 +53,8 @@ class BatchTracing {
                RunSource& source, const Shard& shard, DecayEstimate* decay = nullptr,
                RunSink sink = {});
 
-  // Keeps the sources on disk. Call before run().
-  void thin_on_disk(const std::string& beside);
+  // Keeps the sources in a file. Call before run().
+  Result<void> thin_in_file(const std::string& beside);
 
   // Names the stage in the progress, instead of "tracing".
   void name_stage(const char* stage) { progress_.stage = stage; }
@@ -75,7 +73,7 @@ class BatchTracing {
   void look_up(Batch& batch);
   DecayEnergies measure_decay(const TracedRuns& runs) const;
   void accumulate(Batch& batch);
-  void accumulate_run(const TracedRun& run, std::span<const Deposit> deposits, std::uint64_t order,
+  void accumulate_run(const TracedRun& run, std::span<const Deposit> deposits,
                       std::span<const ReceivedEnergy> received);
   void fail(std::string message);
 
@@ -88,7 +86,6 @@ class BatchTracing {
   const RunSink sink_;
   std::vector<std::vector<PhotonRun>> batches_;  // of this shard
   std::optional<SourceThinning> thinning_;       // not for a shard or with a sink
-  std::unique_ptr<ThinningOnDisk> on_disk_;      // instead of thinning_
   std::vector<Source> sources_;                  // of the current run
   PortalPairs portals_;
   TraceTally tally_;

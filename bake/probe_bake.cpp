@@ -23,9 +23,8 @@ Result<BakedProbes> bake_probes(const std::list<TracedState>& states, const Bake
     const PhotonTracer tracer(state.scene, probes, plan.trace);
     ProbeCollector collector(state.scene, probes, zones, tracer, plan.photons,
                              options.probe_sources, portals);
-    const auto collect = [&](const TracedRun& run, std::span<const Deposit> deposits,
-                             std::uint64_t order) {
-      if (passes.shard.count == 1) collector.add(run, deposits, order);
+    const auto collect = [&](const TracedRun& run, std::span<const Deposit> deposits) {
+      if (passes.shard.count == 1) collector.add(run, deposits);
     };
     const auto traced =
         trace_pass({"probes", state.level, probes, tracer, plan.photons, nullptr, collect}, passes);

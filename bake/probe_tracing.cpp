@@ -125,8 +125,7 @@ std::uint32_t ProbeCollector::first_leg(const Deposit& deposit) const {
   return first_leg_code({rays_[deposit.photon].direction, hits_[deposit.photon].distance_m});
 }
 
-void ProbeCollector::add(const TracedRun& run, std::span<const Deposit> deposits,
-                         std::uint64_t order) {
+void ProbeCollector::add(const TracedRun& run, std::span<const Deposit> deposits) {
   while (finished_.places.size() < run.run.emitter) finish_place();
   tracer_.first_rays(run.run, rays_);
   hits_.resize(rays_.size());
@@ -150,8 +149,8 @@ void ProbeCollector::add(const TracedRun& run, std::span<const Deposit> deposits
     ProbePortalSets& sets = is_late ? late_sets_ : early_sets_;
     sources.back().path = sets.path_of(first_leg(deposit), deposit.portals);
   }
-  early_->add(early_sources_, order);
-  late_->add(late_sources_, order);
+  early_->add(early_sources_);
+  late_->add(late_sources_);
 }
 
 void ProbeCollector::begin_place() {
@@ -172,11 +171,11 @@ std::vector<Source> ProbeCollector::completed(std::vector<Source> sources,
 }
 
 void ProbeCollector::finish_place() {
-  finished_.places.push_back(completed(early_->take(), early_sets_));
+  finished_.places.push_back(completed(early_->take().take_vector(), early_sets_));
   begin_place();
   if (++places_in_zone_ < zones_.sizes[finished_.zones.size()]) return;
   places_in_zone_ = 0;
-  std::vector<Source> late = late_->take();
+  std::vector<Source> late = late_->take().take_vector();
   make_diffuse(late, scene_, laws_);
   finished_.zones.push_back(completed(std::move(late), late_sets_));
   begin_zone();

@@ -68,7 +68,7 @@ class ProbeCollector {
                  const PhotonTracer& tracer, const BakePlan& plan, std::uint32_t sources_per_probe,
                  PortalSetTable& portals);
 
-  void add(const TracedRun& run, std::span<const Deposit> deposits, std::uint64_t order);
+  void add(const TracedRun& run, std::span<const Deposit> deposits);
 
   // The sources of all places, in the order of the level's emitters, and of all zones, with patch
   // radii.

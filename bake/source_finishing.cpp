@@ -8,8 +8,6 @@
 #include "bake/octree/octree_builder.h"
 #include "bake/octree/octree_streaming.h"
 #include "bake/octree/patch_radius.h"
-#include "bake/octree/patch_radius_on_disk.h"
-#include "bake/octree/scratch_file.h"
 #include "common/thread_team.h"
 #include "formats/bake_file/source_quantization.h"
 
@@ -25,46 +23,32 @@ void quantize_on_all_threads(std::span<Source> sources, std::span<const Material
 
 }  // namespace
 
-void finish_sources(std::span<Source> secondary_sources, std::span<const Material> materials) {
-  set_patch_radii(secondary_sources);
-  quantize_on_all_threads(secondary_sources, materials);
-}
-
-void sort_sources(std::vector<Source> sources, EmitterInstances& instances,
-                  BakeContents& contents) {
-  contents.octree = with_instances(build_octree(std::move(sources)), std::move(instances.instances),
-                                   instances.tops);
-}
-
-Result<void> finish_on_disk(BatchTracing::Output& traced, const BakeOptions& options,
-                            std::uint64_t step_bytes, std::span<const Material> materials,
-                            SourceSpill& list) {
-  if (!traced.on_disk) return {};
-  ScratchFile radii_file(options.spill);
-  const auto radii =
-      patch_radii_on_disk([&](const auto& visit) { return traced.on_disk->for_each(visit); },
-                          [&](const auto& visit) { return traced.on_disk->for_some(visit); },
-                          traced.on_disk->kept(), step_bytes, options.spill, radii_file);
-  if (!radii.ok()) return radii.error();
-  std::size_t next = 0;
-  const auto moved = traced.on_disk->for_each([&](std::span<Source> sources) -> Result<void> {
-    if (options.is_stopped()) return Error("stopped");
-    for (Source& source : sources) source.patch_radius_m = (*radii)[next++];
-    traced.portals.apply(sources);
+Result<void> finish_sources(ScratchList<Source>& secondary_sources, const PortalPairs& portals,
+                            std::span<const Material> materials, std::uint64_t step_bytes) {
+  auto radii_m = find_patch_radii(secondary_sources, step_bytes);
+  if (!radii_m.ok()) return radii_m.error();
+  secondary_sources.for_blocks([&](std::span<Source> sources, std::size_t first) {
+    for (std::size_t i = 0; i < sources.size(); ++i)
+      sources[i].patch_radius_m = radii_m->all()[first + i];
+    radii_m->release(first, sources.size());
+    portals.apply(sources);
     quantize_on_all_threads(sources, materials);
-    return list.append(sources);
   });
-  traced.on_disk.reset();
-  return moved;
+  return {};
 }
 
-void sort_on_disk(SourceSpill list, EmitterInstances& instances, std::uint64_t step_bytes,
-                  BakeContents& contents) {
+void sort_sources(ScratchList<Source> sources, EmitterInstances& instances,
+                  std::uint64_t step_bytes, BakeContents& contents) {
+  if (!sources.is_in_file()) {
+    contents.octree = with_instances(build_octree(std::move(sources).take_vector()),
+                                     std::move(instances.instances), instances.tops);
+    return;
+  }
   contents.octree = instance_tree(std::move(instances.instances), instances.tops);
-  auto spill = std::make_shared<SourceSpill>(std::move(list));
-  contents.streamed_sources = spill->count();
-  contents.stream_octree = [spill, step_bytes](OctreeSink& sink) {
-    return stream_octree(std::move(*spill), step_bytes, sink);
+  contents.streamed_sources = sources.size();
+  contents.stream_octree = [list = std::make_shared<ScratchList<Source>>(std::move(sources)),
+                            step_bytes](OctreeSink& sink) {
+    return stream_octree(std::move(*list), step_bytes, sink);
   };
 }
 

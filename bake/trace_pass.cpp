@@ -20,7 +20,9 @@ Result<BatchTracing::Output> trace_pass(const TracePass& pass, const BakePasses&
   BatchTracing tracing(pass.tracer, pass.plan, passes.options, *source, passes.shard, pass.decay,
                        pass.sink);
   tracing.name_stage(pass.stage);
-  if (passes.thins_on_disk && !pass.sink) tracing.thin_on_disk(passes.options.spill);
+  if (passes.thins_in_file)
+    if (const auto ready = tracing.thin_in_file(passes.options.spill); !ready.ok())
+      return ready.error();
   auto traced = tracing.run();
   if (!traced.ok()) return traced;
   const BakeProgress& done = tracing.progress();

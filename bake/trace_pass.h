@@ -18,7 +18,7 @@ struct BakePasses {
   const Shard shard{};
   RunSource* reweighed = nullptr;  // has the photons of the only pass; null: none
   PathCache* kept = nullptr;       // keeps the photons of the only pass; null: none
-  bool thins_on_disk = false;      // needs options.spill
+  bool thins_in_file = false;      // needs options.spill
 };
 
 struct TracePass {

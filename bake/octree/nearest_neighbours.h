@@ -21,10 +21,6 @@ inline float loosened(float distance_squared) {
 // distance the weaker ones, so that the result depends on the neighbours alone.
 class NearestNeighbours {
  public:
-  // None that is farther than `limit_squared` will count.
-  explicit NearestNeighbours(float limit_squared = std::numeric_limits<float>::max())
-      : limit_squared_(limit_squared) {}
-
   void add(float distance_squared, double power) {
     std::size_t at = count_;
     if (full() && !is_before(distance_squared, power, kNeighbours - 1)) return;
@@ -38,11 +34,6 @@ class NearestNeighbours {
     }
     distance_squared_[at] = distance_squared;
     power_[at] = power;
-  }
-
-  // No neighbour that counts is farther.
-  float farthest_squared() const {
-    return full() ? distance_squared_[kNeighbours - 1] : limit_squared_;
   }
 
   // The radius of a source with this power; at least one neighbour was added.
@@ -68,7 +59,6 @@ class NearestNeighbours {
   std::array<float, kNeighbours> distance_squared_{};
   std::array<double, kNeighbours> power_{};
   std::size_t count_ = 0;
-  float limit_squared_;
 };
 
 }  // namespace clamor

@@ -8,6 +8,7 @@
 #include <limits>
 #include <span>
 
+#include "bake/octree/nearest_neighbours.h"
 #include "bake/octree/neighbour_scratch.h"
 
 // Highway compiles the following once per instruction set.
@@ -52,12 +53,13 @@ constexpr auto kExchanges = [] {
   return all;
 }();
 
-// Squared distances of a place from points that are neighbours in memory.
+// Squared distances of a place from as many points as a vector has lanes, from `first`, a multiple
+// of that number.
 HWY_INLINE auto squared_from(const FloatPlace& place, const PointRuns& points, std::size_t first) {
   const Floats d;
-  return squared(hn::Sub(hn::Set(d, place.x), hn::LoadU(d, points.position_m(0) + first)),
-                 hn::Sub(hn::Set(d, place.y), hn::LoadU(d, points.position_m(1) + first)),
-                 hn::Sub(hn::Set(d, place.z), hn::LoadU(d, points.position_m(2) + first)));
+  return squared(hn::Sub(hn::Set(d, place.x), hn::LoadU(d, points.position_m(0, first))),
+                 hn::Sub(hn::Set(d, place.y), hn::LoadU(d, points.position_m(1, first))),
+                 hn::Sub(hn::Set(d, place.z), hn::LoadU(d, points.position_m(2, first))));
 }
 
 // The lanes for which a mask holds, as bits.
@@ -84,12 +86,14 @@ HWY_INLINE auto gap(const float* low, const float* high, float box_low, float bo
 }
 
 FloatPlace place_of(const PointRuns& points, std::size_t i) {
-  return {points.position_m(0)[i], points.position_m(1)[i], points.position_m(2)[i]};
+  return {*points.position_m(0, i), *points.position_m(1, i), *points.position_m(2, i)};
 }
 
-// Upper bound of the squared distance of the farthest neighbour, from 16 consecutive points.
+// Upper bound of the squared distance of the farthest neighbour, from 16 consecutive points that
+// begin at `from` or up to seven before.
 float bound_by_order(const PointRuns& points, const FloatPlace& place, std::size_t from) {
   const Floats d;
+  from -= from % PointRuns::kFan;
   auto farthest = hn::Zero(d);
   for (std::size_t i = 0; i < kNeighbours; i += hn::Lanes(d))
     farthest = hn::Max(farthest, squared_from(place, points, from + i));
@@ -185,7 +189,7 @@ void break_ties(const PointRuns& points, std::size_t count, float farthest,
   const auto wanted = static_cast<std::ptrdiff_t>(kNeighbours - nearer);
   std::nth_element(
       equal.begin(), equal.begin() + wanted - 1, equal.begin() + static_cast<std::ptrdiff_t>(ties),
-      [&](std::uint32_t a, std::uint32_t b) { return points.power()[a] < points.power()[b]; });
+      [&](std::uint32_t a, std::uint32_t b) { return *points.power(a) < *points.power(b); });
   std::copy_n(equal.begin(), wanted,
               scratch.nearest.point.begin() + static_cast<std::ptrdiff_t>(nearer));
   std::fill_n(scratch.nearest.squared.begin() + static_cast<std::ptrdiff_t>(nearer), wanted,
@@ -259,7 +263,7 @@ void set_radii(const PointRuns& points, std::size_t first, NeighbourScratch& scr
   for (std::size_t q = 0; q < PointRuns::kRun; q += hn::Lanes(d)) {
     auto sum = hn::Zero(d);
     for (const auto& powers : scratch.power) sum = hn::Add(sum, hn::LoadU(d, &powers[q]));
-    const auto own = hn::LoadU(d, points.power() + first + q);
+    const auto own = hn::LoadU(d, points.power(first + q));
     const auto share =
         hn::IfThenElseZero(hn::Gt(sum, hn::Zero(d)), hn::Min(hn::Set(d, 1.0), hn::Div(own, sum)));
     std::array<double, PointRuns::kFan> farthest{}, radius_m{};
@@ -282,10 +286,11 @@ void find_here(const PointRuns& points, std::size_t run, std::size_t before, flo
     const FloatPlace place = place_of(points, q);
     float& bound = bounds[q - first];
     bound = std::numeric_limits<float>::max();
-    for (const std::size_t back : {std::size_t{0}, kNeighbours / 2, kNeighbours - 1})
-      bound = std::min(
-          bound, bound_by_order(points, place,
-                                std::min(q - std::min(q, back), points.size() - kNeighbours)));
+    // One of them lies on the same side of a jump of the curve, wherever that is.
+    for (const std::size_t from : {q + PointRuns::kFan - 1, q - std::min(q, kNeighbours / 2),
+                                   q - std::min(q, kNeighbours - 1)})
+      bound = std::min(bound,
+                       bound_by_order(points, place, std::min(from, points.size() - kNeighbours)));
     if (before < points.size())
       bound = std::min(bound, bound_by(place, place_of(points, before), before_squared));
     largest = std::max(largest, bound);
@@ -302,7 +307,7 @@ void find_here(const PointRuns& points, std::size_t run, std::size_t before, flo
           bound, bound_by(place, place_of(points, q - 1), found[q - first - 1].farthest_squared));
     found[q - first].farthest_squared = find_nearest(points, place, bound, scratch);
     for (std::size_t k = 0; k < kNeighbours; ++k)
-      scratch.power[k][q - first] = points.power()[scratch.nearest.point[k]];
+      scratch.power[k][q - first] = *points.power(scratch.nearest.point[k]);
   }
   set_radii(points, first, scratch, found);
 }

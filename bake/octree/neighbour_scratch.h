@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "bake/octree/nearest_neighbours.h"
 #include "bake/octree/point_runs.h"
 
 namespace clamor {

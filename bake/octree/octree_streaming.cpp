@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <functional>
-#include <queue>
 #include <utility>
 #include <vector>
 
+#include "bake/octree/highest_ranks.h"
 #include "bake/octree/octree_builder.h"
 #include "bake/octree/octree_summary.h"
+#include "common/bounds.h"
 #include "common/thread_team.h"
 
 namespace clamor {
@@ -16,7 +17,6 @@ namespace clamor {
 namespace {
 
 constexpr std::uint64_t kBuildBytesPerSource = 140;  // 1.6 times sizeof(Source)
-constexpr std::size_t kMaxBuffered = 32768;          // sources per buffer; there are ten buffers
 
 // A finished subtree: its handle in the sink and the summary that its parent needs.
 struct Part {
@@ -25,49 +25,138 @@ struct Part {
 };
 using Parts = std::array<std::optional<Part>, 8>;
 
-// Calls work(i) for each i below `count`, on one thread if there are few sources.
-template <class Work>
-void in_parallel(std::size_t count, std::size_t sources, const Work& work) {
-  constexpr std::size_t kWorthIt = 2048;
-  const std::size_t grain = std::max<std::size_t>(1, count * kWorthIt / sources);
-  team_for(0, count, grain, [&](std::size_t i) { work(i); });
-}
-
 class Streamer {
  public:
-  Streamer(std::string beside, std::uint64_t memory_bytes, OctreeSink& sink)
-      : beside_(std::move(beside)),
+  Streamer(ScratchList<Source> sources, std::uint64_t memory_bytes, OctreeSink& sink)
+      : lists_{std::move(sources), ScratchList<Source>(lists_[0].beside())},
         max_in_memory_(std::max<std::uint64_t>(kLeafSources, memory_bytes / kBuildBytesPerSource)),
-        buffered_(std::clamp<std::size_t>(max_in_memory_ / 10, 1, kMaxBuffered)),
         sink_(sink) {}
 
-  Result<Part> build(SourceSpill sources, const OctreeCube& cube) {
-    if (const auto done = sources.flush(); !done.ok()) return done.error();
-    if (sources.count() <= max_in_memory_) return build_in_memory(std::move(sources), cube);
-    if (cube.depth >= OctreeCube::kDeepest || sources.bounds().low_m == sources.bounds().high_m)
-      return build_chain(std::move(sources), cube);
-    std::vector<Source> own;
-    auto octants = divide(std::move(sources), cube, own);
-    if (!octants.ok()) return octants.error();
-    if (const auto done = join_leaves(*octants); !done.ok()) return done.error();
+  Result<Part> build() {
+    Boundsf bounds;
+    for_blocks(all(), [&](std::span<const Source> block, std::size_t) {
+      bounds.add(bounds_of(block, &Source::position_m));
+    });
+    if (all().count > max_in_memory_)
+      if (const auto room = lists_[1].resize(all().count); !room.ok()) return room.error();
+    return build(all(), OctreeCube::around(Vec3(bounds.low_m), Vec3(bounds.high_m)));
+  }
+
+ private:
+  // Sources in one of the two lists, in the order of the list that the octree is built from. The
+  // same range of the other list is free.
+  struct Range {
+    std::size_t first = 0, count = 0;
+    unsigned list = 0;
+  };
+  Range all() const { return {0, lists_[0].size(), 0}; }
+
+  // What dividing a range needs to know.
+  struct Survey {
+    Boundsf bounds;
+    HighestRanks highest;
+    std::array<std::uint64_t, 8> counts{};  // by octant
+  };
+
+  // Calls visit(sources, place of the first in the range), block by block.
+  template <class Visit>
+  void for_blocks(const Range& range, const Visit& visit) {
+    for (std::size_t done = 0; done < range.count; done += ScratchList<Source>::kBlock) {
+      const std::size_t count = std::min(ScratchList<Source>::kBlock, range.count - done);
+      visit(std::span<const Source>(lists_[range.list].all().subspan(range.first + done, count)),
+            done);
+      lists_[range.list].release(range.first + done, count);
+    }
+  }
+
+  // Calls visit(source, its rank, its octant) for the sources in order, whose ranks are computed in
+  // parallel.
+  template <class Visit>
+  void for_ranks(const Range& range, const OctreeCube& cube, const Visit& visit) {
+    struct Ranked {
+      std::uint64_t rank;
+      std::size_t octant;
+    };
+    std::vector<Ranked> ranked(ScratchList<Source>::kBlock);
+    for_blocks(range, [&](std::span<const Source> block, std::size_t place) {
+      team_for(0, block.size(), 2048, [&](std::size_t i) {
+        ranked[i] = {
+            octree_rank(key_bits(octree_key(block[i])), static_cast<std::uint32_t>(place + i)),
+            cube.octant_of(Vec3(block[i].position_m))};
+      });
+      for (std::size_t i = 0; i < block.size(); ++i)
+        visit(block[i], ranked[i].rank, ranked[i].octant);
+    });
+  }
+
+  // Copies of the sources with these ranks.
+  std::vector<Source> gather(const Range& range, std::span<const std::uint64_t> ranks) {
+    constexpr std::size_t kAtOnce = 64;  // each may bring 16 pages into memory
+    std::vector<Source> gathered;
+    gathered.reserve(ranks.size());
+    for (const std::uint64_t rank : ranks) {
+      gathered.push_back(lists_[range.list].all()[range.first + place_of_rank(rank)]);
+      if (gathered.size() % kAtOnce == 0) lists_[range.list].release(range.first, range.count);
+    }
+    return gathered;
+  }
+
+  Result<Part> build(const Range& range, const OctreeCube& cube) {
+    if (range.count <= max_in_memory_) return build_in_memory(range, cube);
+    Survey survey;
+    for_ranks(range, cube, [&](const Source& source, std::uint64_t rank, std::size_t octant) {
+      survey.bounds.add(source.position_m);
+      survey.highest.offer(rank);
+      ++survey.counts[octant];
+    });
+    if (cube.depth >= OctreeCube::kDeepest || survey.bounds.low_m == survey.bounds.high_m)
+      return build_chain(range, cube, survey.bounds.low_m);
+    const auto ranks = survey.highest.descending();
+    const std::vector<Source> own = gather(range, ranks);
+    for (const Source& source : own) --survey.counts[cube.octant_of(Vec3(source.position_m))];
+    divide(range, cube, ranks.back(), survey.counts);
+
+    const auto firsts = first_octants(survey.counts);
+    Range below{range.first + own.size(), 0, 1 - range.list};
     Parts parts;
     for (std::size_t o = 0; o < 8; ++o) {
-      if ((*octants)[o].count() == 0) continue;
-      auto part = build(std::move((*octants)[o]), cube.child(o));
+      below.count += survey.counts[o];
+      if (below.count == 0 || (o + 1 < 8 && firsts[o + 1] == firsts[o])) continue;
+      auto part = build(below, cube.child(firsts[o]));
       if (!part.ok()) return part;
-      parts[o] = std::move(*part);
+      parts[firsts[o]] = std::move(*part);
+      below = {below.first + below.count, 0, below.list};
     }
     return add_node(own, parts);
   }
 
- private:
-  Result<Part> build_in_memory(SourceSpill sources, const OctreeCube& cube) {
-    SourceOctree tree;
-    {
-      auto list = read_all(std::move(sources));
-      if (!list.ok()) return list.error();
-      tree = build_octree(std::move(*list), cube);
+  // Copies the sources with ranks below `least` to the other list, by octant.
+  void divide(const Range& range, const OctreeCube& cube, std::uint64_t least,
+              const std::array<std::uint64_t, 8>& counts) {
+    ScratchList<Source>& others = lists_[1 - range.list];
+    constexpr std::size_t kReleased = 4096;
+    std::array<std::size_t, 8> next{};
+    std::size_t begin = range.first + kNodeSources;
+    for (std::size_t o = 0; o < 8; ++o) {
+      next[o] = begin;
+      begin += counts[o];
     }
+    for_ranks(range, cube, [&](const Source& source, std::uint64_t rank, std::size_t octant) {
+      if (rank >= least) return;
+      const std::size_t to = next[octant]++;
+      others.all()[to] = source;
+      if (to % kReleased == 0 && to >= kReleased) others.release(to - kReleased, kReleased);
+    });
+    others.release(range.first, range.count);
+  }
+
+  Result<Part> build_in_memory(const Range& range, const OctreeCube& cube) {
+    std::vector<Source> list;
+    list.reserve(range.count);
+    for_blocks(range, [&](std::span<const Source> block, std::size_t) {
+      list.insert(list.end(), block.begin(), block.end());
+    });
+    SourceOctree tree = build_octree(std::move(list), cube);
     Part part{0, tree.nodes.front()};
     const auto handle = sink_.add_subtree(std::move(tree));
     if (!handle.ok()) return handle.error();
@@ -75,145 +164,32 @@ class Streamer {
     return part;
   }
 
-  // Reads the whole list and frees its disk space.
-  static Result<std::vector<Source>> read_all(SourceSpill sources) {
-    std::vector<Source> list(sources.count());
-    if (const auto done = sources.read(0, list); !done.ok()) return done.error();
-    return list;
-  }
-
-  // Stores the highest sources in `own` and returns the others by octant, in list order.
-  Result<std::vector<SourceSpill>> divide(SourceSpill sources, const OctreeCube& cube,
-                                          std::vector<Source>& own) {
-    std::vector<SourceSpill> octants;
-    for (std::size_t o = 0; o < 8; ++o) octants.emplace_back(beside_, buffered_);
-    std::array<Result<void>, 8> appended;
-
-    const auto ranks = sources.highest_ranks();
-    const std::uint64_t least = ranks.back();
-    own.resize(ranks.size());
-    std::vector<Source> block(std::min<std::uint64_t>(buffered_, sources.count()));
-    std::vector<std::uint8_t> goes_to(block.size());
-    constexpr std::size_t kStays = 8;
-    for (std::uint64_t first = 0; first < sources.count(); first += block.size()) {
-      block.resize(std::min<std::uint64_t>(block.size(), sources.count() - first));
-      if (const auto done = sources.read(first, block); !done.ok()) return done.error();
-      in_parallel(block.size(), block.size(), [&](std::size_t i) {
-        const std::uint64_t rank =
-            octree_rank(key_bits(octree_key(block[i])), static_cast<std::uint32_t>(first + i));
-        goes_to[i] = static_cast<std::uint8_t>(
-            rank >= least ? kStays : cube.octant_of(Vec3(block[i].position_m)));
-        if (goes_to[i] != kStays) return;
-        const auto place = std::lower_bound(ranks.begin(), ranks.end(), rank, std::greater<>());
-        own[static_cast<std::size_t>(place - ranks.begin())] = block[i];
-      });
-      in_parallel(8, block.size(), [&](std::size_t o) {
-        for (std::size_t i = 0; i < block.size() && appended[o].ok(); ++i)
-          if (goes_to[i] == o) appended[o] = octants[o].append(std::span(&block[i], 1));
-      });
-      for (const auto& done : appended)
-        if (!done.ok()) return done.error();
-    }
-    for (SourceSpill& octant : octants)
-      if (const auto done = octant.flush(); !done.ok()) return done.error();
-    return octants;
-  }
-
-  // Moves the octants of a shared leaf into the first of them.
-  Result<void> join_leaves(std::vector<SourceSpill>& octants) const {
-    std::array<std::uint64_t, 8> counts{};
-    for (std::size_t o = 0; o < 8; ++o) counts[o] = octants[o].count();
-    const auto firsts = first_octants(counts);
-    for (std::size_t o = 0; o < 8; ++o) {
-      if (firsts[o] == o || counts[o] == 0) continue;
-      auto list = read_all(std::exchange(octants[o], SourceSpill(beside_, 1)));
-      if (!list.ok()) return list.error();
-      if (const auto done = octants[firsts[o]].append(*list); !done.ok()) return done;
-    }
-    return {};
-  }
-
   // Handles sources at one point or in a cube of minimum size: a chain of nodes, each with the
-  // highest remaining keys, built from its end.
-  Result<Part> build_chain(SourceSpill sources, OctreeCube cube) {
+  // highest remaining keys, built from its end. Their ranks are sorted in the free range.
+  Result<Part> build_chain(const Range& range, OctreeCube cube, const Vec3f& place_m) {
     std::vector<std::size_t> octants;  // octants along the chain; further nodes use octant 0
     for (; cube.depth < OctreeCube::kDeepest; cube = cube.child(octants.back()))
-      octants.push_back(cube.octant_of(Vec3(sources.bounds().low_m)));
-    SourceSpill sorted(beside_, 1);
-    const auto run_begins = sort_runs(std::move(sources), cube, sorted);
-    if (!run_begins.ok()) return run_begins.error();
-
-    // A sorted run, merged from its end; one block of it is in memory.
-    struct Run {
-      std::uint64_t begin = 0, unread = 0;  // positions in `sorted`
-      std::vector<Source> block{};          // sources from `unread` on
-    };
-    std::vector<Run> runs;
-    const std::size_t block_size =
-        std::max<std::uint64_t>(1, max_in_memory_ / (2 * run_begins->size()));
-    // Lowest key first; of equal keys, the later source, which is in the later run.
-    std::priority_queue<std::pair<std::uint32_t, std::size_t>,
-                        std::vector<std::pair<std::uint32_t, std::size_t>>, LaterFirst>
-        next;
-    const auto advance = [&](std::size_t r) -> Result<void> {
-      Run& run = runs[r];
-      if (run.block.empty() && run.unread > run.begin) {
-        run.block.resize(std::min<std::uint64_t>(block_size, run.unread - run.begin));
-        run.unread -= run.block.size();
-        if (const auto done = sorted.read(run.unread, run.block); !done.ok()) return done;
-      }
-      if (!run.block.empty()) next.emplace(key_bits(octree_key(run.block.back())), r);
-      return {};
-    };
-    for (std::size_t r = 0; r < run_begins->size(); ++r) {
-      const bool last = r + 1 == run_begins->size();
-      runs.push_back({(*run_begins)[r], last ? sorted.count() : (*run_begins)[r + 1]});
-      if (const auto done = advance(r); !done.ok()) return done.error();
-    }
-
+      octants.push_back(cube.octant_of(Vec3(place_m)));
+    const auto room = lists_[1 - range.list].all().subspan(range.first, range.count);
+    static_assert(sizeof(Source) % sizeof(std::uint64_t) == 0);
+    const std::span<std::uint64_t> ranks(reinterpret_cast<std::uint64_t*>(room.data()),
+                                         range.count);
+    std::size_t next = 0;
+    for_ranks(range, cube,
+              [&](const Source&, std::uint64_t rank, std::size_t) { ranks[next++] = rank; });
+    team_sort(ranks.begin(), ranks.end(), std::greater<>());
+    std::size_t node =
+        range.count <= kLeafSources ? 0 : (range.count - kLeafSources - 1) / kNodeSources + 1;
     std::optional<Part> below;
-    std::vector<Source> own;
-    const std::uint64_t above_end =  // nodes above the last one
-        sorted.count() <= kLeafSources ? 0 : (sorted.count() - kLeafSources - 1) / kNodeSources + 1;
-    for (std::uint64_t left = sorted.count(); left > 0; --left) {
-      const std::size_t r = next.top().second;
-      next.pop();
-      own.push_back(runs[r].block.back());
-      runs[r].block.pop_back();
-      if (const auto done = advance(r); !done.ok()) return done.error();
-      const std::uint64_t above = (left - 1) / kNodeSources;
-      if ((left - 1) % kNodeSources != 0 || above > above_end) continue;
-      std::reverse(own.begin(), own.end());
+    for (std::size_t last = range.count; last > 0; last = kNodeSources * node--) {
+      const std::size_t first = kNodeSources * node;
       Parts parts;
-      parts[above < octants.size() ? octants[above] : 0] = below;
-      const auto part = add_node(own, parts);
+      parts[node < octants.size() ? octants[node] : 0] = below;
+      const auto part = add_node(gather(range, ranks.subspan(first, last - first)), parts);
       if (!part.ok()) return part;
       below = *part;
-      own.clear();
     }
     return *below;
-  }
-
-  struct LaterFirst {  // comparison for std::priority_queue: whether a comes after b
-    bool operator()(const std::pair<std::uint32_t, std::size_t>& a,
-                    const std::pair<std::uint32_t, std::size_t>& b) const {
-      return a.first != b.first ? a.first > b.first : a.second < b.second;
-    }
-  };
-
-  // Appends sorted runs (descending keys) and returns the position of each.
-  Result<std::vector<std::uint64_t>> sort_runs(SourceSpill sources, const OctreeCube& cube,
-                                               SourceSpill& sorted) const {
-    std::vector<std::uint64_t> begins;
-    for (std::uint64_t first = 0; first < sources.count(); first += max_in_memory_) {
-      begins.push_back(first);
-      std::vector<Source> list(std::min(max_in_memory_, sources.count() - first));
-      if (const auto done = sources.read(first, list); !done.ok()) return done.error();
-      const SourceOctree chain = build_octree(std::move(list), cube);
-      if (const auto done = sorted.append(chain.sources); !done.ok()) return done.error();
-    }
-    if (const auto done = sorted.flush(); !done.ok()) return done.error();
-    return begins;
   }
 
   Result<Part> add_node(const std::vector<Source>& own, const Parts& parts) {
@@ -234,20 +210,17 @@ class Streamer {
     return part;
   }
 
-  std::string beside_;
+  std::array<ScratchList<Source>, 2> lists_;
   std::uint64_t max_in_memory_;
-  std::size_t buffered_;
   OctreeSink& sink_;
 };
 
 }  // namespace
 
-Result<std::optional<std::size_t>> stream_octree(SourceSpill sources, std::uint64_t memory_bytes,
-                                                 OctreeSink& sink) {
-  if (sources.count() == 0) return std::optional<std::size_t>();
-  const auto cube = OctreeCube::around(Vec3(sources.bounds().low_m), Vec3(sources.bounds().high_m));
-  Streamer streamer(sources.beside(), memory_bytes, sink);
-  const auto root = streamer.build(std::move(sources), cube);
+Result<std::optional<std::size_t>> stream_octree(ScratchList<Source> sources,
+                                                 std::uint64_t memory_bytes, OctreeSink& sink) {
+  if (sources.size() == 0) return std::optional<std::size_t>();
+  const auto root = Streamer(std::move(sources), memory_bytes, sink).build();
   if (!root.ok()) return root.error();
   return std::optional<std::size_t>(root->handle);
 }

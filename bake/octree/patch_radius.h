@@ -15,21 +15,22 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
-#include "bake/octree/neighbour_kernel.h"
-#include "bake/octree/point_runs.h"
+#include "bake/octree/scratch_list.h"
+#include "common/result.h"
 #include "formats/bake_file/source.h"
 
 namespace clamor {
 
-// Sets patch_radius_m of every source. Of neighbours at the same distance the weaker count first,
-// so that the result depends on the sources alone. It does not depend on the number of threads. O(n
-// log n). Memory: 42 bytes per source.
-void set_patch_radii(std::span<Source> secondary_sources);
+// The patch radii of the sources, in their order. Of neighbours at the same distance the weaker
+// count first, so that the result depends on the sources alone, neither on the number of threads
+// nor on the memory. With fewer than kNeighbours sources, the farthest neighbour is at the largest
+// distance. O(n log n). Memory: 38 bytes per source; for a list in a file, those are in files, too,
+// and `memory_bytes` (at least 10 MB) are the memory.
+Result<ScratchList<float>> find_patch_radii(ScratchList<Source>& secondary_sources,
+                                            std::uint64_t memory_bytes);
 
-// The radii of the points, in Morton order and followed by those of padding. With fewer than
-// kNeighbours points, the farthest neighbour is at the largest distance.
-std::vector<FoundRadius> find_patch_radii(const PointRuns& points);
+// Sets patch_radius_m of every source.
+void set_patch_radii(std::span<Source> secondary_sources);
 
 }  // namespace clamor

@@ -1,95 +1,106 @@
 #include "bake/octree/point_runs.h"
 
 #include <algorithm>
-#include <array>
+#include <cstring>
+#include <utility>
 
-#include "common/bounds.h"
-#include "common/morton_order.h"
 #include "common/thread_team.h"
 
 namespace clamor {
 
-namespace {
-
-struct MortonKey {
-  std::uint64_t code;
-  std::uint32_t point;
-};
-
-PowerPoint power_point(const PowerPoint& point, std::uint32_t /*place*/) { return point; }
-
-template <class Point>
-std::vector<MortonKey> in_morton_order(std::span<const Point> points) {
-  constexpr double kSteps = (1 << 21) - 1;
-  const Boundsf bounds = bounds_of(points, &Point::position_m);
-  const Vec3 low_m(bounds.low_m), extent_m = Vec3(bounds.high_m) - low_m;
-  const double largest_m = std::max({extent_m.x, extent_m.y, extent_m.z});
-  const double steps_per_m = largest_m > 0 ? kSteps / largest_m : 0;
-  std::vector<MortonKey> keys(points.size());
-  team_for(0, points.size(), 4096, [&](std::size_t i) {
-    const Vec3 steps = (Vec3(points[i].position_m) - low_m) * steps_per_m;
-    keys[i] = {morton_code(steps), static_cast<std::uint32_t>(i)};
-  });
-  team_sort(keys.begin(), keys.end(), [](const MortonKey& a, const MortonKey& b) {
-    return a.code != b.code ? a.code < b.code : a.point < b.point;
-  });
-  return keys;
+Result<PointRuns> PointRuns::make(ScratchList<PowerPoint> points, std::uint64_t memory_bytes) {
+  constexpr int kHighestBit = 62;  // of a code of three times 21 bits
+  PointRuns made(std::move(points));
+  made.sort(0, made.count_, kHighestBit, memory_bytes);
+  if (const auto done = made.make_runs(); !done.ok()) return done.error();
+  return made;
 }
 
-// Squared distances of a place from the boxes, in loops that compilers vectorise.
-PointRuns::Boxes::Eight distances_squared(const PointRuns::Boxes& boxes, const Vec3f& place_m) {
-  PointRuns::Boxes::Eight squared{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float at = place_m[static_cast<int>(axis)];
-    const auto &low = boxes.low[axis], &high = boxes.high[axis];
-    for (std::size_t i = 0; i < PointRuns::kFan; ++i) {
-      const float beyond = std::max(std::max(low[i] - at, at - high[i]), 0.0f);
-      squared[i] += beyond * beyond;
-    }
+// A range that exceeds the memory is divided by a bit of the codes, as quicksort would.
+void PointRuns::sort(std::size_t first, std::size_t last, int bit, std::uint64_t memory_bytes) {
+  const std::span<PowerPoint> points = points_.all().subspan(first, last - first);
+  if (!points_.is_in_file() || points.size_bytes() <= memory_bytes || bit < 0) {
+    team_sort(points.begin(), points.end(), [](const PowerPoint& a, const PowerPoint& b) {
+      return a.morton_code != b.morton_code ? a.morton_code < b.morton_code : a.index < b.index;
+    });
+    return points_.release(first, points.size());
   }
-  return squared;
+  constexpr std::size_t kReleased = 65536;
+  std::size_t low = first, high = last;
+  const auto is_above = [&](std::size_t i) {
+    return (points_.all()[i].morton_code >> bit & 1) != 0;
+  };
+  for (std::size_t steps = 1; low < high; ++steps) {
+    if (!is_above(low))
+      ++low;
+    else
+      std::swap(points_.all()[low], points_.all()[--high]);
+    if (steps % kReleased == 0) points_.release(first, points.size());
+  }
+  points_.release(first, points.size());
+  sort(first, low, bit - 1, memory_bytes);
+  sort(low, last, bit - 1, memory_bytes);
 }
 
-}  // namespace
-
-PowerPoint power_point(const Source& source, std::uint32_t index) {
-  return {source.position_m, index, sum_of(source.power)};
-}
-
-PointRuns::PointRuns(std::span<const PowerPoint> points) : count_(points.size()) { sort(points); }
-PointRuns::PointRuns(std::span<const Source> sources) : count_(sources.size()) { sort(sources); }
-
-template <class Point>
-void PointRuns::sort(std::span<const Point> points) {
-  const auto keys = in_morton_order(points);
-  const std::size_t padded = (count_ + kRun - 1) / kRun * kRun;
-  for (auto& column : position_m_) column.resize(padded, Boxes::kFar);
-  power_.resize(padded);
-  index_.resize(count_);
-  team_for(0, count_, 4096, [&](std::size_t i) {
-    const PowerPoint point = power_point(points[keys[i].point], keys[i].point);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      position_m_[axis][i] = point.position_m[static_cast<int>(axis)];
-    power_[i] = point.power;
-    index_[i] = point.index;
+// Puts the runs, which are smaller than their points, in the place of these.
+Result<void> PointRuns::make_runs() {
+  static_assert(sizeof(Run) <= kRun * sizeof(PowerPoint));
+  const std::size_t whole_runs = runs() * kRun;
+  if (auto padded = points_.resize(whole_runs); !padded.ok()) return padded;
+  for (std::size_t i = count_; i < whole_runs; ++i) {
+    points_.all()[i] = {};
+    points_.all()[i].position_m = Vec3f(Boxes::kFar);
+  }
+  auto* const runs = reinterpret_cast<std::byte*>(points_.all().data());
+  points_.for_blocks([&](std::span<const PowerPoint> block, std::size_t first) {
+    static_assert(ScratchList<PowerPoint>::kBlock % kRun == 0);
+    for (std::size_t i = 0; i < block.size(); i += kRun) {
+      Run run;
+      for (std::size_t k = 0; k < kRun; ++k) {
+        const PowerPoint& point = block[i + k];
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          run.position_m[axis][k] = point.position_m[static_cast<int>(axis)];
+        run.power[k] = point.power;
+        run.index[k] = point.index;
+      }
+      std::memcpy(runs + (first + i) / kRun * sizeof(Run), &run, sizeof(Run));
+    }
+    points_.release(first / 4 * 3, block.size() / 4 * 3);  // where runs have been written
   });
+  runs_ = reinterpret_cast<const Run*>(runs);
+  std::size_t boxes = 0;
+  for (std::size_t count = this->runs(); count > 1 || boxes == 0; boxes += count)
+    count = (count + kFan - 1) / kFan;
+  if (auto room = boxes_.resize(boxes); !room.ok()) return room;
   enclose();
+  release();
+  return {};
 }
 
 void PointRuns::enclose() {
-  levels_.emplace_back((runs() + kFan - 1) / kFan);
-  for (std::size_t i = 0; i < count_; ++i) {
-    const std::size_t run = i / kRun;
+  std::span<Boxes> left = boxes_.all();
+  const auto add_level = [&](std::size_t below) {
+    levels_.push_back(left.first((below + kFan - 1) / kFan));
+    left = left.subspan(levels_.back().size());
+    std::fill(levels_.back().begin(), levels_.back().end(), Boxes());
+    return levels_.back();
+  };
+  const std::span<Boxes> lowest = add_level(runs());
+  constexpr std::size_t kReleased = 16384;
+  for (std::size_t run = 0; run < runs(); ++run) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      float& low = levels_[0][run / kFan].low[axis][run % kFan];
-      float& high = levels_[0][run / kFan].high[axis][run % kFan];
-      low = std::min(low, position_m_[axis][i]);
-      high = std::max(high, position_m_[axis][i]);
+      const auto& places = runs_[run].position_m[axis];
+      const auto end =
+          places.begin() + static_cast<std::ptrdiff_t>(std::min(kRun, count_ - run * kRun));
+      const auto [low, high] = std::minmax_element(places.begin(), end);
+      lowest[run / kFan].low[axis][run % kFan] = *low;
+      lowest[run / kFan].high[axis][run % kFan] = *high;
     }
+    if (run % kReleased == 0) release();
   }
   while (levels_.back().size() > 1) {
-    const auto& below = levels_.back();
-    std::vector<Boxes> above((below.size() + kFan - 1) / kFan);
+    const std::span<const Boxes> below = levels_.back();
+    const std::span<Boxes> above = add_level(below.size());
     for (std::size_t i = 0; i < below.size(); ++i)
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const auto& low = below[i].low[axis];
@@ -97,36 +108,12 @@ void PointRuns::enclose() {
         above[i / kFan].low[axis][i % kFan] = *std::min_element(low.begin(), low.end());
         above[i / kFan].high[axis][i % kFan] = *std::max_element(high.begin(), high.end());
       }
-    levels_.push_back(std::move(above));
   }
 }
 
-void PointRuns::find(const Vec3f& place_m, NearestNeighbours& neighbours) const {
-  if (count_ == 0) return;
-  const auto visit_run = [&](std::size_t first) {
-    std::array<float, kRun> squared;
-    for (std::size_t i = 0; i < kRun; ++i) {
-      const float x = place_m.x - position_m_[0][first + i],
-                  y = place_m.y - position_m_[1][first + i],
-                  z = place_m.z - position_m_[2][first + i];
-      squared[i] = x * x + y * y + z * z;
-    }
-    for (std::size_t i = 0; i < std::min(kRun, count_ - first); ++i)
-      if (squared[i] <= loosened(neighbours.farthest_squared()))
-        neighbours.add(squared[i], power_[first + i]);
-  };
-  const auto visit = [&](const auto& self, std::size_t level, std::size_t element) -> void {
-    const Boxes::Eight squared = distances_squared(levels_[level][element], place_m);
-    for (std::size_t i = 0; i < kFan; ++i) {
-      if (!(squared[i] <= loosened(neighbours.farthest_squared()))) continue;
-      const std::size_t below = element * kFan + i;
-      if (level > 0)
-        self(self, level - 1, below);
-      else if (below < runs())
-        visit_run(below * kRun);
-    }
-  };
-  visit(visit, levels_.size() - 1, 0);
+void PointRuns::release() {
+  points_.release();
+  boxes_.release();
 }
 
 }  // namespace clamor

@@ -4,8 +4,8 @@
 // compact. Over the bounding boxes of the runs lies a tree in which each box holds the eight below
 // it.
 //
-// Memory: 26 bytes per point, and 16 more while they are sorted. Threads: the caller's
-// team sort; all else is const.
+// Memory: 34 bytes per point, in memory or in a file. Threads: the caller's team sorts;
+// all else is const.
 #pragma once
 
 #include <array>
@@ -15,20 +15,19 @@
 #include <span>
 #include <vector>
 
-#include "bake/octree/nearest_neighbours.h"
+#include "bake/octree/scratch_list.h"
+#include "common/result.h"
 #include "common/vec.h"
-#include "formats/bake_file/source.h"
 
 namespace clamor {
 
 // A place with a power, and the index by which its owner knows it.
 struct PowerPoint {
-  Vec3f position_m;
+  std::uint64_t morton_code = 0;
+  Vec3f position_m{};
   std::uint32_t index = 0;
   double power = 0;
 };
-
-PowerPoint power_point(const Source& source, std::uint32_t index);
 
 class PointRuns {
  public:
@@ -43,39 +42,45 @@ class PointRuns {
     std::array<Eight, 3> low{kAllFar, kAllFar, kAllFar}, high{kAllBelow, kAllBelow, kAllBelow};
   };
 
-  explicit PointRuns(std::span<const PowerPoint> points);
-  // The index of a source is its place in the list.
-  explicit PointRuns(std::span<const Source> sources);
+  // Sorts the points; those of a list in a file, with `memory_bytes` of memory.
+  static Result<PointRuns> make(ScratchList<PowerPoint> points, std::uint64_t memory_bytes);
 
   std::size_t size() const { return count_; }
-  std::size_t runs() const { return position_m_[0].size() / kRun; }
+  std::size_t runs() const { return (count_ + kRun - 1) / kRun; }
 
-  // Columns in Morton order. After the last point, the last run has points at infinity.
-  const float* position_m(std::size_t axis) const { return position_m_[axis].data(); }
-  const double* power() const { return power_.data(); }
-  std::span<const std::uint32_t> index() const { return index_; }
-
-  PowerPoint point(std::size_t i) const {
-    return {{position_m_[0][i], position_m_[1][i], position_m_[2][i]}, index_[i], power_[i]};
+  // Values of point i in Morton order, followed by those of the points to the end of its run. After
+  // the last point, the last run has points at infinity.
+  const float* position_m(std::size_t axis, std::size_t i) const {
+    return &runs_[i / kRun].position_m[axis][i % kRun];
   }
+  const double* power(std::size_t i) const { return &runs_[i / kRun].power[i % kRun]; }
+  std::uint32_t index(std::size_t i) const { return runs_[i / kRun].index[i % kRun]; }
 
   // Levels of the tree: the first holds the boxes of the runs, eight at a time, the last has one
   // element.
-  std::span<const std::vector<Boxes>> levels() const { return levels_; }
+  std::span<const std::span<Boxes>> levels() const { return levels_; }
 
-  // Adds the points round a place to its neighbours.
-  void find(const Vec3f& place_m, NearestNeighbours& neighbours) const;
+  // Lets the points of a list in a file leave the memory until they are used again.
+  void release();
 
  private:
-  template <class Point>
-  void sort(std::span<const Point> points);
+  struct Run {
+    std::array<std::array<float, kRun>, 3> position_m;
+    std::array<double, kRun> power;
+    std::array<std::uint32_t, kRun> index;
+  };
+
+  explicit PointRuns(ScratchList<PowerPoint> points)
+      : count_(points.size()), points_(std::move(points)), boxes_(points_.beside()) {}
+  void sort(std::size_t first, std::size_t last, int bit, std::uint64_t memory_bytes);
+  Result<void> make_runs();
   void enclose();
 
   std::size_t count_;
-  std::array<std::vector<float>, 3> position_m_;
-  std::vector<double> power_;
-  std::vector<std::uint32_t> index_;
-  std::vector<std::vector<Boxes>> levels_;
+  ScratchList<PowerPoint> points_;  // later with runs in place of points
+  ScratchList<Boxes> boxes_;
+  const Run* runs_ = nullptr;
+  std::vector<std::span<Boxes>> levels_;  // of boxes_
 };
 
 }  // namespace clamor

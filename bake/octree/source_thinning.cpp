@@ -4,16 +4,13 @@
 #include <bit>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "common/random.h"
-#include "common/thread_team.h"
 
 namespace clamor {
 
 namespace {
-
-// A run almost never has more deposits.
-constexpr std::size_t kSlack = 10'000, kMaxAtOnce = 100'000;
 
 // Hash of the deposit, uniform in (0, 1].
 double thinning_random(const Source& source) {
@@ -32,76 +29,94 @@ double weight_of(const Source& source, SourceThinning::Weight weight) {
   return weight == SourceThinning::Weight::kSquareRoot ? root : std::sqrt(root);
 }
 
-}  // namespace
-
-SourceThinning::SourceThinning(std::uint64_t max_sources, Weight weight)
-    : max_sources_(max_sources), weight_(weight) {}
-
-double SourceThinning::key_of(const Source& source, Weight weight) {
-  return weight_of(source, weight) / thinning_random(source);
-}
-
-void SourceThinning::scale(Source& source, double threshold, Weight weight) {
+void scale(Source& source, double threshold, SourceThinning::Weight weight) {
   const double of_source = weight_of(source, weight);
   if (of_source >= threshold) return;
   for (float& band : source.power) band = static_cast<float>(band * (threshold / of_source));
 }
 
-// Higher keys first; ties are broken by order of arrival.
-bool SourceThinning::before(const Entry& a, const Entry& b) {
-  if (a.key != b.key) return a.key > b.key;
-  if (a.order != b.order) return a.order < b.order;
-  return a.rank < b.rank;
+// The key that `higher` of the keys precede in descending order, by radix selection. Keys are not
+// negative, so that their bits are in the order of their values.
+double key_after(ScratchList<double>& keys, std::size_t higher) {
+  constexpr int kDigit = 13, kFirstShift = 52;  // 13 bits at 52, 39, 26, 13 and 0
+  std::uint64_t known = 0, known_mask = 0;
+  std::vector<std::uint64_t> counts;
+  for (int shift = kFirstShift; shift >= 0; shift -= kDigit) {
+    constexpr std::uint64_t kMask = (1u << kDigit) - 1;
+    counts.assign(kMask + 1, 0);
+    keys.for_blocks([&](std::span<const double> block, std::size_t) {
+      for (const double key : block)
+        if (const auto bits = std::bit_cast<std::uint64_t>(key); (bits & known_mask) == known)
+          ++counts[bits >> shift & kMask];
+    });
+    std::uint64_t digit = kMask;
+    while (higher >= counts[digit]) higher -= counts[digit--];
+    known |= digit << shift;
+    known_mask |= kMask << shift;
+  }
+  return std::bit_cast<double>(known);
 }
 
-void SourceThinning::add(std::span<const Source> deposits, std::uint64_t order) {
-  // Reserved at once, because doubling would need twice the memory at the peak.
-  const std::size_t room = max_sources_ + max_sources_ / 8 + kSlack + kMaxAtOnce;
-  if (added_ == 0) {
-    entries_.reserve(room);
-    sources_.reserve(room);
+}  // namespace
+
+SourceThinning::SourceThinning(std::uint64_t max_sources, Weight weight)
+    : max_sources_(max_sources), room_(max_sources + max_sources / 8 + 10'000), weight_(weight) {}
+
+Result<void> SourceThinning::use_file(const std::string& beside) {
+  sources_ = ScratchList<Source>(beside);
+  keys_ = ScratchList<double>(beside);
+  if (auto room = sources_.reserve(room_); !room.ok()) return room;
+  return keys_.reserve(room_);
+}
+
+void SourceThinning::add(std::span<const Source> deposits) {
+  if (added_ == 0 && !sources_.is_in_file()) {
+    // Reserved at once, because doubling would need twice the memory at the peak.
+    (void)sources_.reserve(room_);
+    (void)keys_.reserve(room_);
   }
   added_ += deposits.size();
-  for (std::size_t i = 0; i < deposits.size(); ++i) {
-    const double key = key_of(deposits[i], weight_);
+  for (const Source& deposit : deposits) {
+    const double key = weight_of(deposit, weight_) / thinning_random(deposit);
     if (key < threshold_) continue;  // too low: the kept sources all have higher keys
-    if (live_ == entries_.size()) {
-      entries_.push_back({0, 0, 0, static_cast<std::uint32_t>(live_)});
-      sources_.emplace_back();
-    }
-    Entry& entry = entries_[live_++];
-    entry = {key, order, static_cast<std::uint32_t>(i), entry.slot};
-    sources_[entry.slot] = deposits[i];
+    if (keys_.size() == room_) prune();
+    (void)sources_.append({&deposit, 1});  // cannot fail, as there is room
+    (void)keys_.append({&key, 1});
   }
-  if (live_ > room - kMaxAtOnce) prune();
 }
 
 void SourceThinning::prune() {
-  if (live_ <= max_sources_) return;
-  const auto begin = entries_.begin(), cut = begin + static_cast<std::ptrdiff_t>(max_sources_);
-  std::nth_element(begin, cut, begin + static_cast<std::ptrdiff_t>(live_), before);
-  threshold_ = std::max(threshold_, cut->key);
-  live_ = max_sources_;
+  if (keys_.size() <= max_sources_) return;
+  threshold_ = key_after(keys_, max_sources_);
+  std::size_t equal = max_sources_;  // sources of this key that are kept
+  keys_.for_blocks([&](std::span<const double> block, std::size_t) {
+    for (const double key : block) equal -= key > threshold_ ? 1 : 0;
+  });
+  std::size_t kept = 0;
+  const std::span<Source> sources = sources_.all();
+  keys_.for_blocks([&](std::span<const double> block, std::size_t first) {
+    const std::size_t before = kept;
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      if (block[i] < threshold_ || (block[i] == threshold_ && equal == 0)) continue;
+      if (block[i] == threshold_) --equal;
+      sources[kept] = sources[first + i];
+      keys_.all()[kept++] = block[i];
+    }
+    sources_.release(first, block.size());
+    sources_.release(before, kept - before);
+    keys_.release(before, kept - before);
+  });
+  (void)sources_.resize(kept);
+  (void)keys_.resize(kept);
 }
 
-std::vector<Source> SourceThinning::take() {
+ScratchList<Source> SourceThinning::take() {
   prune();
-  entries_.resize(live_);
-  team_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
-    return a.order != b.order ? a.order < b.order : a.rank < b.rank;
+  keys_ = ScratchList<double>();
+  sources_.for_blocks([&](std::span<Source> block, std::size_t) {
+    for (Source& source : block) scale(source, threshold_, weight_);
   });
-  // Sorts in place, since there may be no memory for a second list. Source i is swapped with the
-  // one in its slot; the displaced source is later found through entry i's slot.
-  for (std::size_t i = 0; i < live_; ++i) {
-    std::uint32_t& slot = entries_[i].slot;
-    while (slot < i) slot = entries_[slot].slot;
-    std::swap(sources_[i], sources_[slot]);
-    scale(sources_[i], threshold_, weight_);
-  }
-  sources_.resize(live_);
-  entries_ = std::vector<Entry>();  // assigning {} would keep the capacity
-  live_ = 0;
-  return std::exchange(sources_, std::vector<Source>());
+  return std::exchange(sources_, ScratchList<Source>());
 }
 
 }  // namespace clamor

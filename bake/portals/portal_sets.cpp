@@ -113,14 +113,6 @@ void PortalPairs::apply(std::span<Source> sources) const {
     if (source.emitter >= emitters_) source.emitter = finals_[source.emitter - emitters_];
 }
 
-void PortalPairs::finish(std::span<Source> sources, PortalSetTable& table, std::size_t max_sets,
-                         std::vector<PortalEmitter>& made) {
-  count(sources);
-  number(table, max_sets, made);
-  apply(sources);
-  *this = PortalPairs(emitters_);
-}
-
 ProbePath ProbePortalSets::path_of(std::uint32_t first_leg, const PortalSet& set) {
   return {first_leg, provisional_.number_of(set, kMaxProvisionalSets)};
 }

@@ -41,7 +41,7 @@ class PortalSetTable {
 };
 
 // The virtual emitters of the sources of a level's emitters. While sources are thinned, there is
-// one for each pair of an emitter and a set that occurs; finish() keeps those that are left.
+// one for each pair of an emitter and a set that occurs; number() keeps those that are left.
 class PortalPairs {
  public:
   explicit PortalPairs(std::size_t emitters) : emitters_(emitters) {}
@@ -52,15 +52,11 @@ class PortalPairs {
   // The provisional number of the virtual emitter; the emitter itself for the empty set.
   std::uint32_t number_of(std::uint32_t emitter, const PortalSet& set);
 
-  // Adds the sources' sets to the table and the virtual emitters that are left to `made`, makes the
-  // sources refer to these, and forgets the provisional ones.
-  void finish(std::span<Source> sources, PortalSetTable& table, std::size_t max_sets,
-              std::vector<PortalEmitter>& made);
-
-  // The steps of finish(), for sources that come in several spans: count() for all, number() once,
-  // then apply() for all.
+  // The sources come in several spans: count() for all, number() once, then apply() for all.
   void count(std::span<const Source> sources);
+  // Adds the sources' sets to the table and the virtual emitters that are left to `made`.
   void number(PortalSetTable& table, std::size_t max_sets, std::vector<PortalEmitter>& made);
+  // Makes the sources refer to these.
   void apply(std::span<Source> sources) const;
 
  private:

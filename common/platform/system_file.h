@@ -122,6 +122,8 @@ class SystemFile {
   // Hints that bytes of the file, or those pages of its mapping, are read soon.
   void will_need(std::uint64_t offset, std::uint64_t bytes) const;
   static void will_need(std::span<std::byte> pages);
+  // Takes whole pages of map_to_write() out of this process's memory; the file keeps their bytes.
+  static void release(std::span<std::byte> bytes);
 
  private:
   int descriptor_ = -1;

@@ -104,10 +104,10 @@ MergeCost run_merge_of(const std::vector<std::string>& shards, const std::string
 }
 
 // Copies the sources of a file's pages to a list, in an order that does not depend on places.
-Result<SourceSpill> sources_of(const BakeFile& file, const std::string& beside) {
+Result<ScratchList<Source>> sources_of(const BakeFile& file, const std::string& beside) {
   constexpr std::size_t kParts = 64;
-  std::vector<SourceSpill> parts;
-  for (std::size_t i = 0; i < kParts; ++i) parts.emplace_back(beside, 4096);
+  std::vector<ScratchList<Source>> parts;
+  for (std::size_t i = 0; i < kParts; ++i) parts.emplace_back(beside);
   const auto read = file.for_each_page(
       [&](const PageEntry&, const OctreePage& page, std::size_t, std::size_t) -> Result<void> {
         for (const Source& source : page.sources) {
@@ -117,16 +117,13 @@ Result<SourceSpill> sources_of(const BakeFile& file, const std::string& beside) 
         return {};
       });
   if (!read.ok()) return read.error();
-  SourceSpill list(beside);
-  for (SourceSpill& part : parts) {
-    if (auto flushed = part.flush(); !flushed.ok()) return flushed.error();
-    std::vector<Source> some(part.count());
-    if (auto got = part.read(0, some); !got.ok()) return got.error();
+  ScratchList<Source> list(beside);
+  for (ScratchList<Source>& part : parts) {
+    std::vector<Source> some(part.all().begin(), part.all().end());
     std::shuffle(some.begin(), some.end(), std::minstd_rand(1));
     if (auto added = list.append(some); !added.ok()) return added.error();
-    part = SourceSpill(beside);
+    part = ScratchList<Source>();
   }
-  if (auto flushed = list.flush(); !flushed.ok()) return flushed.error();
   return list;
 }
 
@@ -149,7 +146,7 @@ Result<WritingCost> write_again(const BakeFile& file, const std::string& output,
     if (!signal.ok()) return signal.error();
     contents.signals.push_back(std::move(*signal));
   }
-  contents.streamed_sources = list->count();
+  contents.streamed_sources = list->size();
   // About as much memory as bake.cpp gives to sorting.
   contents.stream_octree = [&](OctreeSink& sink) {
     return stream_octree(std::move(*list), (memory_MB - 60) * 600'000, sink);

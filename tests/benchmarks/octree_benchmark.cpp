@@ -55,13 +55,14 @@ class Drain : public OctreeSink {
 // Time of the whole external build: from the list to the disk to the sink.
 double external_seconds(std::span<const Source> sources) {
   const auto start = Clock::now();
-  SourceSpill spill((std::filesystem::temp_directory_path() / "clamor_octree_benchmark").string());
+  ScratchList<Source> list(
+      (std::filesystem::temp_directory_path() / "clamor_octree_benchmark").string());
   Drain drain;
   bool done = true;
   for (std::size_t i = 0; i < sources.size() && done; i += 4096)
-    done = spill.append(sources.subspan(i, std::min<std::size_t>(4096, sources.size() - i))).ok();
+    done = list.append(sources.subspan(i, std::min<std::size_t>(4096, sources.size() - i))).ok();
   with_team(1, [&] {
-    done = done && stream_octree(std::move(spill), sources.size_bytes() / 10, drain).ok();
+    done = done && stream_octree(std::move(list), sources.size_bytes() / 10, drain).ok();
   });
   return done && drain.sources == sources.size() ? seconds_since(start) : 0;
 }

@@ -216,4 +216,12 @@ void SystemFile::will_need(std::span<std::byte> pages) {
   ::madvise(pages.data(), pages.size(), MADV_WILLNEED);
 }
 
+void SystemFile::release(std::span<std::byte> bytes) {
+  const auto page_bytes = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+  const auto begin = reinterpret_cast<std::uintptr_t>(bytes.data());
+  const std::uintptr_t first = (begin + page_bytes - 1) / page_bytes * page_bytes,
+                       last = (begin + bytes.size()) / page_bytes * page_bytes;
+  if (first < last) ::madvise(bytes.data() + (first - begin), last - first, MADV_DONTNEED);
+}
+
 }  // namespace clamor

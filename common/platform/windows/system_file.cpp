@@ -272,4 +272,9 @@ void SystemFile::will_need(std::uint64_t, std::uint64_t) const {}
 
 void SystemFile::will_need(std::span<std::byte>) {}
 
+// Unlocking pages that are not locked fails and takes them out of the working set.
+void SystemFile::release(std::span<std::byte> bytes) {
+  ::VirtualUnlock(bytes.data(), bytes.size());
+}
+
 }  // namespace clamor

@@ -86,13 +86,10 @@ class OctreeStreaming : public ::testing::Test {
   OctreeStreaming() { std::filesystem::create_directories(folder_); }
   ~OctreeStreaming() override { std::filesystem::remove_all(folder_); }
 
-  SourceSpill spilled(std::span<const Source> sources, std::size_t at_once) const {
-    SourceSpill spill(output_, 100);
-    for (std::size_t i = 0; i < sources.size(); i += at_once) {
-      const auto done = spill.append(sources.subspan(i, std::min(at_once, sources.size() - i)));
-      EXPECT_TRUE(done.ok());
-    }
-    return spill;
+  ScratchList<Source> on_disk(std::span<const Source> sources) const {
+    ScratchList<Source> list(output_);
+    EXPECT_TRUE(list.append(sources).ok());
+    return list;
   }
 
   std::size_t files() const {
@@ -125,7 +122,7 @@ TEST_F(OctreeStreaming, EqualsTheTreeBuiltInMemoryForAnyMemoryLimit) {
         for (const int threads : {1, 8}) {
           CollectingSink sink;
           with_team(threads, [&] {
-            const auto root = stream_octree(spilled(sources, 777), memory_bytes, sink);
+            const auto root = stream_octree(on_disk(sources), memory_bytes, sink);
             ASSERT_TRUE(root.ok() && root->has_value());
             ASSERT_TRUE(testing::same_octree(sink.whole(**root), expected))
                 << count << " sources of list " << i << " in " << memory_bytes << " bytes";
@@ -140,7 +137,7 @@ TEST_F(OctreeStreaming, EqualsTheTreeBuiltInMemoryForAnyMemoryLimit) {
 
 TEST_F(OctreeStreaming, AcceptsAnEmptyList) {
   CollectingSink sink;
-  const auto root = stream_octree(SourceSpill(output_), 1000, sink);
+  const auto root = stream_octree(ScratchList<Source>(output_), 1000, sink);
   ASSERT_TRUE(root.ok());
   EXPECT_FALSE(root->has_value());
   EXPECT_EQ(sink.subtrees + sink.single_nodes, 0u);
@@ -166,13 +163,13 @@ TEST_F(OctreeStreaming, KeepsTheMemoryLimitForAListTenTimesAsLarge) {
   if (testing::kSanitized) GTEST_SKIP() << "a sanitizer keeps what is freed";
   constexpr std::uint32_t kCount = 1'000'000;
   constexpr std::uint64_t kMemory_bytes = 8'800'000;  // a tenth of the list
-  SourceSpill spill(output_);
+  ScratchList<Source> list(output_);
   for (std::uint32_t part = 0; part < 100; ++part)
-    ASSERT_TRUE(spill.append(testing::wall_sources(kCount / 100, part)).ok());
+    ASSERT_TRUE(list.append(testing::wall_sources(kCount / 100, part)).ok());
   const testing::PeakMemory peak;
   if (!peak.known()) GTEST_SKIP() << "this system does not tell how much memory was used at most";
   CountingSink sink;
-  ASSERT_TRUE(stream_octree(std::move(spill), kMemory_bytes, sink).ok());
+  ASSERT_TRUE(stream_octree(std::move(list), kMemory_bytes, sink).ok());
   EXPECT_EQ(sink.sources, kCount);
   EXPECT_GT(sink.largest, 10'000u);  // uses the allowed memory
   // The allocator may retain freed memory of about one subtree.
@@ -188,11 +185,11 @@ TEST_F(OctreeStreaming, ReportsAFullDiskAndLeavesNoFileBehind) {
     // A limit on file sizes acts like a full disk.
     const rlimit small{limit_bytes, before.rlim_max};
     setrlimit(RLIMIT_FSIZE, &small);
-    SourceSpill spill(output_, 64);
-    auto done = spill.append(sources);
+    ScratchList<Source> list(output_);
+    auto done = list.append(sources);
     if (done.ok()) {
       CountingSink sink;
-      const auto root = stream_octree(std::move(spill), 1000, sink);
+      const auto root = stream_octree(std::move(list), 1000, sink);
       if (!root.ok()) done = root.error();
     }
     setrlimit(RLIMIT_FSIZE, &before);
@@ -212,8 +209,8 @@ TEST_F(OctreeStreaming, ReportsAFullDiskAndLeavesNoFileBehind) {
 
 TEST_F(OctreeStreaming, ExplainsWhyItCannotWrite) {
   const std::string path = (folder_ / "missing" / "out.clamor").string();
-  SourceSpill spill(path, 10);
-  const auto done = spill.append(testing::wall_sources(20));
+  ScratchList<Source> list(path);
+  const auto done = list.append(testing::wall_sources(20));
   ASSERT_FALSE(done.ok());
   EXPECT_TRUE(done.error().message.starts_with(path + ": cannot make")) << done.error().message;
 }
@@ -223,7 +220,7 @@ TEST_F(OctreeStreaming, ReturnsTheErrorOfTheSink) {
   for (const std::size_t nodes : {1u, 5u, 20u}) {
     CollectingSink sink;
     sink.refuse_after_nodes = nodes;
-    const auto root = stream_octree(spilled(sources, 1000), 1000, sink);
+    const auto root = stream_octree(on_disk(sources), 1000, sink);
     ASSERT_FALSE(root.ok());
     EXPECT_EQ(root.error().message, "out.clamor: the sink is full");
     EXPECT_EQ(sink.single_nodes, nodes + 1);  // no further calls after the error

@@ -7,8 +7,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "bake/octree/patch_radius_on_disk.h"
+#include "bake/octree/nearest_neighbours.h"
 #include "bake/trace/trace_kernel.h"
+#include "tests/peak_memory.h"
 #include "tests/sanitized.h"
 #include "tests/source_lists.h"
 
@@ -59,68 +60,78 @@ TEST(PatchRadius, IsFiniteForOneSourceAndForNone) {
   EXPECT_EQ(same[50].patch_radius_m, 0);
 }
 
-// The search with trees and lists alone is slow, but simple.
-TEST(PatchRadius, IsThatOfTheSlowSearchOnEveryInstructionSet_NoAsan) {
-  for (const auto& sources : {testing::wall_sources(20'000), wall(60, 0.1f), wall(5, 1), wall(4, 1),
-                              testing::degenerate_sources(6000, 1, {.keys = 3, .places = 700}),
-                              // So many at a place that they exceed the list of candidates.
-                              testing::degenerate_sources(6000, 1, {.keys = 7, .places = 9})}) {
-    std::vector<PowerPoint> list;
-    for (const Source& source : sources)
-      list.push_back(power_point(source, static_cast<std::uint32_t>(list.size())));
-    const PointRuns points(list);
-    std::vector<FoundRadius> slow;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      NearestNeighbours neighbours;
-      points.find(points.point(i).position_m, neighbours);
-      slow.push_back({neighbours.farthest_squared(), neighbours.radius_m(points.power()[i])});
+// Compares each source with every other.
+std::vector<float> slow_radii(std::span<const Source> sources) {
+  std::vector<float> radii_m;
+  for (const Source& source : sources) {
+    NearestNeighbours neighbours;
+    for (const Source& other : sources) {
+      const Vec3f to = source.position_m - other.position_m;
+      neighbours.add(to.x * to.x + to.y * to.y + to.z * to.z, sum_of(other.power));
     }
+    radii_m.push_back(neighbours.radius_m(sum_of(source.power)));
+  }
+  return radii_m;
+}
+
+TEST(PatchRadius, IsThatOfTheSlowSearchOnEveryInstructionSet_NoAsan) {
+  for (auto sources : {testing::wall_sources(6000), wall(60, 0.1f), wall(5, 1), wall(4, 1),
+                       wall(3, 1), testing::degenerate_sources(6000, 1, {.keys = 3, .places = 700}),
+                       // So many at a place that they exceed the list of candidates.
+                       testing::degenerate_sources(6000, 1, {.keys = 7, .places = 9})}) {
+    const auto slow = slow_radii(sources);
     for (const std::string& target : trace_kernel_targets()) {
       force_trace_kernel_target(target);
-      const auto found = find_patch_radii(points);
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        ASSERT_EQ(found[i].farthest_squared, slow[i].farthest_squared) << target << ", " << i;
-        ASSERT_EQ(found[i].radius_m, slow[i].radius_m) << target << ", " << i;
-      }
+      set_patch_radii(sources);
+      for (std::size_t i = 0; i < sources.size(); ++i)
+        ASSERT_EQ(sources[i].patch_radius_m, slow[i]) << target << ", " << i;
     }
   }
   force_trace_kernel_target("");
 }
 
-// The memory holds 90 000 points, so that space is divided and many neighbours lie across borders.
+// The memory holds fewer points, so that they are divided before they are sorted, and radii are
+// found part by part.
 TEST(PatchRadius, OnDiskIsTheSameAsInMemory) {
   const std::string beside = ::testing::TempDir() + "/clamor_radii_" + std::to_string(::getpid());
   const std::vector<std::vector<Source>> lists = {
       wall(400, 0.1f),  // all neighbours are equidistant with others
       testing::wall_sources(160'000),
       testing::degenerate_sources(150'000, 1, {.keys = 3, .places = 20'000}),
+      testing::degenerate_sources(20'000, 1, {.keys = 3, .places = 1}),
       wall(3, 1),
       {}};
   for (std::size_t l = 0; l < lists.size(); ++l) {
-    if (testing::kSanitized && lists[l].size() > 180'000) continue;  // slow
+    if (testing::kSanitized && lists[l].size() > 150'000) continue;  // slow
     std::vector<Source> in_memory = lists[l];
     for (std::size_t i = 0; i < in_memory.size(); ++i)
       in_memory[i].power = same_in_all_bands(1.0f + static_cast<float>(i % 7));
-    const std::vector<Source> sources = in_memory;
+    ScratchList<Source> sources(beside);
+    ASSERT_TRUE(sources.append(in_memory).ok());
     set_patch_radii(in_memory);
-    const ForEachSource for_each = [&](const auto& visit) -> Result<void> {
-      for (std::size_t i = 0; i < sources.size(); i += 1000) {
-        std::vector<Source> some(
-            sources.begin() + static_cast<std::ptrdiff_t>(i),
-            sources.begin() + static_cast<std::ptrdiff_t>(std::min(sources.size(), i + 1000)));
-        if (const auto done = visit(some); !done.ok()) return done;
-      }
-      return {};
-    };
-    ScratchFile file(beside);
-    const auto radii = patch_radii_on_disk(for_each, for_each, sources.size(), 0, beside, file);
-    ASSERT_TRUE(radii.ok()) << radii.error().message;
-    ASSERT_EQ(radii->size(), sources.size());
-    std::size_t different = 0;
-    for (std::size_t i = 0; i < sources.size(); ++i)
-      different += (*radii)[i] != in_memory[i].patch_radius_m ? 1 : 0;
-    EXPECT_EQ(different, 0u) << "list " << l;
+    for (const std::uint64_t memory_bytes : {100'000u, 2'000'000u, 100'000'000u}) {
+      auto radii_m = find_patch_radii(sources, memory_bytes);
+      ASSERT_TRUE(radii_m.ok()) << radii_m.error().message;
+      ASSERT_EQ(radii_m->size(), sources.size());
+      std::size_t different = 0;
+      for (std::size_t i = 0; i < sources.size(); ++i)
+        different += radii_m->all()[i] != in_memory[i].patch_radius_m ? 1 : 0;
+      EXPECT_EQ(different, 0u) << "list " << l;
+    }
   }
+}
+
+TEST(PatchRadius, OnDiskKeepsTheMemoryLimit) {
+  if (testing::kSanitized) GTEST_SKIP() << "a sanitizer keeps what is freed";
+  const std::string beside = ::testing::TempDir() + "/clamor_radii_" + std::to_string(::getpid());
+  constexpr std::uint64_t kMemory_bytes = 10'000'000;
+  ScratchList<Source> sources(beside);
+  for (std::uint32_t part = 0; part < 100; ++part)
+    ASSERT_TRUE(sources.append(testing::wall_sources(10'000, part)).ok());
+  const testing::PeakMemory peak;
+  if (!peak.known()) GTEST_SKIP() << "this system does not tell how much memory was used at most";
+  ASSERT_TRUE(find_patch_radii(sources, kMemory_bytes).ok());
+  EXPECT_LE(peak.more_bytes(), 2 * kMemory_bytes);
 }
 
 }  // namespace

@@ -3,13 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "common/random.h"
 #include "tests/peak_memory.h"
 #include "tests/sanitized.h"
+#include "tests/source_lists.h"
 
 namespace clamor {
 namespace {
@@ -38,8 +42,8 @@ double power(const std::vector<Source>& sources, float below_x) {
 TEST(SourceThinning, KeepsListsThatFitUnchanged) {
   const auto all = deposits(100, 1);
   SourceThinning thinning(100);
-  thinning.add(all, 0);
-  const auto kept = thinning.take();
+  thinning.add(all);
+  const auto kept = thinning.take().take_vector();
   ASSERT_EQ(kept.size(), all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     EXPECT_EQ(kept[i].power, all[i].power);
@@ -56,8 +60,8 @@ TEST(SourceThinning, KeepsTheRequestedNumberAndIsUnbiasedForAnySubset_NoAsan) {
   for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
     const auto all = deposits(2000, seed);
     SourceThinning thinning(kKept);
-    thinning.add(all, 0);
-    const auto kept = thinning.take();
+    thinning.add(all);
+    const auto kept = thinning.take().take_vector();
     ASSERT_EQ(kept.size(), kKept);
     whole += power(kept, 2);
     part += power(kept, 0.3f);
@@ -80,8 +84,8 @@ TEST(SourceThinning, KeepsTheRequestedNumberAndIsUnbiasedForAnySubset_NoAsan) {
 TEST(SourceThinning, DropsNoDepositAboveTheThreshold) {
   const auto all = deposits(20000, 5);
   SourceThinning thinning(12000);
-  thinning.add(all, 0);
-  const auto kept = thinning.take();
+  thinning.add(all);
+  const auto kept = thinning.take().take_vector();
   std::map<float, float> power_at;  // by position
   for (const Source& source : kept) power_at[source.position_m.x] = source.power[0];
   float min_unchanged = 1e9f;
@@ -95,26 +99,50 @@ TEST(SourceThinning, DropsNoDepositAboveTheThreshold) {
     }
 }
 
-TEST(SourceThinning, IsIndependentOfTheGroupingOfDeposits) {
-  const auto all = deposits(50000, 9);
-  const std::span<const Source> span(all);
-  SourceThinning whole(3000), parts(3000);
-  for (std::uint64_t i = 0; i < 50; ++i) whole.add(span.subspan(1000 * i, 1000), i);
-  for (std::uint64_t i = 50; i-- > 0;) parts.add(span.subspan(1000 * i, 1000), i);
-  const auto a = whole.take(), b = parts.take();
-  ASSERT_EQ(a.size(), b.size());
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    EXPECT_EQ(a[i].position_m, b[i].position_m);
-    EXPECT_EQ(a[i].power, b[i].power);
+TEST(SourceThinning, KeepsTheSameInMemoryAndInAFileHoweverDepositsAreGrouped) {
+  const std::string beside = ::testing::TempDir() + "/clamor_thin_" + std::to_string(::getpid());
+  for (const int kind : {0, 1, 2}) {
+    // With few places and keys, many deposits are equal, and the first of them are kept.
+    const auto all = kind == 0   ? deposits(50'000, 9)
+                     : kind == 1 ? testing::degenerate_sources(50'000, 1, {.keys = 3, .places = 2})
+                                 : testing::degenerate_sources(50'000, 1, {.keys = 1, .places = 1});
+    for (const std::uint64_t max : {1u, 999u, 20'000u, 49'999u, 50'000u, 60'000u}) {
+      SourceThinning whole(max), parts(max);
+      whole.add(all);
+      ASSERT_TRUE(parts.use_file(beside).ok());
+      for (std::size_t first = 0; first < all.size(); first += 700)
+        parts.add(std::span(all).subspan(first, std::min<std::size_t>(700, all.size() - first)));
+      const auto expected = whole.take().take_vector();
+      auto list = parts.take();
+      ASSERT_TRUE(list.is_in_file());
+      ASSERT_EQ(list.size(), std::min<std::size_t>(max, all.size()));
+      ASSERT_EQ(list.size(), expected.size());
+      for (std::size_t i = 0; i < expected.size(); ++i) {
+        ASSERT_EQ(list.all()[i].position_m, expected[i].position_m) << kind << ", " << max;
+        ASSERT_EQ(list.all()[i].power, expected[i].power) << kind << ", " << max;
+        ASSERT_EQ(list.all()[i].u, expected[i].u) << kind << ", " << max;
+      }
+    }
   }
+}
+
+TEST(SourceThinning, KeepsTheOrderOfDeposits) {
+  const auto all = deposits(40'000, 7);
+  SourceThinning thinning(3000);
+  thinning.add(all);
+  const auto kept = thinning.take().take_vector();
+  std::size_t at = 0;
+  for (const Source& source : all)
+    if (at < kept.size() && source.position_m == kept[at].position_m) ++at;
+  EXPECT_EQ(at, kept.size());
 }
 
 TEST(SourceThinning, DrawsIndependentlyOfTheSourcesOwnNumbers) {
   // If u decided, kept sources would have small u. The sampler needs uniform ones.
   SourceThinning thinning(2000);
-  thinning.add(deposits(100000, 3), 0);
+  thinning.add(deposits(100000, 3));
   double sum = 0;
-  const auto kept = thinning.take();
+  const auto kept = thinning.take().take_vector();
   for (const Source& source : kept) sum += static_cast<double>(source.u);
   EXPECT_NEAR(sum / 2000, 0.5, 4 * std::sqrt(1.0 / 12 / 2000));
 }
@@ -127,8 +155,8 @@ TEST(SourceThinning, UsesLittleMoreMemoryThanItsResult) {
   std::vector<Source> kept;
   {
     SourceThinning thinning(kKept);
-    for (std::uint32_t part = 0; part < 60; ++part) thinning.add(deposits(50'000, part), part);
-    kept = thinning.take();
+    for (std::uint32_t part = 0; part < 60; ++part) thinning.add(deposits(50'000, part));
+    kept = thinning.take().take_vector();
   }
   ASSERT_EQ(kept.size(), kKept);
   EXPECT_LE(peak.more_bytes(), 2 * kList_bytes);

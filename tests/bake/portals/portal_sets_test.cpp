@@ -43,7 +43,9 @@ TEST(PortalPairs, RanksSetsByThePowerOfTheirSources) {
   for (std::size_t i = 0; i < sources.size(); ++i) sources[i].power[0] = i == 2 ? 5.0f : 1.0f;
   PortalSetTable table;
   std::vector<PortalEmitter> emitters;
-  pairs.finish(sources, table, kMaxPortalSets, emitters);
+  pairs.count(sources);
+  pairs.number(table, kMaxPortalSets, emitters);
+  pairs.apply(sources);
   EXPECT_EQ(emitters, (std::vector<PortalEmitter>{{1, 1}, {3, 2}}));
   EXPECT_EQ(table.sets(), (std::vector<PortalSet>{{}, set_with({0, 1}), set_with({0})}));
   EXPECT_EQ(sources[0].emitter, 11u);
