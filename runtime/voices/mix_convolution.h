@@ -2,13 +2,9 @@
 // into one stereo sum. Same result as mix_fir.h, by overlapping blocks in the frequency domain.
 //
 // A symmetric filter has a real spectrum, so left and right pass through it as the real and
-// imaginary part of one complex signal. Eight pairs share a vector. The transform is radix 2 and in
-// place: decimation in frequency forwards, decimation in time backwards. The spectrum stays in
-// bit-reversed order, and filter spectra are stored in that order too.
-//
-// J. W. Cooley, J. W. Tukey. An Algorithm for the Machine Calculation of Complex Fourier Series.
-// Math. Comp. 19, 1965. For 24 pairs of 512 frames and 385 taps it takes a tenth of the time of
-// direct convolution. Highway is visible only in mix_*.cpp.
+// imaginary part of one complex signal. Eight pairs share a vector (lane_fourier.h), and filter
+// spectra are stored in the order of its spectra. For 24 pairs of 512 frames and 385 taps it takes
+// a tenth of the time of direct convolution. Highway is visible only in mix_*.cpp.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +23,7 @@ struct alignas(64) LaneSpectrum {
 };
 
 // Spectra of symmetric filters [filter][tap] with an odd number of taps, as [group of
-// lanes][bin][lane] in bit-reversed order, scaled so that a round trip has gain 1.
+// lanes][bin][lane] in the order of LaneFourier, scaled so that a round trip has gain 1.
 std::vector<float> spectra_of(const std::vector<float>& filters, std::size_t taps);
 
 struct SpectrumJob {
