@@ -23,6 +23,7 @@
 #include "runtime/engine/sampling_pipeline.h"
 #include "runtime/engine/signal_store.h"
 #include "runtime/mixing/block_mixer.h"
+#include "runtime/mixing/field_maker.h"
 #include "runtime/mixing/head_rotation.h"
 #include "runtime/mixing/keyframe_maker.h"
 #include "runtime/propagation/radiation_model.h"
@@ -38,7 +39,9 @@ namespace {
 constexpr std::uint64_t kKeyframesToSettle = 50;
 
 // Voices that fade out count too. Three samples' worth is full only when the listener jumps about.
-std::size_t slots_for(const Sampler& sampler) { return 3 * sampler.capacity(); }
+std::size_t slots_for(const Sampler& sampler, bool has_field) {
+  return 3 * (has_field ? std::min(kFieldVoices, sampler.capacity()) : sampler.capacity());
+}
 
 Error nothing_to_hear() {
   return Error("there are no sources to hear; bake the level with an emitter.");
@@ -52,13 +55,28 @@ Result<void> check_script(const AuralizerOptions& options, const AuralizerInput&
 
 // The last stage makes the output channels.
 struct OutputStage {
-  explicit OutputStage(const AuralizerOptions& options)
+  OutputStage(const AuralizerOptions& options, const AuralizerInput& input)
       : panner(options.output.make_panner()), hrtf(options.output.head) {
     mode.interpolation = options.interpolation;
     mode.head = hrtf != nullptr;
-    if (panner == nullptr) return;
-    mode.delays = 1;  // panned voices have one delay, binaural ones two
-    mode.pairs = panner->channels() / kEars;
+    if (panner != nullptr) {
+      mode.delays = 1;  // panned voices have one delay, binaural ones two
+      mode.pairs = panner->channels() / kEars;
+    }
+    mode.field = options.mixing != Mixing::kVoices && options.mixes_voices &&
+                 (options.mixing == Mixing::kField || options.voices >= kLeastField) &&
+                 why_no_field(options, input) == nullptr;
+  }
+
+  // What speaks against a field, or null.
+  const char* why_no_field(const AuralizerOptions& options, const AuralizerInput& input) const {
+    if (strategy_options_of(options).name() != priority_strategy()->name())
+      return "takes the strategy 'priority', with as many voices as are to be heard";
+    if (mode.pairs > 1) return "has two channels";
+    if (options.moving.max_sources > 0) return "has no moving sources";
+    if (!FieldMaker::suits(input.emitters))
+      return "has at most 64 signals that begin at different times";
+    return nullptr;
   }
 
   KeyframeMaker::Receivers receivers() const {
@@ -70,6 +88,13 @@ struct OutputStage {
   const std::shared_ptr<const Hrtf> hrtf;
   MixMode mode;
 };
+
+Result<void> check_field(const AuralizerOptions& options, const AuralizerInput& input) {
+  if (options.mixing != Mixing::kField) return {};
+  if (const char* const why = OutputStage(options, input).why_no_field(options, input))
+    return Error(std::string("a field ") + why + "; mix voices, or let 'auto' choose.");
+  return {};
+}
 
 // Null if head rotation comes with keyframes only.
 std::unique_ptr<const HeadRotation> rotation_for(const AuralizerOptions& options,
@@ -116,7 +141,7 @@ struct Auralizer::State {
         file(std::move(opened)),
         report(options.report),
         extent(file != nullptr && report ? LevelExtent(*file, input.mesh) : LevelExtent()),
-        output(options),
+        output(options, input),
         store(file.get(), input, output.mode, options),
         slots(options.moving.signal_slots, static_cast<std::uint32_t>(store.signals().size()),
               output.mode),
@@ -126,10 +151,20 @@ struct Auralizer::State {
             LateBoost(input.decay, file == nullptr ? input.sources.size() : file->source_count())),
         pipeline(input, file.get(), radiation, store.signals(), store.budget(), slots.weights(),
                  options),
-        schedule(pipeline, options),
+        schedule(pipeline, options,
+                 output.mode.field
+                     ? kTapFade_keyframes
+                     : keyframes_per_sample(static_cast<std::size_t>(options.voices))),
         script(options.script),
-        maker(radiation, slots_for(pipeline.sampler()), output.receivers(), output.hrtf,
-              onset_signals(input, slots.slots())),
+        maker(radiation, slots_for(pipeline.sampler(), output.mode.field), output.receivers(),
+              output.hrtf, onset_signals(input, slots.slots()),
+              output.mode.field ? KeyframeMaker::Fade{kTapFade_keyframes, true}
+                                : KeyframeMaker::Fade{}),
+        field(output.mode.field ? std::make_unique<FieldMaker>(
+                                      radiation, PlayableSignals(store.signals(), slots.playable()),
+                                      FieldMaker::Ears{output.mode, output.hrtf.get(),
+                                                       maker.itd_table(), output.panner.get()})
+                                : nullptr),
         pacing(options, pipeline.sampler().capacity(), schedule.spacing(),
                schedule.spacing().least > 1 ? kKeyframesToSettle : 1),
         receivers(options.output.receivers),
@@ -138,8 +173,8 @@ struct Auralizer::State {
         keeps_sample(options.keeps_sample),
         mixes_voices(options.mixes_voices),
         rotation(rotation_for(options, maker.itd_table(), radiation)),
-        mixer({store.signals(), slots.playable()}, slots_for(pipeline.sampler()), output.mode,
-              output.panner.get(), output.hrtf.get(), store.loader(),
+        mixer({store.signals(), slots.playable()}, slots_for(pipeline.sampler(), output.mode.field),
+              output.mode, output.panner.get(), output.hrtf.get(), store.loader(),
               {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,
                options.adapt, options.block_frames, options.audio_clock, rotation.get()}) {
     counted.max_k = static_cast<std::uint32_t>(pipeline.sampler().capacity());
@@ -151,6 +186,7 @@ struct Auralizer::State {
     const std::lock_guard lock(counting);
     ++counted.keyframes;
     counted.voices = static_cast<std::uint32_t>(voices);
+    counted.taps = field != nullptr ? static_cast<std::uint32_t>(field->taps()) : 0;
     counted.sampler_ms = 1e3 * took_s.cpu;
     counted.k = static_cast<std::uint32_t>(pacing.load().voices());
     counted.min_k = static_cast<std::uint32_t>(pacing.load().min_so_far());
@@ -196,6 +232,7 @@ struct Auralizer::State {
   SampleSchedule schedule;
   const std::shared_ptr<MovingScript> script;  // or null
   KeyframeMaker maker;
+  const std::unique_ptr<FieldMaker> field;  // or null
   KeyframePacing pacing;
   const ReceiverPattern receivers;
   ListenerMotion motion{kKeyframe_s};
@@ -249,6 +286,7 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(AuralizerInput input,
   resume(input, nullptr, options.begins_s);
   if (const auto added = add_kinds(options.moving, input); !added.ok()) return added.error();
   if (const auto found = find_scripted_portals(options, input); !found.ok()) return found.error();
+  if (const auto right = check_field(options, input); !right.ok()) return right.error();
   return std::unique_ptr<Auralizer>(
       new Auralizer(std::make_unique<State>(std::move(input), nullptr, options)));
 }
@@ -273,6 +311,7 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
     return added.error().in(file->path());
   if (const auto right = check_script(options, *input); !right.ok()) return right.error();
   if (const auto found = find_scripted_portals(options, *input); !found.ok()) return found.error();
+  if (const auto right = check_field(options, *input); !right.ok()) return right.error();
   auto state = std::make_unique<State>(std::move(*input), file, options);
   if (const PageStatistics pages = state->pipeline.loader()->statistics(); pages.failed > 0)
     return Error(pages.failure);
@@ -305,10 +344,13 @@ void Auralizer::make_keyframe(const Listener& at) {
     state.schedule.expire();
     sample = state.schedule.sample(state.made, listener, reception, keyframe_s);
   }
-  state.maker.make(state.focus.apply(sample, listener), listener, *keyframe, reception,
-                   state.held_frames);
+  auto voices = state.focus.apply(sample, listener);
+  if (state.field != nullptr) voices = state.field->divide(voices, samples, listener);
+  state.maker.make(voices, listener, *keyframe, reception, state.held_frames);
+  if (state.field != nullptr) state.field->make(listener, reception, *keyframe);
   keyframe->facing = listener_axes(listener);
-  state.store.play(*keyframe, sampler.unheard());
+  state.store.play(*keyframe, sampler.unheard(),
+                   state.field != nullptr ? state.field->reads() : std::span<const Voice>());
   if (samples && state.keeps_sample) state.focus.describe(sample, listener, state.heard);
   if (samples) state.pipeline.improve_occlusion();
   const WorkTime spent_s = state.pacing.now_s() - start_s;

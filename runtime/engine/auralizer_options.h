@@ -24,8 +24,13 @@ inline constexpr double kFirstSounds_s = 0.5, kFirstSoundsOfPlayer_s = 0.06;
 inline constexpr std::size_t kVoicesPerKeyframeOfSample = 5000;
 inline constexpr std::size_t kMaxKeyframesPerSample = 5;
 
+// How the sources of a sample are mixed: all as voices, or most of them as taps of a field
+// (field_maker.h), which is cheaper for large samples and glides in steps.
+enum class Mixing : std::uint8_t { kAuto, kField, kVoices };
+
 struct AuralizerOptions {
   int voices = 2000;  // size of a sample
+  Mixing mixing = Mixing::kVoices;
   // Null: priority sampling. Others are in tools/strategies.
   std::shared_ptr<const SamplingStrategy> strategy{};
   Interpolation interpolation = Interpolation::kCubic;  // see mix_kernel.h

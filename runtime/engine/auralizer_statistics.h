@@ -13,6 +13,7 @@ namespace clamor {
 struct SamplerStatistics {
   std::uint64_t keyframes = 0;  // made
   std::uint32_t voices = 0;     // including those that fade
+  std::uint32_t taps = 0;       // sources that a field sounds instead
   double sampler_ms = 0;        // CPU time of the keyframe
   std::uint64_t rays = 0;
   std::uint64_t late_sources = 0;       // left out because their visibility was not known in time

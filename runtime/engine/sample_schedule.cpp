@@ -13,14 +13,15 @@ std::size_t keyframes_per_sample(std::size_t voices) {
       kMaxKeyframesPerSample);
 }
 
-SampleSchedule::SampleSchedule(SamplingPipeline& pipeline, const AuralizerOptions& options)
+SampleSchedule::SampleSchedule(SamplingPipeline& pipeline, const AuralizerOptions& options,
+                               std::size_t keyframes)
     : pipeline_(pipeline),
       script_(options.script),
       wait_for_pages_(options.wait_for_pages),
       clock_(options.sampler_clock),
       shares_(!strategy_options_of(options).needs_list() && pipeline.moving() == nullptr &&
               (script_ == nullptr || script_->parts().empty())),
-      keyframes_(shares_ ? keyframes_per_sample(static_cast<std::size_t>(options.voices)) : 1) {}
+      keyframes_(shares_ ? keyframes : 1) {}
 
 SamplerLoadControl::Spacing SampleSchedule::spacing() const {
   return {keyframes_, shares_ ? kMaxKeyframesPerSample : 1};

@@ -27,8 +27,10 @@ inline constexpr int kMaxWarmUps = 16;
 
 class SampleSchedule {
  public:
-  // `pipeline` must outlive this.
-  SampleSchedule(SamplingPipeline& pipeline, const AuralizerOptions& options);
+  // `pipeline` must outlive this. A sample serves `keyframes` if sources only move with the
+  // listener, and otherwise one.
+  SampleSchedule(SamplingPipeline& pipeline, const AuralizerOptions& options,
+                 std::size_t keyframes);
 
   // The sample for keyframe `number`, new or from a few keyframes before.
   std::span<const SampledSource> sample(std::uint64_t number, const Listener& listener,

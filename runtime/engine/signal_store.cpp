@@ -78,9 +78,10 @@ SignalStore::SignalStore(const BakeFile* file, const AuralizerInput& input, cons
       prepared_(file == nullptr ? prepare(input, mode) : std::vector<PreparedSignal>()),
       signals_(file == nullptr ? prepared_ : loader_->signals()) {}
 
-void SignalStore::play(const Keyframe& keyframe, std::span<const WantedSound> wanted) {
+void SignalStore::play(const Keyframe& keyframe, std::span<const WantedSound> wanted,
+                       std::span<const Voice> also) {
   if (loader_ == nullptr) return;
-  loader_->play(keyframe.voices, wanted);
+  loader_->play(keyframe.voices, wanted, also);
   if (wait_for_all_) loader_->wait(std::numeric_limits<double>::infinity());
 }
 

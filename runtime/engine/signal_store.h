@@ -33,7 +33,9 @@ class SignalStore {
   const MemoryBudget& budget() const { return budget_; }
 
   // Loads what a keyframe plays and what its sample lacked; waits for it if the options say so.
-  void play(const Keyframe& keyframe, std::span<const WantedSound> wanted);
+  // `also` are further reads.
+  void play(const Keyframe& keyframe, std::span<const WantedSound> wanted,
+            std::span<const Voice> also = {});
 
   // Before the first keyframe: waits for what its sample lacked, up to a time since creation.
   // Returns whether there was anything to wait for.

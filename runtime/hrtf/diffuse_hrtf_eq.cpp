@@ -16,6 +16,12 @@ DiffuseHrtfEq::DiffuseHrtfEq(const Hrtf& head) : head_(head), power_(head.direct
 
 void DiffuseHrtfEq::begin() noexcept REALTIME { std::ranges::fill(power_, Power{}); }
 
+void DiffuseHrtfEq::add(std::span<const Power> powers) noexcept REALTIME {
+  for (std::size_t d = 0; d < powers.size(); ++d)
+    for (std::size_t e = 0; e < kEars; ++e)
+      for (std::size_t b = 0; b < kBandCount; ++b) power_[d].at[e][b] += powers[d].at[e][b];
+}
+
 std::array<HrtfGains, kEars> DiffuseHrtfEq::levels() const noexcept REALTIME {
   using Sums = std::array<std::array<float, kErbBandCount>, kEars>;
   Sums wanted{}, given{};

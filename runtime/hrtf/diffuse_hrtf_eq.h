@@ -15,6 +15,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "runtime/hrtf/hrtf.h"
@@ -26,6 +27,12 @@ class DiffuseHrtfEq {
  public:
   explicit DiffuseHrtfEq(const Hrtf& head);
 
+  struct alignas(64) Power {
+    std::array<Bands, kEars> at{};
+  };
+  // By direction, so far.
+  const std::vector<Power>& powers() const { return power_; }
+
   // At a keyframe call begin(), then accumulate each octave-band voice between three corners() with
   // its power (gain_ramp_kernel.h), then levels(). Levels are 1 where nothing is audible.
   void begin() noexcept REALTIME;
@@ -35,6 +42,8 @@ class DiffuseHrtfEq {
       all[k] = {&head_.octaves(place.corner[k]), &power_[place.corner[k]].at, place.share[k]};
     return all;
   }
+  // Adds those of another equaliser of the same head.
+  void add(std::span<const Power> powers) noexcept REALTIME;
   std::array<HrtfGains, kEars> levels() const noexcept REALTIME;
 
  private:
@@ -42,9 +51,6 @@ class DiffuseHrtfEq {
   static constexpr double kMaxChange = 4;
 
   const Hrtf& head_;
-  struct alignas(64) Power {
-    std::array<Bands, kEars> at{};
-  };
   std::vector<Power> power_;  // by direction
   // Weight of an ERB band in an octave's power: linear between the octave centres.
   std::array<std::array<float, kErbBandCount>, kBandCount> hat_{};

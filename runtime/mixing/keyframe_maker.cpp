@@ -23,7 +23,7 @@ constexpr double kMaxPowerRatio = 1e6;  // from one keyframe to the next, of a s
 
 constexpr float kLastRank = kHighestRank - 1;  // of chosen voices
 
-float fade_gain(int fade) {
+float equal_power_gain(int fade) {
   static const auto gains = [] {
     std::array<float, kFadeKeyframes + 1> sines{};
     for (int f = 0; f <= kFadeKeyframes; ++f)
@@ -40,8 +40,8 @@ const std::array<float, kFadeKeyframes>& fade_steps() {
   static const auto steps = [] {
     std::array<float, kFadeKeyframes> powers{};
     for (int f = 0; f < kFadeKeyframes; ++f)
-      powers[static_cast<std::size_t>(f)] =
-          fade_gain(f + 1) * fade_gain(f + 1) - fade_gain(f) * fade_gain(f);
+      powers[static_cast<std::size_t>(f)] = equal_power_gain(f + 1) * equal_power_gain(f + 1) -
+                                            equal_power_gain(f) * equal_power_gain(f);
     return powers;
   }();
   return steps;
@@ -51,8 +51,9 @@ const std::array<float, kFadeKeyframes>& fade_steps() {
 
 KeyframeMaker::KeyframeMaker(const RadiationModel& radiation, std::size_t slots,
                              Receivers receivers, std::shared_ptr<const Hrtf> head,
-                             OnsetSignals onsets)
+                             OnsetSignals onsets, Fade fade)
     : receivers_(receivers),
+      fade_(fade),
       itd_table_(head == nullptr ? nullptr : std::make_unique<const ItdTable>(*head)),
       onsets_(std::move(onsets)),
       table_(radiation, slots),
@@ -63,12 +64,9 @@ KeyframeMaker::KeyframeMaker(const RadiationModel& radiation, std::size_t slots,
   for (std::size_t s = 0; s < slots; ++s) voices_[s].slot = static_cast<std::uint32_t>(s);
 }
 
-ListenerFrame KeyframeMaker::listener_frame(const Listener& listener) const {
-  const bool pair = receivers_ == Receivers::kPair;
-  const Vec3 side_m = (pair ? 0.5 * kEarDistance_m : 0) * listener.right();
-  return {listener.position_m, {listener.position_m - side_m, listener.position_m + side_m},
-          listener.forward(),  -listener.right(),
-          listener.up(),       pair ? kEars : 1};
+float KeyframeMaker::fade_gain(int keyframes) const {
+  return fade_.is_linear ? static_cast<float>(keyframes) / static_cast<float>(fade_.keyframes)
+                         : equal_power_gain(keyframes);
 }
 
 // Applies the directivity of the receivers to these voices.
@@ -173,7 +171,7 @@ void KeyframeMaker::make(std::span<const SampledSource> sample, const Listener& 
                          std::uint64_t held_frames) {
   due_frames_ = static_cast<double>(keyframe_count_ * kKeyframeFrames + held_frames);
   reception_ = reception;
-  const ListenerFrame frame = listener_frame(listener);
+  const ListenerFrame frame = listener_frame(listener, receivers_);
   const bool still = keyframe_count_ > 0 && frame == listener_.now;
   listener_.last = keyframe_count_ > 0 ? listener_.now : frame;
   listener_.now = frame;
@@ -209,10 +207,10 @@ std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& ke
     Slot& slot = slots_[s];
     if (!slot.in_use) continue;
     if (keyframe_count_ == 0)
-      slot.fade = kFadeKeyframes;
+      slot.fade = static_cast<std::int8_t>(fade_.keyframes);
     else
       slot.fade = static_cast<std::int8_t>(
-          std::clamp(slot.fade + (is_chosen(slot) ? 1 : -1), 0, kFadeKeyframes));
+          std::clamp(slot.fade + (is_chosen(slot) ? 1 : -1), 0, fade_.keyframes));
     if (slot.moves && !is_chosen(slot) && !slot.frozen) extrapolate(s);
     if (slot.frozen) continue;
     if (slot.smooths) smooth_power_gain(s);
@@ -239,7 +237,7 @@ std::size_t KeyframeMaker::make_tile(std::size_t first, bool still, Keyframe& ke
     voice = voices_[s];
     voice.starts = std::exchange(slot.starts, false);
     voice.rank = rank;
-    if (slot.fade == kFadeKeyframes) continue;
+    if (slot.fade == fade_.keyframes) continue;
     const float gain = fade_gain(slot.fade);
     for (Bands& ear : voice.gain)
       for (float& band : ear) band *= gain;

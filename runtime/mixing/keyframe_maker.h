@@ -44,21 +44,26 @@
 
 namespace clamor {
 
-inline constexpr double kEarDistance_m = 0.17;  // between the two receivers
 inline constexpr int kFadeKeyframes = 5;
 
 class KeyframeMaker {
  public:
-  // The listener's receivers: two with their own positions and directivity, or one in the centre
-  // for panned and binaural output. With one, both ears of a voice are equal, except for the ITD of
-  // an HRTF.
-  enum class Receivers : std::uint8_t { kPair, kOne };
+  // With one receiver, for panned and binaural output, both ears of a voice are equal, except for
+  // the ITD of an HRTF.
+  using Receivers = clamor::Receivers;
+
+  // How a voice comes and goes: in so many keyframes, with constant power beside other voices, or
+  // linearly beside a tap of the same source (field_maker.h).
+  struct Fade {
+    int keyframes = kFadeKeyframes;
+    bool is_linear = false;
+  };
 
   // `radiation` must outlive this. `slots` is how many voices may sound at once, including those
   // that fade out; a source waits if none is free.
   KeyframeMaker(const RadiationModel& radiation, std::size_t slots,
                 Receivers receivers = Receivers::kPair, std::shared_ptr<const Hrtf> head = nullptr,
-                OnsetSignals onsets = {});
+                OnsetSignals onsets = {}, Fade fade = {kFadeKeyframes, false});
 
   // Fills in the next keyframe: `sample` as a listener with these receivers hears it. The first
   // keyframe starts at full level. `keyframe.voices` must have capacity for all slots. The keyframe
@@ -132,7 +137,6 @@ class KeyframeMaker {
     void set_step(const Vec3& next_step_m);
   };
 
-  ListenerFrame listener_frame(const Listener& listener) const;
   void apply_directivity(std::span<const std::uint32_t> slots);
   void place_all();
   void assign_slots(std::span<const SampledSource> sample);
@@ -149,9 +153,11 @@ class KeyframeMaker {
   static std::uint8_t rank_by_level(const Voice& voice);
   std::uint8_t rank_of(const Slot& slot, const Voice& voice) const;
   bool is_chosen(const Slot& slot) const { return slot.last_chosen == keyframe_count_; }
+  float fade_gain(int keyframes) const;
   std::size_t make_tile(std::size_t first, bool still, Keyframe& keyframe, std::size_t count);
 
   const Receivers receivers_;
+  const Fade fade_;
   const std::unique_ptr<const ItdTable> itd_table_;  // null without an HRTF
   OnsetSignals onsets_;
   Reception reception_;

@@ -164,7 +164,7 @@ void KeyframeMaker::begin_sound(std::uint32_t s, const SampledSource& chosen) {
     if (before_frames > delay_frames + rounds_frames) return;
   voice.has_onset = true;
   voice.signal = onset;
-  slots_[s].fade = kFadeKeyframes;
+  slots_[s].fade = static_cast<std::int8_t>(fade_.keyframes);
   if (loops) slots_[s].loop = chosen.signal;
 }
 

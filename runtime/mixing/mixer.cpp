@@ -37,6 +37,7 @@ Mixer::Mixer(PlayableSignals signals, std::size_t slots, const MixMode& mode, co
       binaural_(mode.head ? std::make_unique<Binaural>(
                                 *head, slots, static_cast<std::size_t>(mode.narrowband_voices))
                           : nullptr),
+      field_(mode.field ? std::make_unique<FieldMixer>(signals) : nullptr),
       slots_(slots),
       paths_(slots * kEars),
       wraps_(slots),
@@ -62,6 +63,12 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
     choose_narrowband(keyframe);
     binaural_->diffuse_eq.begin();
   }
+  if (field_ != nullptr) {  // its blocks are on the grid of keyframes
+    constexpr int kBefore_frames = kBankTailFrames % kKeyframeFrames;
+    field_->begin(keyframe.field, time_.clock_frames + lead_frames_,
+                  kKeyframeFrames - kBefore_frames);
+    if (binaural_ != nullptr) field_->add_powers(binaural_->diffuse_eq);
+  }
   for (const Voice& voice : keyframe.voices) {
     Voice started = voice;
     started.starts = true;
@@ -82,6 +89,7 @@ void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
 void Mixer::load(const Keyframe& keyframe) noexcept REALTIME {
   if (time_.holding) end_hold();
   shedding_.load(keyframe.voices);
+  if (field_ != nullptr) field_->load(keyframe.field);
   if (binaural_ != nullptr) choose_narrowband(keyframe);
   if (tracker_.is_on()) tracker_.keep(keyframe);
   load_segment(keyframe.voices, 0, has_turned() ? kKeyframeFrames / 3 : kKeyframeFrames);
@@ -100,6 +108,7 @@ void Mixer::load_segment(std::span<const Voice> voices, int elapsed, int frames)
   if (binaural_ != nullptr) {
     binaural_->narrowband.begin_segment();
     binaural_->diffuse_eq.begin();
+    if (field_ != nullptr) field_->add_powers(binaural_->diffuse_eq);
   }
   const HeadTracker::Turns turns = tracker_.turns();
   for (std::size_t v = 0; v < voices.size(); ++v) {
@@ -233,6 +242,7 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
              frames,        buses_.high,       buses_.low};
   if (mode_.pairs == 1) job.next = {paths_.data(), nullptr, wraps_.data()};
   mix_voices(mode_, job);
+  if (field_ != nullptr) field_->add_to(buses_, frames);
   if (mode_.eight_bands) {
     here.bank.process(buses_, frames, interleaved, channels());
     return;
@@ -262,6 +272,7 @@ void Mixer::mix_binaural(int frames, float* interleaved) noexcept REALTIME {
              {paths_.data(), pair.gains.data(), pair.active.data(), pair.active.size(), time_.frame,
               frames, octaves.high, octaves.low, offsets, next});
   narrowband.put_back(next);
+  if (field_ != nullptr) field_->add_to(octaves, frames);
   bank.process(frames, interleaved);
 }
 
@@ -275,6 +286,7 @@ void Mixer::mix(float* interleaved, int steps) noexcept REALTIME {
   else
     for (std::size_t p = 0; p < pairs_.size(); ++p) mix_pair(p, frames, interleaved + kEars * p);
   advance(frames);
+  if (field_ != nullptr) field_->advance(frames);
   time_.advance(frames);
   if (time_.frame == time_.shed_end && time_.frame < time_.segment.frames) drop_shed();
 }

@@ -30,6 +30,7 @@
 #include <span>
 #include <vector>
 
+#include "runtime/field/field_mixer.h"
 #include "runtime/hrtf/diffuse_hrtf_eq.h"
 #include "runtime/hrtf/hrtf.h"
 #include "runtime/hrtf/hrtf_filter_bank.h"
@@ -99,6 +100,7 @@ class Mixer {
   int steps_left() const noexcept REALTIME {
     int frames = time_.frames_to_bend();
     if (tracker_.is_on()) frames = std::min(frames, time_.frames_to_next_third());
+    if (field_ != nullptr) frames = std::min(frames, field_->frames_left());
     return std::min(kMaxSteps, frames / kStepFrames);
   }
 
@@ -119,7 +121,9 @@ class Mixer {
   // than real time.
   std::uint64_t bad_voices() const noexcept REALTIME { return muted_.bad; }
   // Voices muted, each counted once per keyframe, because their signal is not decoded yet.
-  std::uint64_t late_voices() const noexcept REALTIME { return muted_.late; }
+  std::uint64_t late_voices() const noexcept REALTIME {
+    return muted_.late + (field_ == nullptr ? 0 : field_->late_blocks());
+  }
 
  private:
   static constexpr int kShedFrames = 512;  // a slope six times that of a fade
@@ -257,6 +261,7 @@ class Mixer {
   const Panner* const panner_;
   const int lead_frames_;                     // by which reading is ahead of the output
   const std::unique_ptr<Binaural> binaural_;  // or null
+  const std::unique_ptr<FieldMixer> field_;   // or null
 
   // By slot.
   std::vector<Slot> slots_;

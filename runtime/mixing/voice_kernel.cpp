@@ -288,10 +288,10 @@ HWY_INLINE void make_voice(const VoiceTable& table, std::size_t places, std::siz
 }
 
 void make_voices_here(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,
-                      Voice* voices) {
+                      Voice* voices, std::size_t first) {
   const VoiceArrivals& arrivals = table.arrivals;
   for (const std::uint32_t slot : slots) {
-    Voice& voice = voices[slot];
+    Voice& voice = voices[slot - first];
     make_voice(table, static_cast<std::size_t>(places), slot, voice);
     for (std::size_t e = 0; e < kEars; ++e) voice.delay_frames[e] = arrivals.delay_frames[e][slot];
     voice.from = {arrivals.from[0][slot], arrivals.from[1][slot], arrivals.from[2][slot]};
@@ -319,8 +319,16 @@ void place_voices(VoiceTable& table, const ListenerFrame& listener, const ItdTab
 }
 
 void make_voices(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,
-                 Voice* voices) {
-  HWY_DYNAMIC_DISPATCH(make_voices_here)(table, places, slots, voices);
+                 Voice* voices, std::size_t first) {
+  HWY_DYNAMIC_DISPATCH(make_voices_here)(table, places, slots, voices, first);
+}
+
+ListenerFrame listener_frame(const Listener& listener, Receivers receivers) {
+  const bool pair = receivers == Receivers::kPair;
+  const Vec3 side_m = (pair ? 0.5 * kEarDistance_m : 0) * listener.right();
+  return {listener.position_m, {listener.position_m - side_m, listener.position_m + side_m},
+          listener.forward(),  -listener.right(),
+          listener.up(),       pair ? kEars : 1};
 }
 
 double MovingSourcePoint::later_m(const Vec3& place) const {

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <span>
 
+#include "common/listener.h"
 #include "common/vec.h"
 #include "runtime/mixing/itd_table.h"
 #include "runtime/mixing/voice_table.h"
@@ -55,8 +56,13 @@ double delay_frames(const VoiceTable& table, const ListenerFrame& listener,
                     const ItdTable* itd_table, const MovingSourcePoint& source,
                     double emission_frames, int ear);
 
-// Writes the delays, gains and direction of voices[slot] for slots that have been placed.
+// Writes the delays, gains and direction of voices[slot - first] for slots that have been placed.
 void make_voices(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,
-                 Voice* voices);
+                 Voice* voices, std::size_t first = 0);
+
+// The frame of a listener with two receivers, kEarDistance_m apart, or one in the centre.
+inline constexpr double kEarDistance_m = 0.17;
+enum class Receivers : std::uint8_t { kPair, kOne };
+ListenerFrame listener_frame(const Listener& listener, Receivers receivers);
 
 }  // namespace clamor

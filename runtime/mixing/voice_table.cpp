@@ -9,21 +9,23 @@ namespace clamor {
 
 VoiceTable::VoiceTable(const RadiationModel& radiation_model, std::size_t slots)
     : radiation_model_(radiation_model) {
+  geometry.frames_per_m = kSampleRate_hz / radiation_model.speed_of_sound_mps();
+  radiation.air_log2_loss_per_m = radiation_model.air_log2_loss_per_m();
+  resize(slots);
+}
+
+void VoiceTable::resize(std::size_t slots) {
   const std::size_t rows = (slots + kTile - 1) / kTile * kTile;
-  const auto resize = [rows](auto&... columns) { (columns.resize(rows), ...); };
+  const auto each = [rows](auto&... columns) { (columns.resize(rows), ...); };
   const auto resize_each = [&](auto&... arrays) {
     (std::ranges::for_each(arrays, [&](auto& column) { column.resize(rows); }), ...);
   };
   resize_each(geometry.position_m, geometry.normal, geometry.mirror, geometry.mach);
-  resize(geometry.radius_m, geometry.lift, geometry.emission_frames);
+  each(geometry.radius_m, geometry.lift, geometry.emission_frames);
   geometry.moves.resize(rows / kTile);
   geometry.changed.resize(rows / kTile);
-  geometry.frames_per_m = kSampleRate_hz / radiation_model.speed_of_sound_mps();
-
-  resize(radiation.kind, radiation.power, radiation.compensation, radiation.inverse_cos_i,
-         radiation.exponent, radiation.law, radiation.sign, radiation.scale, radiation.power_gain);
-  radiation.air_log2_loss_per_m = radiation_model.air_log2_loss_per_m();
-
+  each(radiation.kind, radiation.power, radiation.compensation, radiation.inverse_cos_i,
+       radiation.exponent, radiation.law, radiation.sign, radiation.scale, radiation.power_gain);
   resize_each(arrivals.delay_frames, arrivals.last_delay_frames, arrivals.distance_m,
               arrivals.spread, arrivals.cos_o, arrivals.loss_cell, arrivals.log_base,
               arrivals.from);

@@ -65,6 +65,9 @@ class VoiceTable {
 
   VoiceTable(const RadiationModel& radiation_model, std::size_t slots);
 
+  // Keeps the slots that there are.
+  void resize(std::size_t slots);
+
   void put(std::size_t slot, const Source& source, double start_s);
   // Velocity when the sound that is now heard in the centre left the source; 0 for a source at
   // rest.

@@ -147,6 +147,7 @@ class PrioritySampler final : public Sampler {
         factors.occlusion = inputs_.occlusion->visibility(chosen.visibility);
       sample_.push_back({found.number, scale, &source, found.signal, factors,
                          chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
+      sample_.back().weight = chosen.weight * scale;
       if (found.voice != 0) sample_.back().set_moving(found);
       if (chosen.is_occlusion_applied && (source.is_emitter || found.voice != 0))
         if (const auto path = inputs_.occlusion->bent_path(found.number))

@@ -53,6 +53,7 @@ struct SampledSource {
   bool moves = false;    // a moving source, or one that is heard around edges
   Vec3f velocity_mps{};  // of a moving source, when the sound left it
   double start_s = 0;    // of a moving source's sound, on top of the source's delay
+  double weight = 0;     // as it is heard, with scale and occlusion; 0 if unknown
 
   // Makes this a moving source, whose voice id differs from the key of its cached visibility.
   void set_moving(const FoundSource& found) {

@@ -254,6 +254,47 @@ std::int64_t PreparedSignal::near(std::int64_t frame) const noexcept REALTIME {
   return std::clamp(frame, -kFar, layout_.end_frames + kFar);
 }
 
+void PreparedSignal::read_high(std::int64_t first,
+                               std::span<float> stored) const noexcept REALTIME {
+  const std::int64_t from = loops() ? 0 : -layout_.front_frames - kGuardFrames;
+  const std::int64_t to = loops() ? layout_.loop_frames : layout_.end_frames;
+  if (loops()) first = (first % to + to) % to;
+  for (std::size_t done = 0; done < stored.size();) {
+    const auto left = static_cast<std::int64_t>(stored.size() - done);
+    const bool silent = first < from || first >= to;
+    const std::int64_t count = std::min(left, first < from ? from - first
+                                              : silent     ? left
+                                                           : to - first);
+    if (silent)
+      std::fill_n(&stored[done], count, 0.0f);
+    else
+      std::copy_n(buffer_.high + first, count, &stored[done]);
+    done += static_cast<std::size_t>(count);
+    first += count;
+    if (loops() && first == to) first = 0;
+  }
+}
+
+void PreparedSignal::read_low(std::int64_t first,
+                              std::span<float> samples) const noexcept REALTIME {
+  const std::int64_t period = layout_.loop_frames;
+  if (loops()) first = (first % period + period) % period;
+  for (float& sample : samples) {
+    sample = 0;
+    if (loops() || (first >= -layout_.front_frames - kGuardFrames / 2 &&
+                    first < layout_.end_frames + kGuardFrames / 2)) {
+      const float* const at = buffer_.low + (first >> 2);
+      const float f = static_cast<float>(first & 3) / kLowRate, g = 1 - f;
+      // The stored coefficients are halved, so a third stands for a sixth.
+      sample = (g * g * g * at[-1] + (4 - 6 * f * f + 3 * f * f * f) * at[0] +
+                (4 - 6 * g * g + 3 * g * g * g) * at[1] + f * f * f * at[2]) /
+               3;
+    }
+    first += kLowRate;
+    if (loops() && first >= period) first -= period;
+  }
+}
+
 const float* PreparedSignal::silence() noexcept REALTIME {
   static constexpr std::array<float, 2 * kGuardFrames> kSilence{};
   return kSilence.data() + kGuardFrames / 4;

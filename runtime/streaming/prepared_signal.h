@@ -81,6 +81,11 @@ class PreparedSignal {
   // beginning or after the end.
   std::int64_t near(std::int64_t frame) const noexcept REALTIME;
 
+  // Copies the high layer as it is stored, from frame `first` on, and samples of the low layer at
+  // every kLowRate-th frame from `first` on. All pieces between must be resident.
+  void read_high(std::int64_t first, std::span<float> stored) const noexcept REALTIME;
+  void read_low(std::int64_t first, std::span<float> samples) const noexcept REALTIME;
+
   const Bands& mean_square() const noexcept REALTIME { return mean_square_; }
   std::uint64_t bad_samples() const { return bad_samples_; }
 

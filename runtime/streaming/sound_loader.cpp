@@ -204,11 +204,12 @@ bool SoundLoader::load_next(std::unique_lock<std::mutex>& lock) {
   return true;
 }
 
-void SoundLoader::play(std::span<const Voice> voices, std::span<const WantedSound> wanted) {
+void SoundLoader::play(std::span<const Voice> voices, std::span<const WantedSound> wanted,
+                       std::span<const Voice> also) {
   ++played_;
   if (!wanted.empty()) handed_over_.fetch_add(1, std::memory_order_relaxed);
   if (shared_->settled.load(std::memory_order_relaxed)) return;
-  auto played = read_by(voices);
+  auto played = read_by(voices, also);
   auto would_be_played = read_by(wanted);
   {
     const std::lock_guard lock(shared_->mutex);
@@ -219,16 +220,17 @@ void SoundLoader::play(std::span<const Voice> voices, std::span<const WantedSoun
 }
 
 // What the voices of this keyframe and of those that the mixer may still read play.
-std::vector<ReadPosition> SoundLoader::read_by(std::span<const Voice> voices) {
-  for (const Voice& voice : voices) {
-    if (voice.signal >= signals_.size()) continue;  // in a slot, and in memory
+std::vector<ReadPosition> SoundLoader::read_by(std::span<const Voice> voices,
+                                               std::span<const Voice> also) {
+  const auto add = [this](const Voice& voice) {
+    if (voice.signal >= signals_.size()) return;  // in a slot, and in memory
     double min_frames = std::min(voice.delay_frames[0], voice.delay_frames[1]);
     double max_frames = std::max(voice.delay_frames[0], voice.delay_frames[1]);
     if (voice.starts) {
       min_frames = std::min({min_frames, voice.start_delay_frames[0], voice.start_delay_frames[1]});
       max_frames = std::max({max_frames, voice.start_delay_frames[0], voice.start_delay_frames[1]});
     }
-    if (!is_in_range(min_frames) || !is_in_range(max_frames)) continue;
+    if (!is_in_range(min_frames) || !is_in_range(max_frames)) return;
     const float power = power_of(voice, signals_[voice.signal].mean_square());
     const auto reads = [&](std::uint32_t signal) {
       for (std::int32_t step = step_of(min_frames); step <= step_of(max_frames); ++step) {
@@ -239,7 +241,9 @@ std::vector<ReadPosition> SoundLoader::read_by(std::span<const Voice> voices) {
     };
     reads(voice.signal);
     if (const std::uint32_t loop = continuation_[voice.signal]; loop != voice.signal) reads(loop);
-  }
+  };
+  std::ranges::for_each(voices, add);
+  std::ranges::for_each(also, add);
   std::erase_if(recent_reads_,
                 [this](const auto& one) { return one.second.keyframe + keyframes_ + 2 < played_; });
   std::vector<ReadPosition> read;

@@ -68,8 +68,10 @@ class SoundLoader {
   // Memory for all signals if every piece were resident, and for decoding them.
   static std::uint64_t bytes_of(const std::vector<SignalDescription>& shapes, const MixMode& mode);
 
-  // Sampler: announces a keyframe with these voices, and what its sample lacked.
-  void play(std::span<const Voice> voices, std::span<const WantedSound> wanted = {});
+  // Sampler: announces a keyframe with these voices and those that stand for other reads, and what
+  // its sample lacked.
+  void play(std::span<const Voice> voices, std::span<const WantedSound> wanted = {},
+            std::span<const Voice> also = {});
 
   // Returns whether a voice that begins at this time of its signal has what it reads within the
   // next second. Signals that the loader does not know are always ready.
@@ -106,7 +108,7 @@ class SoundLoader {
   void run();
   void update_needs();                                 // under the lock
   bool load_next(std::unique_lock<std::mutex>& lock);  // which is released meanwhile
-  std::vector<ReadPosition> read_by(std::span<const Voice> voices);
+  std::vector<ReadPosition> read_by(std::span<const Voice> voices, std::span<const Voice> also);
   std::vector<ReadPosition> read_by(std::span<const WantedSound> wanted) const;
 
   std::vector<PreparedSignal> signals_;

@@ -62,12 +62,11 @@ bool ramp_gains_here(const GainRamps& lines) {
   return ramp_in_vectors<4>(lines);
 }
 
-bool ramp_hrtf_gains_here(const BusGains& buses, const std::array<HrtfCorner, 3>& corners,
-                          const std::array<Bands, kEars>& gain, const Bands& mean_square,
-                          GainRamps lines) {
+HWY_INLINE void colour(const std::array<HrtfCorner, 3>& corners,
+                       const std::array<Bands, kEars>& gain, const Bands& mean_square,
+                       std::array<Bands, kEars>& coloured) {
   static_assert(kBandCount == 8, "rows of bands fill whole vectors");
   const hn::CappedTag<float, kBandCount> d;
-  std::array<Bands, kEars> coloured;
   for (std::size_t e = 0; e < kEars; ++e)
     for (std::size_t b = 0; b < kBandCount; b += hn::Lanes(d)) {
       const auto own = hn::LoadU(d, gain[e].data() + b);
@@ -81,6 +80,18 @@ bool ramp_hrtf_gains_here(const BusGains& buses, const std::array<HrtfCorner, 3>
       }
       hn::StoreU(hn::Mul(own, level), d, coloured[e].data() + b);
     }
+}
+
+void hrtf_gains_here(const std::array<HrtfCorner, 3>& corners, const std::array<Bands, kEars>& gain,
+                     const Bands& mean_square, std::array<Bands, kEars>& coloured) {
+  colour(corners, gain, mean_square, coloured);
+}
+
+bool ramp_hrtf_gains_here(const BusGains& buses, const std::array<HrtfCorner, 3>& corners,
+                          const std::array<Bands, kEars>& gain, const Bands& mean_square,
+                          GainRamps lines) {
+  std::array<Bands, kEars> coloured;
+  colour(corners, gain, mean_square, coloured);
   alignas(64) float targets[kBandLanes];
   bus_lanes_here(buses, coloured, targets);
   lines.targets = targets;
@@ -98,6 +109,7 @@ namespace clamor {
 
 namespace {
 HWY_EXPORT(bus_lanes_here);
+HWY_EXPORT(hrtf_gains_here);
 HWY_EXPORT(ramp_gains_here);
 HWY_EXPORT(ramp_hrtf_gains_here);
 
@@ -129,6 +141,11 @@ BusGains BusGains::of(const Matrix& matrix) {
 void bus_lanes(const BusGains& buses, const std::array<Bands, kEars>& gain,
                float* lanes) noexcept REALTIME {
   HWY_DYNAMIC_DISPATCH(bus_lanes_here)(buses, gain, lanes);
+}
+
+void hrtf_gains(const std::array<HrtfCorner, 3>& corners, const std::array<Bands, kEars>& gain,
+                const Bands& mean_square, std::array<Bands, kEars>& coloured) noexcept REALTIME {
+  HWY_DYNAMIC_DISPATCH(hrtf_gains_here)(corners, gain, mean_square, coloured);
 }
 
 bool ramp_gains(const GainRamps& lines) noexcept REALTIME {

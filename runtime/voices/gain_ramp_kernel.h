@@ -47,8 +47,12 @@ struct HrtfCorner {
   float share;
 };
 
-// Ramps to the octave gains times the HRTF interpolated between the corners, and adds the voice's
-// power to the corners. `mean_square` is the signal's power by octave; `targets` is not read.
+// The octave gains times the HRTF interpolated between the corners, and adds the voice's power to
+// the corners. `mean_square` is the signal's power by octave. `coloured` may be `gain`.
+void hrtf_gains(const std::array<HrtfCorner, 3>& corners, const std::array<Bands, kEars>& gain,
+                const Bands& mean_square, std::array<Bands, kEars>& coloured) noexcept REALTIME;
+
+// Ramps to the bus gains of hrtf_gains(); `targets` is not read.
 bool ramp_hrtf_gains(const BusGains& buses, const std::array<HrtfCorner, 3>& corners,
                      const std::array<Bands, kEars>& gain, const Bands& mean_square,
                      const GainRamps& lines) noexcept REALTIME;

@@ -44,8 +44,16 @@ struct ListenerAxes {
   bool operator==(const ListenerAxes&) const = default;
 };
 
+// Responses of sources that are no voices (field_response.h), which the mixer fades to from the
+// keyframe's time on; null where nothing changes. The early part is renewed more often than the
+// late one.
+struct FieldResponse;
+inline constexpr std::size_t kEarlyField = 0, kLateField = 1, kFieldParts = 2;
+using FieldUpdate = std::array<FieldResponse*, kFieldParts>;
+
 struct Keyframe {
   std::uint64_t number = 0;
+  FieldUpdate field{};
   ListenerAxes facing;        // of the listener that it was made for
   std::vector<Voice> voices;  // one per slot at most; the capacity is set once
 };

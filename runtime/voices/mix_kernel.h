@@ -64,6 +64,7 @@ struct MixMode {
   bool head = false;  // binaural: gains are in the bands of hrtf_filter_bank.h; needs delays = 2
   // Binaural: how many voices, the loudest, have narrow bands (narrowband_voices.h).
   int narrowband_voices = 128;
+  bool field = false;  // keyframes may bring responses (field_mixer.h)
 
   // Gains of a voice: lanes at frame 0 of the segment, followed by as many slopes per kGainFrames.
   constexpr int gain_lanes() const { return head ? kHrtfLanes : eight_bands ? kBandLanes : kEars; }

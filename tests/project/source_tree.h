@@ -34,6 +34,7 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
       "sampling",
       "probes",
       "hrtf",
+      "field",
       "mixing",
       "engine",
       "response",

@@ -77,6 +77,7 @@ struct Way {
   std::string name;
   OutputFormat shape;
   int rate_hz = kSampleRate_hz;
+  bool is_field = false;
 };
 
 std::vector<Way> all_ways() {
@@ -88,13 +89,17 @@ std::vector<Way> all_ways() {
                            {"ambisonics", *OutputFormat::from_options(false, "", true)}};
   ways[2].shape.kind = OutputFormat::Kind::kBinaural;
   ways[2].shape.head = *Hrtf::read("");
+  ways.push_back({"a field", ways[2].shape, kSampleRate_hz, true});
   return ways;
 }
 
-std::unique_ptr<Auralizer> twelve_voices(const OutputFormat& shape, bool tracks_head = false) {
+std::unique_ptr<Auralizer> twelve_voices(const OutputFormat& shape, bool tracks_head = false,
+                                         bool is_field = false) {
   AuralizerOptions options;
   options.tracks_head = tracks_head;
-  options.voices = 12;  // of some 3000 sources: the sample changes as the listener moves
+  options.mixing = is_field ? Mixing::kField : Mixing::kVoices;
+  options.voices =
+      is_field ? 600 : 12;  // of some 3000 sources: the sample changes as the listener moves
   options.output = shape;
   options.limit = true;
   options.gain = 4;  // and that it limits
@@ -116,7 +121,7 @@ TEST(AudioThread, AsksTheSystemForNothingInAMillionCallbacks) {
   std::uint64_t callbacks = 0;
   for (const Way& way : ways) {
     SCOPED_TRACE(way.name);
-    SoundDevice run(twelve_voices(way.shape), way.rate_hz, kMaxBlock_frames);
+    SoundDevice run(twelve_voices(way.shape, false, way.is_field), way.rate_hz, kMaxBlock_frames);
     LatestValue<Listener> poses;
     const auto pose_at = [&](double t) {
       poses.publish(running_about(t));

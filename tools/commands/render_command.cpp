@@ -23,6 +23,7 @@
 #include "tools/program/quiet_option.h"
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal_output.h"
+#include "tools/program/text_format.h"
 
 namespace clamor {
 
@@ -120,8 +121,10 @@ class RenderSink {
 void print_summary(const RenderRequest& request, const RenderSink& sink, std::uint64_t frames,
                    const AuralizerStatistics& statistics, const std::string& output_note,
                    std::ostream& err) {
-  fmt::print(err, "wrote {}: {:.2f} s, {} voices, peak {:.1f} dBFS, RMS {:.1f} dBFS, {}\n",
-             request.output, request.seconds, statistics.voices, decibels(sink.peak()),
+  const std::string taps =
+      statistics.taps > 0 ? fmt::format(" and {} taps", grouped(statistics.taps)) : "";
+  fmt::print(err, "wrote {}: {:.2f} s, {} voices{}, peak {:.1f} dBFS, RMS {:.1f} dBFS, {}\n",
+             request.output, request.seconds, statistics.voices, taps, decibels(sink.peak()),
              decibels(sink.rms()), in_real_times(request.seconds / sink.seconds()));
   if (!output_note.empty()) fmt::print(err, "{}\n", output_note);
   if (statistics.limited.frames > 0)

@@ -52,6 +52,11 @@ void add_strategy_options(Arguments& parser, StrategyOptions& options) {
 
 MixArguments::MixArguments(Arguments& parser, AuralizerOptions& options) {
   add_strategy_options(parser, strategy_);
+  parser.choice("--mixer", options.mixing,
+                {{"auto", Mixing::kAuto}, {"field", Mixing::kField}, {"voices", Mixing::kVoices}},
+                "how the chosen sources are mixed: voices; field: all but the loudest 256 as "
+                "responses that are convolved with the signals; or auto, a field from 4000 sources "
+                "on");
   parser.choice("--interpolation", options.interpolation,
                 {{"cubic", Interpolation::kCubic}, {"linear", Interpolation::kLinear}},
                 "cubic or linear; linear mixes a quarter more voices and loses 1 dB at 8 kHz");

@@ -1,0 +1,134 @@
+#include "runtime/field/field_kernel.h"
+
+#include <array>
+
+// Highway compiles everything below once per instruction set.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "runtime/field/field_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace clamor {
+namespace HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using Four = hn::CappedTag<float, 4>;
+using Eight = hn::CappedTag<float, 8>;
+
+// Adds the gains times a weight for each of successive rows.
+template <std::size_t kLanes, std::size_t kWeights>
+HWY_INLINE void add_rows(const float* HWY_RESTRICT gain, const std::array<float, kWeights>& weights,
+                         float* HWY_RESTRICT rows) {
+  const hn::CappedTag<float, kLanes> d;
+  for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
+    const auto times = hn::LoadU(d, gain + lane);
+    for (std::size_t k = 0; k < kWeights; ++k) {
+      float* const row = rows + k * kLanes + lane;
+      hn::StoreU(hn::MulAdd(times, hn::Set(d, weights[k]), hn::LoadU(d, row)), d, row);
+    }
+  }
+}
+
+void add_taps_here(std::span<const Tap> taps, float* HWY_RESTRICT high, float* HWY_RESTRICT low) {
+  constexpr float kSixth = 1.0f / 6;
+  for (const Tap& tap : taps) {
+    const float f = tap.high_fraction, g = 1 - f;
+    add_rows<kHighFieldLanes>(
+        tap.gain.data() + kBandCount - kHighFieldLanes,
+        std::array{g * g * g * kSixth, (4 - 6 * f * f + 3 * f * f * f) * kSixth,
+                   (4 - 6 * g * g + 3 * g * g * g) * kSixth, f * f * f * kSixth},
+        high + (tap.high - 1) * std::ptrdiff_t{kHighFieldLanes});
+    const float t = tap.low_fraction;
+    add_rows<kLowFieldLanes>(
+        tap.gain.data(),
+        std::array{0.5f * (0.5f - t) * (0.5f - t), 0.75f - t * t, 0.5f * (0.5f + t) * (0.5f + t)},
+        low + (tap.low - 1) * std::ptrdiff_t{kLowFieldLanes});
+  }
+}
+
+void join_bands_here(const float* HWY_RESTRICT spectrum, const float* HWY_RESTRICT filters,
+                     std::size_t points, std::size_t lanes, float* HWY_RESTRICT sum) {
+  const Four d;
+  for (std::size_t p = 0; p < points; ++p) {
+    auto joined = hn::Zero(d);
+    for (std::size_t lane = 0; lane < lanes; lane += hn::Lanes(d))
+      joined = hn::MulAdd(hn::LoadU(d, spectrum + p * lanes + lane),
+                          hn::LoadU(d, filters + p * lanes + lane), joined);
+    sum[p] = hn::GetLane(hn::SumOfLanes(d, joined));
+  }
+}
+
+HWY_INLINE void multiply_add_layer(const float* HWY_RESTRICT a, const float* HWY_RESTRICT b,
+                                   std::size_t points, float* HWY_RESTRICT sum) {
+  const hn::CappedTag<float, 16> d;
+  for (std::size_t p = 0; p < points; p += hn::Lanes(d)) {
+    const auto ar = hn::Load(d, a + p), ai = hn::Load(d, a + points + p);
+    const auto br = hn::Load(d, b + p), bi = hn::Load(d, b + points + p);
+    const auto real = hn::Load(d, sum + p), imaginary = hn::Load(d, sum + points + p);
+    hn::Store(hn::NegMulAdd(ai, bi, hn::MulAdd(ar, br, real)), d, sum + p);
+    hn::Store(hn::MulAdd(ai, br, hn::MulAdd(ar, bi, imaginary)), d, sum + points + p);
+  }
+}
+
+void multiply_add_here(const FieldSpectrum& a, const FieldSpectrum& b, FieldSpectrum& sum) {
+  multiply_add_layer(a.high.data(), b.high.data(), kHighField.transform, sum.high.data());
+  multiply_add_layer(a.low.data(), b.low.data(), kLowField.transform, sum.low.data());
+}
+
+void correlate_here(const float* HWY_RESTRICT spectrum, const float* HWY_RESTRICT last,
+                    std::size_t points, const SpectrumSums& sums) {
+  const Eight d;
+  for (std::size_t p = 0; p < points; p += hn::Lanes(d)) {
+    const auto ar = hn::LoadU(d, spectrum + p), ai = hn::LoadU(d, spectrum + points + p);
+    const auto br = hn::LoadU(d, last + p), bi = hn::LoadU(d, last + points + p);
+    const auto add = [&](float* to, const auto& first, const auto& second, const auto& third,
+                         const auto& fourth) {
+      const auto so_far = hn::LoadU(d, to + p);
+      hn::StoreU(hn::MulAdd(first, second, hn::MulAdd(third, fourth, so_far)), d, to + p);
+    };
+    add(sums.power, ar, ar, ai, ai);
+    add(sums.last_power, br, br, bi, bi);
+    add(sums.correlation, ar, br, ai, bi);
+  }
+}
+
+}  // namespace
+}  // namespace HWY_NAMESPACE
+}  // namespace clamor
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+
+namespace clamor {
+
+namespace {
+HWY_EXPORT(add_taps_here);
+HWY_EXPORT(join_bands_here);
+HWY_EXPORT(multiply_add_here);
+HWY_EXPORT(correlate_here);
+}  // namespace
+
+void add_taps(std::span<const Tap> taps, float* high, float* low) {
+  HWY_DYNAMIC_DISPATCH(add_taps_here)(taps, high, low);
+}
+
+void join_bands(const float* spectrum, const float* filters, std::size_t points, std::size_t lanes,
+                float* sum) {
+  HWY_DYNAMIC_DISPATCH(join_bands_here)(spectrum, filters, points, lanes, sum);
+}
+
+void multiply_add(const FieldSpectrum& a, const FieldSpectrum& b,
+                  FieldSpectrum& sum) noexcept REALTIME {
+  HWY_DYNAMIC_DISPATCH(multiply_add_here)(a, b, sum);
+}
+
+void correlate(const float* spectrum, const float* last, std::size_t points,
+               const SpectrumSums& sums) {
+  HWY_DYNAMIC_DISPATCH(correlate_here)(spectrum, last, points, sums);
+}
+
+}  // namespace clamor
+
+#endif  // HWY_ONCE

@@ -1,0 +1,276 @@
+#include "runtime/field/field_mixer.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "runtime/field/field_kernel.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr int kBlock_frames = static_cast<int>(kHighField.partition);
+
+}  // namespace
+
+FieldMixer::FieldMixer(PlayableSignals signals)
+    : signals_(signals),
+      high_(kHighField.transform, kLanes),
+      low_(kLowField.transform, kLanes),
+      work_(2),
+      window_(kHighField.transform) {}
+
+template <class Visit>
+void FieldMixer::for_inputs(const Visit& visit) const noexcept REALTIME {
+  for (const Part& part : parts_)
+    for (const FieldResponse* const response : {part.from, part.to}) {
+      if (response == nullptr) continue;
+      const FieldInput* last = nullptr;
+      for (const FieldResponse::Partition& one : response->partitions) {
+        if (one.input == last) continue;
+        last = one.input;
+        visit(*one.input);
+      }
+    }
+}
+
+void FieldMixer::begin(const FieldUpdate& update, std::int64_t read_frame, int played_frames) {
+  first_frame_ = read_frame - played_frames;
+  block_ = 0;
+  for (std::size_t p = 0; p < kFieldParts; ++p) {
+    parts_[p].to = update[p];
+    parts_[p].from = nullptr;
+  }
+  begin_block();
+  work_to(progress_.cost);
+  end_block();
+  played_frames_ = played_frames;
+}
+
+void FieldMixer::load(const FieldUpdate& update) noexcept REALTIME {
+  for (std::size_t p = 0; p < kFieldParts; ++p) {
+    if (update[p] == nullptr) continue;
+    release(parts_[p].next);  // which had no time to begin
+    parts_[p].next = update[p];
+  }
+}
+
+// Decides what is heard in the next block.
+void FieldMixer::begin_block() noexcept REALTIME {
+  progress_ = {.has_begun = true};
+  for (Part& part : parts_) {
+    if (part.from != nullptr && part.faded_blocks >= part.to->fade_blocks) release(part.from);
+    if (part.from == nullptr && part.next != nullptr) {
+      part.from = std::exchange(part.to, std::exchange(part.next, nullptr));
+      part.faded_blocks = 0;
+    }
+    for (const FieldResponse* const response : {part.from, part.to})
+      if (response != nullptr) progress_.cost += response->partitions.size();
+    progress_.cost += kOutputCost;
+  }
+  for_inputs([this](FieldInput& input) noexcept REALTIME {
+    const auto kept = static_cast<std::int64_t>(input.blocks.size());
+    input.next_block = std::max(input.next_block, block_ + 1 - kept);
+    if (input.next_block <= block_)
+      progress_.cost += kWindowCost * static_cast<std::size_t>(block_ + 1 - input.next_block);
+  });
+}
+
+void FieldMixer::work_to(std::size_t cost) noexcept REALTIME {
+  while (progress_.done < cost)
+    if (!make_windows() && !multiply_next()) return;
+}
+
+// Transforms the next few windows that are missing. False if none are.
+bool FieldMixer::make_windows() noexcept REALTIME {
+  std::array<Wanted, kLanes> wanted;
+  std::size_t count = 0;
+  for_inputs([&](FieldInput& input) noexcept REALTIME {
+    while (count < kLanes && input.next_block <= block_)
+      wanted[count++] = {&input, input.next_block++};
+  });
+  if (count == 0) return false;
+  transform(wanted, count);
+  progress_.done += count * kWindowCost;
+  return true;
+}
+
+// Reads both layers of a window to a lane. False if it is silent.
+bool FieldMixer::read(const Wanted& wanted, std::size_t lane) noexcept REALTIME {
+  const PreparedSignal& signal = signals_[wanted.input->signal];
+  const std::int64_t begins =
+      first_frame_ + (wanted.block - 1) * kBlock_frames - wanted.input->start_frames;
+  constexpr auto kHighMargin = static_cast<std::int64_t>(kHighField.margin);
+  constexpr auto kLowMargin = static_cast<std::int64_t>(kLowRate * kLowField.margin);
+  constexpr auto kLowWindow = static_cast<std::int64_t>(kLowRate * kLowField.transform);
+  if (signal.streams() &&
+      !signal.is_resident(begins - kLowMargin, begins - kLowMargin + kLowWindow)) {
+    ++late_blocks_;
+    return false;
+  }
+  bool sounds = false;
+  const auto to_lane = [&](std::span<const float> samples, float* lanes) noexcept REALTIME {
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      lanes[i * kLanes + lane] = samples[i];
+      sounds = sounds || samples[i] != 0;
+    }
+  };
+  signal.read_high(begins - kHighMargin, window_);
+  to_lane(window_, work_[0].real.data());
+  const auto low = std::span(window_).first(kLowField.transform);
+  signal.read_low(begins - kLowMargin, low);
+  to_lane(low, work_[1].real.data());
+  return sounds;
+}
+
+void FieldMixer::transform(const std::array<Wanted, kLanes>& wanted,
+                           std::size_t count) noexcept REALTIME {
+  for (Work& work : work_) {
+    work.real.fill(0);
+    work.imaginary.fill(0);
+  }
+  std::array<FieldSpectrum*, kLanes> spectra{};
+  for (std::size_t lane = 0; lane < count; ++lane) {
+    FieldInput& input = *wanted[lane].input;
+    const std::size_t place = input.place_of(wanted[lane].block);
+    input.silent[place] = !read(wanted[lane], lane);
+    if (input.silent[place] == 0) spectra[lane] = &input.blocks[place];
+  }
+  const auto put_in = [&](const LaneFourier& fourier, Work& work, auto layer_of) noexcept REALTIME {
+    fourier.forward(work.real.data(), work.imaginary.data());
+    const std::size_t points = fourier.size();
+    for (std::size_t lane = 0; lane < count; ++lane) {
+      if (spectra[lane] == nullptr) continue;
+      float* const to = layer_of(*spectra[lane]);
+      for (std::size_t i = 0; i < points; ++i) {
+        to[i] = work.real[i * kLanes + lane];
+        to[points + i] = work.imaginary[i * kLanes + lane];
+      }
+    }
+  };
+  put_in(high_, work_[0], [](FieldSpectrum& all) noexcept REALTIME { return all.high.data(); });
+  put_in(low_, work_[1], [](FieldSpectrum& all) noexcept REALTIME { return all.low.data(); });
+}
+
+// Multiplies the next partition, or puts out a part whose partitions are all done. False if no part
+// is left.
+bool FieldMixer::multiply_next() noexcept REALTIME {
+  if (progress_.part == kFieldParts) return false;
+  Part& part = parts_[progress_.part];
+  const FieldResponse* const response = progress_.outgoing ? part.from : part.to;
+  if (response != nullptr && progress_.partition < response->partitions.size()) {
+    const FieldResponse::Partition& one = response->partitions[progress_.partition];
+    const std::size_t place = one.input->place_of(block_ - one.delay);
+    if (one.input->silent[place] == 0)
+      multiply_add(one.input->blocks[place], response->spectra[progress_.partition],
+                   progress_.outgoing ? part.sum_from : part.sum_to);
+    ++progress_.partition;
+    ++progress_.done;
+    return true;
+  }
+  progress_.partition = 0;
+  if (progress_.outgoing) {
+    progress_.outgoing = false;
+    return true;
+  }
+  output(part);
+  progress_.done += kOutputCost;
+  progress_.outgoing = true;
+  ++progress_.part;
+  return true;
+}
+
+// Transforms the sums back, four in the lanes of one: both responses, and both times the
+// correction; and fades.
+void FieldMixer::output(Part& part) noexcept REALTIME {
+  Block& block = part.blocks[1 - current_];
+  block.is_silent = part.to == nullptr;
+  if (block.is_silent) return;
+  const bool fades = part.from != nullptr;
+  const float whole = fades ? static_cast<float>(part.to->fade_blocks) : 1;
+  const float begins = fades ? static_cast<float>(part.faded_blocks) / whole : 1;
+  const float share = fades ? 1 / whole : 0;
+  Work& work = work_[0];
+  const auto put_out = [&](const LaneFourier& fourier, const FieldLayer& layer, float* sum_from,
+                           float* sum_to, const float* correction, auto& ears) noexcept REALTIME {
+    const std::size_t points = layer.transform;
+    for (std::size_t half = 0; half < 2; ++half) {
+      float* const lanes = half == 0 ? work.real.data() : work.imaginary.data();
+      const float* const from = sum_from + half * points;
+      const float* const to = sum_to + half * points;
+      for (std::size_t i = 0; i < points; ++i) {
+        lanes[i * kLanes] = from[i];
+        lanes[i * kLanes + 1] = to[i];
+        lanes[i * kLanes + 2] = correction[i] * from[i];
+        lanes[i * kLanes + 3] = correction[i] * to[i];
+      }
+    }
+    fourier.inverse(work.real.data(), work.imaginary.data());
+    const std::size_t first = (layer.partition + 2 * layer.margin) * kLanes;
+    const float per_frame = share / static_cast<float>(layer.partition);
+    for (std::size_t f = 0; f < layer.partition; ++f) {
+      const float w = begins + per_frame * static_cast<float>(f), u = 1 - w;
+      const float over = 1 / std::sqrt(w * w + u * u);
+      const std::array<float, kLanes> weights{u, w, u * over - u, w * over - w};
+      for (std::size_t e = 0; e < kEars; ++e) {
+        const float* const y = (e == 0 ? work.real : work.imaginary).data() + first + f * kLanes;
+        ears[e][f] = weights[0] * y[0] + weights[1] * y[1] + weights[2] * y[2] + weights[3] * y[3];
+      }
+    }
+    std::fill_n(sum_from, 2 * points, 0.0f);
+    std::fill_n(sum_to, 2 * points, 0.0f);
+  };
+  put_out(high_, kHighField, part.sum_from.high.data(), part.sum_to.high.data(),
+          part.to->correction_high.data(), block.high);
+  put_out(low_, kLowField, part.sum_from.low.data(), part.sum_to.low.data(),
+          part.to->correction_low.data(), block.low);
+}
+
+void FieldMixer::end_block() noexcept REALTIME {
+  for (Part& part : parts_) part.faded_blocks += part.from != nullptr;
+  current_ = 1 - current_;
+  played_frames_ = 0;
+  ++block_;
+  progress_.has_begun = false;
+}
+
+void FieldMixer::advance(int frames) noexcept REALTIME {
+  assert(played_frames_ + frames <= kBlock_frames);
+  if (!progress_.has_begun) begin_block();
+  played_frames_ += frames;
+  const auto played = static_cast<std::size_t>(played_frames_);
+  work_to(progress_.cost * played / kHighField.partition);
+  if (played_frames_ < kBlock_frames) return;
+  while (make_windows() || multiply_next()) {
+  }
+  end_block();
+}
+
+void FieldMixer::add_to(MixBuses& buses, int frames) const noexcept REALTIME {
+  const auto add = [](const float* samples, int count, float* row) noexcept REALTIME {
+    for (int f = 0; f < count; ++f) row[f] += samples[f];
+  };
+  for (const Part& part : parts_) {
+    const Block& block = part.blocks[current_];
+    if (block.is_silent) continue;
+    for (int e = 0; e < kEars; ++e) {
+      const auto ear = static_cast<std::size_t>(e);
+      for (int b = 0; b < kHighBands; ++b)
+        add(&block.high[ear][static_cast<std::size_t>(played_frames_)], frames,
+            buses.high + (kEars * b + e) * kMaxFrames);
+      for (int b = 0; b < kLowBands; ++b)
+        add(&block.low[ear][static_cast<std::size_t>(played_frames_ / kLowRate)], frames / kLowRate,
+            buses.low + (kEars * b + e) * (kMaxFrames / kLowRate));
+    }
+  }
+}
+
+void FieldMixer::add_powers(DiffuseHrtfEq& eq) const noexcept REALTIME {
+  for (const Part& part : parts_)
+    if (part.to != nullptr) eq.add(part.to->powers);
+}
+
+}  // namespace clamor

@@ -1,0 +1,79 @@
+// field_response.h: the response of a field of taps, as the sampler makes it and the mixer plays
+// it.
+//
+// Sources that play the same signal, beginning at the same time, are taps of one response per ear.
+// Time is cut into partitions of a keyframe each. Their spectra are what a partitioned convolution
+// multiplies by the spectra of the signal's blocks: of the layer of the high bands at the full
+// rate, and of the low bands at a quarter of it (octave_filter_bank.h). The left ear is the real
+// part of a complex response and the right ear the imaginary part.
+//
+// W. G. Gardner. Efficient Convolution without Input-Output Delay. J. Audio Eng. Soc. 43(3), 1995.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "runtime/hrtf/diffuse_hrtf_eq.h"
+#include "runtime/realtime/realtime.h"
+#include "runtime/voices/keyframe.h"
+#include "runtime/voices/mix_kernel.h"
+
+namespace clamor {
+
+// The size of a partition and of its transform, in frames of a layer. The margins at both ends of a
+// partition hold the ringing of the bands' filters.
+struct FieldLayer {
+  std::size_t partition, margin, transform;
+};
+inline constexpr FieldLayer kHighField{kKeyframeFrames, 64, 2048};
+inline constexpr FieldLayer kLowField{kKeyframeFrames / kLowRate, 272, 1024};
+static_assert(2 * (kHighField.partition + kHighField.margin) == kHighField.transform);
+static_assert(2 * (kLowField.partition + kLowField.margin) == kLowField.transform);
+
+// Real parts, then imaginary parts, in the order of LaneFourier.
+struct alignas(64) FieldSpectrum {
+  std::array<float, 2 * kHighField.transform> high;
+  std::array<float, 2 * kLowField.transform> low;
+};
+
+// A signal that taps play. The mixer keeps the spectra of its newest blocks.
+struct FieldInput {
+  FieldInput(std::uint32_t of_signal, std::int64_t begins_frames, std::size_t partitions)
+      : signal(of_signal), start_frames(begins_frames), blocks(partitions), silent(partitions) {}
+
+  // Where the spectrum of a block is kept.
+  std::size_t place_of(std::int64_t block) const noexcept REALTIME {
+    const auto kept = static_cast<std::int64_t>(blocks.size());
+    return static_cast<std::size_t>((block % kept + kept) % kept);
+  }
+
+  const std::uint32_t signal;
+  const std::int64_t start_frames;  // when the signal's frame 0 is emitted
+  // The mixer's.
+  std::vector<FieldSpectrum> blocks;
+  std::vector<char> silent;  // likewise
+  std::int64_t next_block = std::numeric_limits<std::int64_t>::min();
+};
+
+// One part's response at one moment. The sampler writes it while it is free, and the mixer frees it
+// once it has faded to a later one.
+struct FieldResponse {
+  struct Partition {
+    FieldInput* input;
+    std::uint32_t delay;  // in partitions
+  };
+  std::vector<Partition> partitions;
+  std::vector<FieldSpectrum> spectra;  // at least one for each partition
+  int fade_blocks = 0;                 // from the response before; 0 for the first
+  // Share of the part of a fade that corrects its power (field_mixer.h), by index of a spectrum.
+  std::array<float, kHighField.transform> correction_high{};
+  std::array<float, kLowField.transform> correction_low{};
+  std::vector<DiffuseHrtfEq::Power> powers;  // binaural: of the taps, by direction
+  std::atomic<bool> is_free{true};
+};
+
+}  // namespace clamor

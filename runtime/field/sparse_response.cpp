@@ -1,0 +1,149 @@
+#include "runtime/field/sparse_response.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <numbers>
+
+#include "common/crossover.h"
+#include "common/sample_rate.h"
+#include "runtime/hrtf/hrtf_filters.h"
+#include "runtime/voices/octave_filter_bank.h"
+
+namespace clamor {
+
+namespace {
+
+using Matrix = std::array<std::array<double, kBandCount>, kBandCount>;
+
+// What an octave bus passes of its layer, which the split of the layers has already cut.
+double bus_in_layer(const MixMode& mode, std::size_t bus, double frequency_hz) {
+  const bool is_low = bus < kLowBands;
+  const double split = crossover_magnitude(kLowBands - 1, kSampleRate_hz,
+                                           is_low ? Side::kLow : Side::kHigh, frequency_hz);
+  if (!mode.head) return OctaveFilterBank::magnitude(bus, frequency_hz) / split;
+  double gain = 0;
+  for (std::size_t j = is_low ? 0 : kHrtfLowBands; j < (is_low ? kHrtfLowBands : kHrtfBands); ++j)
+    if (const float share = HrtfFilters::octave_share(bus, j); share != 0)
+      gain += static_cast<double>(share) * HrtfFilters::magnitude(j, frequency_hz) / split;
+  return gain;
+}
+
+// Filters of the lanes, [index][lane], for octave gains: the buses' filters times the matrix that
+// makes buses of gains, over the spline's response and the scale of the transform.
+std::vector<float> lane_filters(const MixMode& mode, const FieldLayer& layer, std::size_t lanes,
+                                bool is_low) {
+  // The split leaves nothing of a layer beyond these, where the buses' shares of it are not known.
+  const double first_hz = is_low ? 0 : 100, last_hz = is_low ? 5000 : 23'500;
+  const double rate_hz = 1.0 * kSampleRate_hz / (is_low ? kLowRate : 1);
+  const auto points = static_cast<double>(layer.transform);
+  const LaneFourier fourier(layer.transform, lanes);
+  const Matrix& gains = mode.head ? HrtfFilters::bus_gains() : OctaveFilterBank::bus_gains();
+  std::vector<std::array<float, kBandCount>> by_bin(layer.transform / 2 + 1);
+  for (std::size_t bin = 0; bin < by_bin.size(); ++bin) {
+    const double frequency_hz = static_cast<double>(bin) * rate_hz / points;
+    const double cosine = std::cos(2 * std::numbers::pi * static_cast<double>(bin) / points);
+    // Windows of the high layer hold spline coefficients for cubic interpolation, halved as the
+    // mixer reads them, and samples otherwise; those of the low layer hold samples.
+    const bool has_coefficients = !is_low && mode.interpolation == Interpolation::kCubic;
+    const double scale = is_low ? 4 / (3 + cosine) : has_coefficients ? 2 : 3 / (2 + cosine);
+    for (std::size_t bus = is_low ? 0 : kLowBands; bus < (is_low ? kLowBands : kBandCount); ++bus) {
+      const double passed =
+          scale / points * bus_in_layer(mode, bus, std::clamp(frequency_hz, first_hz, last_hz));
+      for (std::size_t lane = 0; lane < kBandCount; ++lane)
+        by_bin[bin][lane] += static_cast<float>(passed * gains[bus][lane]);
+    }
+  }
+  std::vector<float> filters(layer.transform * lanes);
+  for (std::size_t index = 0; index < layer.transform; ++index) {
+    const std::size_t bin = fourier.bin(index);
+    const auto& at = by_bin[std::min(bin, layer.transform - bin)];
+    std::copy(at.end() - static_cast<std::ptrdiff_t>(lanes), at.end(), &filters[index * lanes]);
+  }
+  return filters;
+}
+
+// The same for all responses of a mode.
+const std::vector<float>& shared_filters(const MixMode& mode, bool is_low) {
+  const auto make = [](bool head, Interpolation interpolation) {
+    const MixMode of{.interpolation = interpolation, .head = head};
+    return std::array{lane_filters(of, kHighField, kHighFieldLanes, false),
+                      lane_filters(of, kLowField, kLowFieldLanes, true)};
+  };
+  const auto pick = [&](Interpolation interpolation) -> const std::array<std::vector<float>, 2>& {
+    static const auto octaves = make(false, Interpolation::kCubic);
+    if (interpolation == Interpolation::kCubic && !mode.head) return octaves;
+    static const auto heads = make(true, Interpolation::kCubic);
+    if (interpolation == Interpolation::kCubic) return heads;
+    static const auto linear_octaves = make(false, Interpolation::kLinear);
+    if (!mode.head) return linear_octaves;
+    static const auto linear_heads = make(true, Interpolation::kLinear);
+    return linear_heads;
+  };
+  return pick(mode.interpolation)[is_low ? 1 : 0];
+}
+
+}  // namespace
+
+SparseResponse::Layer::Layer(const FieldLayer& layer_size, std::size_t layer_lanes,
+                             std::vector<float> lane_filters)
+    : size(layer_size),
+      fourier(layer_size.transform, layer_lanes),
+      filters(std::move(lane_filters)),
+      real(layer_size.transform * layer_lanes / 16),
+      imaginary(real.size()) {}
+
+SparseResponse::SparseResponse(const MixMode& mode)
+    : high_(kHighField, kHighFieldLanes, shared_filters(mode, false)),
+      low_(kLowField, kLowFieldLanes, shared_filters(mode, true)) {}
+
+void SparseResponse::reserve(std::size_t partitions) {
+  if (partitions <= touched_.size()) return;
+  touched_.resize(partitions);
+  for (Layer* const layer : {&high_, &low_})
+    for (std::vector<float>& rows : layer->rows)
+      rows.resize((partitions * layer->size.partition + 2 * kPad) * layer->fourier.lanes());
+}
+
+void SparseResponse::add(std::size_t ear, std::span<const Tap> taps) {
+  for (const Tap& tap : taps) {
+    constexpr int kReach = kLowRate * static_cast<int>(kPad);
+    assert(tap.high >= 0 && tap.low >= 0);
+    const auto first = static_cast<std::size_t>(std::max(tap.high - kReach, 0)),
+               last = static_cast<std::size_t>(tap.high + kReach);
+    touched_[first / kHighField.partition] = 1;
+    touched_[std::min(last / kHighField.partition, touched_.size() - 1)] = 1;
+  }
+  add_taps(taps, high_.rows[ear].data() + kPad * kHighFieldLanes,
+           low_.rows[ear].data() + kPad * kLowFieldLanes);
+}
+
+void SparseResponse::Layer::transform(std::size_t partition, float* spectrum) {
+  const std::size_t lanes = fourier.lanes();
+  for (std::size_t e = 0; e < kEars; ++e) {
+    // The pads belong to the first and to the last partition, whose margins have room for them.
+    const bool is_first = partition == 0;
+    const std::size_t whole = rows[e].size() / lanes - 2 * kPad;
+    const bool is_last = (partition + 1) * size.partition == whole;
+    const std::size_t before = is_first ? kPad : 0, after = is_last ? kPad : 0;
+    float* const from = rows[e].data() + (kPad - before + partition * size.partition) * lanes;
+    const std::size_t count = (before + size.partition + after) * lanes;
+    float* const to = (e == 0 ? real : imaginary).data()->floats.data();
+    std::fill_n(to, size.transform * lanes, 0.0f);
+    std::copy_n(from, count, to + (size.margin - before) * lanes);
+    std::fill_n(from, count, 0.0f);
+  }
+  float* const re = real.data()->floats.data();
+  float* const im = imaginary.data()->floats.data();
+  fourier.forward(re, im);
+  join_bands(re, filters.data(), size.transform, lanes, spectrum);
+  join_bands(im, filters.data(), size.transform, lanes, spectrum + size.transform);
+}
+
+void SparseResponse::transform(std::size_t partition, FieldSpectrum& spectrum) {
+  high_.transform(partition, spectrum.high.data());
+  low_.transform(partition, spectrum.low.data());
+  touched_[partition] = 0;
+}
+
+}  // namespace clamor

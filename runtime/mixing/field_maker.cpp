@@ -1,0 +1,348 @@
+#include "runtime/mixing/field_maker.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include "runtime/mixing/itd_table.h"
+#include "runtime/voices/gain_ramp_kernel.h"
+
+namespace clamor {
+
+namespace {
+
+constexpr std::size_t kMaxInputs = 64;
+constexpr std::size_t kMaxPartitions = 3200;  // 64 s, longer than any path of a bake
+constexpr double kLeastCorrelation = -0.5;
+constexpr double kFastest_mps = 40;  // beyond, the listener was moved, and is not expected to go on
+
+// When an emitter's signal begins, on the grid of partitions.
+std::int64_t start_of(double emitted_frames) {
+  return static_cast<std::int64_t>(std::floor(emitted_frames / kKeyframeFrames + 1e-6)) *
+         kKeyframeFrames;
+}
+
+Tap tap_at(double delay_frames, double low_delay_frames, const Bands& gain) {
+  const double low = low_delay_frames / kLowRate;
+  const auto whole = static_cast<std::int32_t>(delay_frames),
+             low_whole = static_cast<std::int32_t>(low + 0.5);
+  return {whole, low_whole, static_cast<float>(delay_frames - whole),
+          static_cast<float>(low - low_whole), gain};
+}
+
+}  // namespace
+
+FieldMaker::Input::Input(const RadiationModel& radiation, std::uint32_t of_signal,
+                         std::int64_t begins_frames)
+    : signal(of_signal),
+      start_frames(begins_frames),
+      groups{TapGroup(radiation), TapGroup(radiation)} {}
+
+// Room for delays up to this one, and somewhat more, so that a walk seldom needs another buffer.
+void FieldMaker::Input::reserve(double delay_frames) {
+  const auto needed = static_cast<std::size_t>(delay_frames / kKeyframeFrames) + 2;
+  if (!buffers.empty() && needed <= buffers.back()->blocks.size()) return;
+  buffers.push_back(std::make_unique<FieldInput>(
+      signal, start_frames, std::min(kMaxPartitions, needed + needed / 8 + 8)));
+}
+
+FieldMaker::FieldMaker(const RadiationModel& radiation, PlayableSignals signals, const Ears& ears)
+    : radiation_(radiation),
+      signals_(signals),
+      ears_(ears),
+      response_(ears.mode),
+      high_sums_(kHighField, kSampleRate_hz),
+      low_sums_(kLowField, 1.0 * kSampleRate_hz / kLowRate) {
+  made_voices_.resize(VoiceTable::kTile);
+  if (ears.head != nullptr)
+    for (Part& part : parts_) part.eq = std::make_unique<DiffuseHrtfEq>(*ears.head);
+}
+
+bool FieldMaker::suits(std::span<const Emitter> emitters) {
+  std::set<std::pair<std::uint32_t, std::int64_t>> inputs;
+  for (const Emitter& emitter : emitters)
+    inputs.insert({emitter.signal, start_of(emitter.delay_s * kSampleRate_hz)});
+  return inputs.size() <= kMaxInputs;
+}
+
+FieldMaker::Input& FieldMaker::input_of(const SampledSource& source, double emission_frames) {
+  const std::int64_t start_frames =
+      start_of(emission_frames - static_cast<double>(source.source->delay_s) * kSampleRate_hz);
+  for (const auto& input : inputs_)
+    if (input->signal == source.signal && input->start_frames == start_frames) return *input;
+  return *inputs_.emplace_back(std::make_unique<Input>(radiation_, source.signal, start_frames));
+}
+
+// The loudest are voices. A voice stays one until it is clearly below the others.
+void FieldMaker::choose_voices(std::span<const SampledSource> sample) {
+  ranked_.clear();
+  auto voice = next_numbers_.begin();
+  for (const SampledSource& one : sample) {
+    while (voice != next_numbers_.end() && *voice < one.number) ++voice;
+    const bool is_voice = voice != next_numbers_.end() && *voice == one.number;
+    ranked_.push_back({one.weight * static_cast<double>(is_voice ? kKeepsVoice : 1), one.number});
+  }
+  if (ranked_.size() > kFieldVoices) {
+    std::nth_element(ranked_.begin(), ranked_.begin() + kFieldVoices, ranked_.end(),
+                     std::greater<>());
+    ranked_.resize(kFieldVoices);
+  }
+  next_numbers_.clear();
+  for (const auto& [weight, number] : ranked_) next_numbers_.push_back(number);
+  std::ranges::sort(next_numbers_);
+}
+
+void FieldMaker::take_taps(std::span<const SampledSource> sample, const Listener& listener) {
+  for (const auto& input : inputs_) {
+    input->longest_frames = 0;
+    for (auto& chosen : input->chosen) chosen.clear();
+  }
+  const double frames_per_m = kSampleRate_hz / radiation_.speed_of_sound_mps();
+  auto voice = next_numbers_.begin();
+  for (const SampledSource& one : sample) {
+    while (voice != next_numbers_.end() && *voice < one.number) ++voice;
+    if (voice != next_numbers_.end() && *voice == one.number) continue;
+    const double emission_frames =
+        (one.start_s + radiation_.emission_time_s(*one.source)) * kSampleRate_hz;
+    Input& input = input_of(one, emission_frames);
+    const double delay_frames =
+        emission_frames - static_cast<double>(input.start_frames) +
+        frames_per_m * length(listener.position_m - Vec3(one.source->position_m));
+    if (!(delay_frames < (kMaxPartitions - 2) * kKeyframeFrames)) continue;
+    input.longest_frames = std::max(input.longest_frames, delay_frames);
+    input.chosen[delay_frames < kEarly_frames ? kEarlyField : kLateField].push_back(&one);
+  }
+  reads_.clear();
+  tap_count_ = 0;
+  for (const auto& input : inputs_) {
+    for (std::size_t part = 0; part < kFieldParts; ++part) {
+      input->groups[part].take(input->chosen[part]);
+      tap_count_ += input->chosen[part].size();
+    }
+    if (input->longest_frames == 0) continue;
+    input->reserve(input->longest_frames);
+    response_.reserve(input->buffers.back()->blocks.size());
+    Voice read;
+    read.signal = input->signal;
+    read.gain.fill(same_in_all_bands(1));
+    constexpr double kAhead_frames = 2 * kKeyframeFrames, kStep_frames = 0.5 * kSampleRate_hz;
+    for (double at = -kAhead_frames; at < input->longest_frames + kStep_frames;
+         at += kStep_frames) {
+      read.delay_frames.fill(static_cast<double>(input->start_frames) + at);
+      reads_.push_back(read);
+    }
+  }
+}
+
+std::span<const SampledSource> FieldMaker::divide(std::span<const SampledSource> sample,
+                                                  bool is_new, const Listener& listener) {
+  voice_numbers_ = next_numbers_;
+  const bool is_first = made_ == 0;
+  has_new_sample_ = has_new_sample_ || is_new;
+  if (has_new_sample_ && left_[kLateField] == 0) {
+    has_new_sample_ = false;
+    choose_voices(sample);
+    take_taps(sample, listener);
+    if (is_first) voice_numbers_ = next_numbers_;
+    // A power of two keyframes, so that both parts meet again. The first sample serves one.
+    const double speed_mps = length(listener.velocity_mps);
+    for (std::size_t part = 0; part < kFieldParts; ++part) {
+      every_[part] = is_first ? 1 : kMostKeyframes[part];
+      while (every_[part] > 1 && every_[part] * kKeyframe_s * speed_mps > kStep_m[part])
+        every_[part] /= 2;
+      left_[part] = 0;
+    }
+  }
+  voices_.clear();
+  auto at = sample.begin();
+  for (const std::uint64_t number : voice_numbers_) {
+    at = std::lower_bound(at, sample.end(), number,
+                          [](const SampledSource& one, std::uint64_t n) { return one.number < n; });
+    if (at != sample.end() && at->number == number) voices_.push_back(*at);
+  }
+  return voices_;
+}
+
+void FieldMaker::make(const Listener& listener, const Reception& reception, Keyframe& keyframe) {
+  keyframe.field = {};
+  for (std::size_t part = 0; part < kFieldParts; ++part)
+    if (left_[part]-- == 0) {
+      renew(part, listener, reception, keyframe);
+      left_[part] = every_[part] - 1;
+    }
+  ++made_;
+}
+
+void FieldMaker::renew(std::size_t part_index, const Listener& listener, const Reception& reception,
+                       Keyframe& keyframe) {
+  Part& part = parts_[part_index];
+  const bool is_first = part.last == nullptr;
+  const int every = every_[part_index];
+  Listener then = listener;
+  if (!is_first && length(listener.velocity_mps) < kFastest_mps)
+    then.position_m += every * kKeyframe_s * listener.velocity_mps;
+  const ListenerFrame frame = listener_frame(
+      then, ears_.head != nullptr || ears_.panner != nullptr ? Receivers::kOne : Receivers::kPair);
+  bool has_changed = part.frame != frame || part.reception != reception;
+  for (const auto& input : inputs_)
+    has_changed = input->groups[part_index].advance(
+                      is_first ? 1 : static_cast<float>(every) / kTapFade_keyframes) ||
+                  has_changed;
+  if (!has_changed) return;
+  part.frame = frame;
+  part.reception = reception;
+  FieldResponse& response = free_response(part);
+  response.is_free.store(false, std::memory_order_relaxed);
+  response.partitions.clear();
+  if (part.eq != nullptr) part.eq->begin();
+  for (const auto& input : inputs_) {
+    if (input->groups[part_index].used() == 0) continue;
+    add_taps_of(*input, part_index, frame, reception);
+    response_.transform([&](std::size_t delay) -> FieldSpectrum& {
+      response.partitions.push_back(
+          {input->buffers.back().get(), static_cast<std::uint32_t>(delay)});
+      const std::size_t count = response.partitions.size();
+      if (response.spectra.size() < count) response.spectra.resize(count + count / 4);
+      return response.spectra[count - 1];
+    });
+  }
+  if (part.eq != nullptr) response.powers = part.eq->powers();
+  response.fade_blocks = is_first ? 0 : every;
+  if (!is_first) correct(response, *part.last);
+  part.last = &response;
+  keyframe.field[part_index] = &response;
+}
+
+void FieldMaker::add_taps_of(Input& input, std::size_t part, const ListenerFrame& frame,
+                             const Reception& reception) {
+  constexpr std::size_t kTile = VoiceTable::kTile;
+  TapGroup& group = input.groups[part];
+  VoiceTable& table = group.table();
+  const std::size_t used = group.used();
+  place_voices(table, frame, ears_.itd_table, 0, (used + kTile - 1) / kTile * kTile);
+  const double longest_frames =
+      static_cast<double>((input.buffers.back()->blocks.size()) * kHighField.partition) - 4;
+  std::array<std::uint32_t, kTile> slots;
+  for (std::size_t first = 0; first < used; first += kTile) {
+    std::size_t count = 0;
+    for (std::size_t s = first; s < std::min(first + kTile, used); ++s)
+      if (group.presence(s) > 0) slots[count++] = static_cast<std::uint32_t>(s);
+    make_voices(table, frame.places, std::span(slots).first(count), made_voices_.data(), first);
+    for (auto& taps : taps_) taps.clear();
+    for (const std::uint32_t s : std::span(slots).first(count)) {
+      Voice& voice = made_voices_[s - first];
+      double low_itd_frames = 0;
+      if (ears_.head != nullptr) {
+        colour(voice, input, group, part, s, low_itd_frames);
+      } else if (ears_.panner != nullptr) {
+        const ChannelGains gains = ears_.panner->gains(voice.from);
+        for (std::size_t e = 0; e < kEars; ++e)
+          for (float& band : voice.gain[e]) band *= gains[e];
+      } else if (!reception.is_omnidirectional()) {
+        for (std::size_t e = 0; e < kEars; ++e) {
+          const Vec3 towards_m = Vec3(table.position_of(s)) - frame.ear_positions_m[e];
+          const Bands gain = reception.gain(static_cast<int>(e), Vec3f(towards_m));
+          for (std::size_t b = 0; b < kBandCount; ++b) voice.gain[e][b] *= gain[b];
+        }
+      }
+      for (std::size_t e = 0; e < kEars; ++e) {
+        const double delay_frames = voice.delay_frames[e] - static_cast<double>(input.start_frames);
+        const double low_frames = delay_frames + (e == 0 ? -0.5 : 0.5) * low_itd_frames;
+        if (!(delay_frames >= 4 && delay_frames < longest_frames)) continue;
+        if (const float presence = group.presence(s); presence < 1)
+          for (float& band : voice.gain[e]) band *= presence;
+        taps_[e].push_back(tap_at(delay_frames, low_frames, voice.gain[e]));
+      }
+    }
+    for (std::size_t e = 0; e < kEars; ++e) response_.add(e, taps_[e]);
+  }
+}
+
+// Octave gains as a head colours them.
+void FieldMaker::colour(Voice& voice, const Input& input, TapGroup& group, std::size_t part,
+                        std::uint32_t slot, double& low_itd_frames) {
+  const DirectionMesh::Place place = ears_.head->place(voice.from, group.direction(slot));
+  low_itd_frames = ears_.head->low_itd_frames(place);
+  hrtf_gains(parts_[part].eq->corners(place), voice.gain, signals_[input.signal].mean_square(),
+             voice.gain);
+}
+
+FieldResponse& FieldMaker::free_response(Part& part) {
+  for (const auto& response : part.responses)
+    if (response.get() != part.last && response->is_free.load(std::memory_order_acquire))
+      return *response;
+  return *part.responses.emplace_back(std::make_unique<FieldResponse>());
+}
+
+// The response before fades out linearly while this one fades in, which is right where both are
+// alike. Where they are not, power would fall in between, and the mixer corrects it by as much as
+// this says. Correlation is measured in quarters of an octave: within an octave it may fall from
+// 0.8 to 0.
+void FieldMaker::correct(FieldResponse& response, const FieldResponse& last) {
+  static const FieldSpectrum kNothing{};
+  for (LayerSums* const sums : {&high_sums_, &low_sums_}) sums->clear();
+  std::size_t hint = 0;
+  for (std::size_t p = 0; p < response.partitions.size(); ++p) {
+    const auto is_same = [&here = response.partitions[p]](const FieldResponse::Partition& one) {
+      return one.delay == here.delay && one.input->signal == here.input->signal &&
+             one.input->start_frames == here.input->start_frames;
+    };
+    const auto begin = last.partitions.begin(), end = last.partitions.end(),
+               from = begin + static_cast<std::ptrdiff_t>(std::min(hint, last.partitions.size()));
+    auto found = std::find_if(from, end, is_same);
+    if (found == end) found = std::find_if(begin, from, is_same);
+    const bool has_last = found != end && is_same(*found);
+    if (has_last) hint = static_cast<std::size_t>(found - begin) + 1;
+    const FieldSpectrum& before = has_last ? last.spectra[hint - 1] : kNothing;
+    const FieldSpectrum& now = response.spectra[p];
+    correlate(now.high.data(), before.high.data(), kHighField.transform, high_sums_.all());
+    correlate(now.low.data(), before.low.data(), kLowField.transform, low_sums_.all());
+  }
+  high_sums_.correct(response.correction_high);
+  low_sums_.correct(response.correction_low);
+}
+
+FieldMaker::LayerSums::LayerSums(const FieldLayer& layer, double rate_hz)
+    : power(layer.transform),
+      last_power(layer.transform),
+      correlation(layer.transform),
+      group(layer.transform) {
+  constexpr double kLeast_hz = 20;
+  const LaneFourier fourier(layer.transform, 4);
+  for (std::size_t i = 0; i < layer.transform; ++i) {
+    const std::size_t bin = fourier.bin(i);
+    const double frequency_hz = static_cast<double>(std::min(bin, layer.transform - bin)) *
+                                rate_hz / static_cast<double>(layer.transform);
+    group[i] = static_cast<std::uint8_t>(4 * std::log2(std::max(frequency_hz / kLeast_hz, 1.0)));
+    assert(group[i] < kGroups);
+  }
+}
+
+void FieldMaker::LayerSums::clear() {
+  for (std::vector<float>* const sums : {&power, &last_power, &correlation})
+    std::ranges::fill(*sums, 0.0f);
+}
+
+void FieldMaker::LayerSums::correct(std::span<float> correction) const {
+  std::array<double, kGroups> powers{}, last_powers{}, correlations{};
+  for (std::size_t i = 0; i < group.size(); ++i) {
+    powers[group[i]] += static_cast<double>(power[i]);
+    last_powers[group[i]] += static_cast<double>(last_power[i]);
+    correlations[group[i]] += static_cast<double>(correlation[i]);
+  }
+  std::array<float, kGroups> of_group{};
+  for (std::size_t g = 0; g < kGroups; ++g) {
+    const double scale = std::sqrt(powers[g] * last_powers[g]);
+    const double rho = scale > 0 ? std::clamp(correlations[g] / scale, kLeastCorrelation, 1.0) : 1;
+    // Exact in the middle of the fade.
+    of_group[g] = static_cast<float>((0.5 / std::sqrt(0.5 * (1 + rho)) - 0.5) /
+                                     (std::numbers::sqrt2 / 2 - 0.5));
+  }
+  for (std::size_t i = 0; i < group.size(); ++i) correction[i] = of_group[group[i]];
+}
+
+}  // namespace clamor

@@ -1,0 +1,149 @@
+// field_maker.h: divides a sample into voices and taps, and makes the responses of the taps.
+//
+// The kFieldVoices loudest sources of a sample are voices, which glide from keyframe to keyframe;
+// all others are taps of a response per signal (sparse_response.h), which is made anew now and then
+// and convolved with the signal by the mixer (field_mixer.h). So a tap costs nothing per sample of
+// sound, and nothing at all while listener and sample rest.
+//
+// A response holds from its keyframe on, and the mixer takes until the next one to fade to it. It
+// is therefore made for where the listener will be then, by its velocity. Early taps are renewed
+// twice as often as late ones, because there is less to hide an error, and all more often the
+// faster the listener moves: between two places that are far apart, the tones of a signal would be
+// as loud as by chance at these places, and not as on the way.
+//
+// A source that becomes a tap or a voice does so in both within the same kTapFade_keyframes,
+// linearly: both are the same sound, so amplitudes add.
+//
+// Threads: the sampler's.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "common/listener.h"
+#include "runtime/field/field_response.h"
+#include "runtime/field/sparse_response.h"
+#include "runtime/hrtf/diffuse_hrtf_eq.h"
+#include "runtime/mixing/panner.h"
+#include "runtime/mixing/tap_group.h"
+#include "runtime/mixing/voice_kernel.h"
+#include "runtime/propagation/radiation_model.h"
+#include "runtime/propagation/reception.h"
+#include "runtime/sampling/sampler.h"
+#include "runtime/streaming/playable_signals.h"
+#include "runtime/voices/keyframe.h"
+
+namespace clamor {
+
+inline constexpr std::size_t kFieldVoices = 256;
+// From so many sources on a field is cheaper than voices.
+inline constexpr int kLeastField = 4000;
+inline constexpr int kTapFade_keyframes = 4;
+
+class FieldMaker {
+ public:
+  // How taps are heard: by a head, by a panner of two channels, or else by two receivers. All must
+  // outlive this, and `itd_table` is the head's.
+  struct Ears {
+    MixMode mode;
+    const Hrtf* head = nullptr;
+    const ItdTable* itd_table = nullptr;
+    const Panner* panner = nullptr;
+  };
+
+  // References and `signals` must outlive this.
+  FieldMaker(const RadiationModel& radiation, PlayableSignals signals, const Ears& ears);
+
+  // Whether sources of these emitters can be taps: not too many signals begin at different times.
+  static bool suits(std::span<const Emitter> emitters);
+
+  // Returns the sources that are voices in the next keyframe, ascending by number. `is_new` if
+  // `sample` is not that of the last call.
+  std::span<const SampledSource> divide(std::span<const SampledSource> sample, bool is_new,
+                                        const Listener& listener);
+  // Fills in the responses that this keyframe brings, for a listener with a velocity.
+  void make(const Listener& listener, const Reception& reception, Keyframe& keyframe);
+
+  std::size_t taps() const { return tap_count_; }
+
+  // Stands for what the mixer reads of signals, for loaders of sounds.
+  std::span<const Voice> reads() const { return reads_; }
+
+ private:
+  // Each part is renewed so often that a listener moves at most so far in between, if a keyframe
+  // allows it, and no less often than this.
+  static constexpr std::array<double, kFieldParts> kStep_m{0.07, 0.14};
+  static constexpr std::array<int, kFieldParts> kMostKeyframes{kTapFade_keyframes / 2,
+                                                               kTapFade_keyframes};
+  static constexpr double kEarly_frames = 0.1 * kSampleRate_hz;
+  static constexpr float kKeepsVoice = 1.5f;  // weight of a voice over that of a tap
+
+  // Sources that play a signal from the same time on.
+  struct Input {
+    Input(const RadiationModel& radiation, std::uint32_t of_signal, std::int64_t begins_frames);
+    void reserve(double delay_frames);
+
+    std::uint32_t signal;
+    std::int64_t start_frames;
+    double longest_frames = 0;                         // delay of a tap
+    std::vector<std::unique_ptr<FieldInput>> buffers;  // the last one is in use
+    std::array<TapGroup, kFieldParts> groups;
+    std::array<std::vector<const SampledSource*>, kFieldParts> chosen;
+  };
+  struct Part {
+    std::vector<std::unique_ptr<FieldResponse>> responses;
+    FieldResponse* last = nullptr;
+    std::optional<ListenerFrame> frame;  // of the last response
+    Reception reception;
+    std::unique_ptr<DiffuseHrtfEq> eq;  // binaural
+  };
+
+  // Power and correlation of two responses' spectra in a layer, and what follows for a fade.
+  struct LayerSums {
+    static constexpr std::size_t kGroups = 48;
+    LayerSums(const FieldLayer& layer, double rate_hz);
+    SpectrumSums all() { return {power.data(), last_power.data(), correlation.data()}; }
+    void clear();
+    void correct(std::span<float> correction) const;
+
+    std::vector<float> power, last_power, correlation;  // by index of a spectrum
+    std::vector<std::uint8_t> group;                    // likewise: a quarter of an octave
+  };
+
+  Input& input_of(const SampledSource& source, double emission_frames);
+  void choose_voices(std::span<const SampledSource> sample);
+  void take_taps(std::span<const SampledSource> sample, const Listener& listener);
+  void renew(std::size_t part, const Listener& listener, const Reception& reception,
+             Keyframe& keyframe);
+  void add_taps_of(Input& input, std::size_t part, const ListenerFrame& frame,
+                   const Reception& reception);
+  void colour(Voice& voice, const Input& input, TapGroup& group, std::size_t part,
+              std::uint32_t slot, double& low_itd_frames);
+  FieldResponse& free_response(Part& part);
+  void correct(FieldResponse& response, const FieldResponse& last);
+
+  const RadiationModel& radiation_;
+  const PlayableSignals signals_;
+  const Ears ears_;
+  SparseResponse response_;
+  LayerSums high_sums_, low_sums_;
+  std::vector<std::unique_ptr<Input>> inputs_;
+  std::array<Part, kFieldParts> parts_;
+  std::uint64_t made_ = 0;                         // keyframes
+  bool has_new_sample_ = false;                    // since the last division
+  std::array<int, kFieldParts> every_{}, left_{};  // keyframes between renewals, and until the next
+  std::vector<std::uint64_t> voice_numbers_, next_numbers_;  // ascending
+  std::vector<std::pair<double, std::uint64_t>> ranked_;     // scratch memory
+  std::vector<SampledSource> voices_;
+  std::vector<Voice> made_voices_;  // scratch memory: of a tile
+  std::array<std::vector<Tap>, kEars> taps_;
+  std::vector<Voice> reads_;
+  std::size_t tap_count_ = 0;
+};
+
+}  // namespace clamor

@@ -1,0 +1,60 @@
+// tap_group.h: the taps of one input and one part, with what their gains are computed from.
+//
+// A source keeps its place in the table while it is chosen, so that only changes are written. A
+// source that comes or goes does so over kTapFade_keyframes, linearly: as a voice it goes or comes
+// by the same curve (keyframe_maker.h), and both read the same signal at the same delay.
+//
+// Threads: the sampler's. Memory: 350 bytes per tap.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "runtime/mixing/voice_table.h"
+#include "runtime/propagation/radiation_model.h"
+#include "runtime/sampling/sampler.h"
+
+namespace clamor {
+
+class TapGroup {
+ public:
+  explicit TapGroup(const RadiationModel& radiation) : table_(radiation, 0) {}
+
+  // Takes these sources, ascending by number, in place of the last ones.
+  void take(std::span<const SampledSource* const> chosen);
+
+  // Moves all presences by `step` towards what was taken, and drops taps that are gone. Returns
+  // whether anything has changed since the last call.
+  bool advance(float step);
+
+  VoiceTable& table() { return table_; }
+  std::size_t used() const { return used_; }
+  // The share of its amplitude with which a tap sounds; 0 for free slots.
+  float presence(std::size_t slot) const { return slots_[slot].presence; }
+  // The triangle of the HRTF's mesh in which the tap was last.
+  std::uint32_t& direction(std::size_t slot) { return slots_[slot].direction; }
+
+ private:
+  struct Slot {
+    float presence = 0;
+    std::uint32_t direction = 0;
+    bool in_use = false, is_chosen = false;
+  };
+  struct Entry {
+    std::uint64_t number;
+    std::uint32_t slot;
+  };
+  std::uint32_t take_slot();
+  void update(std::uint32_t slot, const SampledSource& chosen, bool is_new);
+
+  VoiceTable table_;
+  std::vector<Slot> slots_;
+  std::vector<std::uint32_t> free_;
+  std::size_t used_ = 0;                    // slots ever used
+  std::vector<Entry> by_number_, updated_;  // ascending
+  bool has_changed_ = true;
+};
+
+}  // namespace clamor
