@@ -28,7 +28,7 @@ using Parts = std::array<std::optional<Part>, 8>;
 class Streamer {
  public:
   Streamer(ScratchList<Source> sources, std::uint64_t memory_bytes, OctreeSink& sink)
-      : lists_{std::move(sources), ScratchList<Source>(lists_[0].beside())},
+      : lists_(with_room(std::move(sources))),
         max_in_memory_(std::max<std::uint64_t>(kLeafSources, memory_bytes / kBuildBytesPerSource)),
         sink_(sink) {}
 
@@ -49,6 +49,11 @@ class Streamer {
     std::size_t first = 0, count = 0;
     unsigned list = 0;
   };
+  static std::array<ScratchList<Source>, 2> with_room(ScratchList<Source> sources) {
+    ScratchList<Source> room(sources.beside());
+    return {std::move(sources), std::move(room)};
+  }
+
   Range all() const { return {0, lists_[0].size(), 0}; }
 
   // What dividing a range needs to know.
