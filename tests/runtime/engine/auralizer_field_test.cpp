@@ -133,8 +133,8 @@ TEST(AuralizerField, EqualsAllVoicesWhereTheListenerStands_NoTsan) {
       {"binaural", binaural()}};
   for (const auto& [name, format] : formats) {
     SCOPED_TRACE(name);
-    const auto heard = [&](Mixing mixing) {
-      return mixed(everything(mixing, format), 0.3, kStanding, 960, room_of_noise());
+    const auto heard = [&output = format](Mixing mixing) {
+      return mixed(everything(mixing, output), 0.3, kStanding, 960, room_of_noise());
     };
     EXPECT_LT(error_db(heard(Mixing::kVoices), heard(Mixing::kField)), -40);
   }
