@@ -81,7 +81,16 @@ void FieldMixer::begin_block() noexcept REALTIME {
 
 void FieldMixer::work_to(std::size_t cost) noexcept REALTIME {
   while (progress_.done < cost)
-    if (!make_windows() && !multiply_next()) return;
+    if (!work_on()) return;
+}
+
+// Windows first, which are looked for once. False if nothing is left to do.
+bool FieldMixer::work_on() noexcept REALTIME {
+  if (progress_.lacks_windows) {
+    progress_.lacks_windows = make_windows();
+    return true;
+  }
+  return multiply_next();
 }
 
 // Transforms the next few windows that are missing. False if none are.
@@ -244,7 +253,7 @@ void FieldMixer::advance(int frames) noexcept REALTIME {
   const auto played = static_cast<std::size_t>(played_frames_);
   work_to(progress_.cost * played / kHighField.partition);
   if (played_frames_ < kBlock_frames) return;
-  while (make_windows() || multiply_next()) {
+  while (work_on()) {
   }
   end_block();
 }

@@ -77,6 +77,7 @@ class FieldMixer {
   // What is done of the next block.
   struct Progress {
     bool has_begun = false;
+    bool lacks_windows = true;  // of inputs
     std::size_t cost = 0, done = 0;
     std::size_t part = 0, partition = 0;
     bool outgoing = true;  // of `part`: the response that fades out
@@ -92,6 +93,7 @@ class FieldMixer {
 
   void begin_block() noexcept REALTIME;
   void work_to(std::size_t cost) noexcept REALTIME;
+  bool work_on() noexcept REALTIME;
   bool make_windows() noexcept REALTIME;
   void transform(const std::array<Wanted, kLanes>& wanted, std::size_t count) noexcept REALTIME;
   bool read(const Wanted& wanted, std::size_t lane) noexcept REALTIME;

@@ -63,39 +63,40 @@ std::vector<float> lane_filters(const MixMode& mode, const FieldLayer& layer, st
   return filters;
 }
 
-// The same for all responses of a mode.
-const std::vector<float>& shared_filters(const MixMode& mode, bool is_low) {
-  const auto make = [](bool head, Interpolation interpolation) {
-    const MixMode of{.interpolation = interpolation, .head = head};
-    return std::array{lane_filters(of, kHighField, kHighFieldLanes, false),
-                      lane_filters(of, kLowField, kLowFieldLanes, true)};
-  };
-  const auto pick = [&](Interpolation interpolation) -> const std::array<std::vector<float>, 2>& {
-    static const auto octaves = make(false, Interpolation::kCubic);
-    if (interpolation == Interpolation::kCubic && !mode.head) return octaves;
-    static const auto heads = make(true, Interpolation::kCubic);
-    if (interpolation == Interpolation::kCubic) return heads;
-    static const auto linear_octaves = make(false, Interpolation::kLinear);
-    if (!mode.head) return linear_octaves;
-    static const auto linear_heads = make(true, Interpolation::kLinear);
-    return linear_heads;
-  };
-  return pick(mode.interpolation)[is_low ? 1 : 0];
+using LayerFilters = std::array<std::vector<float>, 2>;  // of the high layer and of the low one
+
+// Computed once for each kind of mode that has a field.
+template <bool kHead, Interpolation kInterpolation>
+const LayerFilters& filters_of() {
+  static const LayerFilters kFilters = [] {
+    const MixMode mode{.interpolation = kInterpolation, .head = kHead};
+    return LayerFilters{lane_filters(mode, kHighField, kHighFieldLanes, false),
+                        lane_filters(mode, kLowField, kLowFieldLanes, true)};
+  }();
+  return kFilters;
+}
+
+const LayerFilters& filters_of(const MixMode& mode) {
+  if (mode.interpolation == Interpolation::kCubic)
+    return mode.head ? filters_of<true, Interpolation::kCubic>()
+                     : filters_of<false, Interpolation::kCubic>();
+  return mode.head ? filters_of<true, Interpolation::kLinear>()
+                   : filters_of<false, Interpolation::kLinear>();
 }
 
 }  // namespace
 
 SparseResponse::Layer::Layer(const FieldLayer& layer_size, std::size_t layer_lanes,
-                             std::vector<float> lane_filters)
+                             const std::vector<float>& lane_filters)
     : size(layer_size),
       fourier(layer_size.transform, layer_lanes),
-      filters(std::move(lane_filters)),
+      filters(lane_filters),
       real(layer_size.transform * layer_lanes / 16),
       imaginary(real.size()) {}
 
 SparseResponse::SparseResponse(const MixMode& mode)
-    : high_(kHighField, kHighFieldLanes, shared_filters(mode, false)),
-      low_(kLowField, kLowFieldLanes, shared_filters(mode, true)) {}
+    : high_(kHighField, kHighFieldLanes, filters_of(mode)[0]),
+      low_(kLowField, kLowFieldLanes, filters_of(mode)[1]) {}
 
 void SparseResponse::reserve(std::size_t partitions) {
   if (partitions <= touched_.size()) return;

@@ -43,14 +43,15 @@ class SparseResponse {
   static constexpr std::size_t kPad = 2;  // rows beyond both ends that splines reach
 
   struct Layer {
-    Layer(const FieldLayer& layer_size, std::size_t layer_lanes, std::vector<float> lane_filters);
+    Layer(const FieldLayer& layer_size, std::size_t layer_lanes,
+          const std::vector<float>& lane_filters);
 
     // Moves a partition of rows to the spectrum.
     void transform(std::size_t partition, float* spectrum);
 
     const FieldLayer size;
     const LaneFourier fourier;
-    const std::vector<float> filters;            // [index][lane], over the size of the transform
+    const std::vector<float>& filters;           // [index][lane], over the size of the transform
     std::array<std::vector<float>, kEars> rows;  // [pad, then frame][lane]
     struct alignas(64) Vector {
       std::array<float, 16> floats;
