@@ -17,6 +17,7 @@
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/engine/keyframe_pacing.h"
+#include "runtime/engine/output_stage.h"
 #include "runtime/engine/replaceable_signals.h"
 #include "runtime/engine/sample_focus.h"
 #include "runtime/engine/sample_schedule.h"
@@ -51,49 +52,6 @@ Error nothing_to_hear() {
 Result<void> check_script(const AuralizerOptions& options, const AuralizerInput& input) {
   if (options.script == nullptr || !uses_occlusion(options)) return {};
   return options.script->parts().check(input.movable_parts);
-}
-
-// The last stage makes the output channels.
-struct OutputStage {
-  OutputStage(const AuralizerOptions& options, const AuralizerInput& input)
-      : panner(options.output.make_panner()), hrtf(options.output.head) {
-    mode.interpolation = options.interpolation;
-    mode.head = hrtf != nullptr;
-    if (panner != nullptr) {
-      mode.delays = 1;  // panned voices have one delay, binaural ones two
-      mode.pairs = panner->channels() / kEars;
-    }
-    mode.field = options.mixing != Mixing::kVoices && options.mixes_voices &&
-                 (options.mixing == Mixing::kField || options.voices >= kLeastField) &&
-                 why_no_field(options, input) == nullptr;
-  }
-
-  // What speaks against a field, or null.
-  const char* why_no_field(const AuralizerOptions& options, const AuralizerInput& input) const {
-    if (strategy_options_of(options).name() != priority_strategy()->name())
-      return "takes the strategy 'priority', with as many voices as are to be heard";
-    if (mode.pairs > 1) return "has two channels";
-    if (options.moving.max_sources > 0) return "has no moving sources";
-    if (!FieldMaker::suits(input.emitters))
-      return "has at most 64 signals that begin at different times";
-    return nullptr;
-  }
-
-  KeyframeMaker::Receivers receivers() const {
-    return panner == nullptr && hrtf == nullptr ? KeyframeMaker::Receivers::kPair
-                                                : KeyframeMaker::Receivers::kOne;
-  }
-
-  const std::unique_ptr<const Panner> panner;
-  const std::shared_ptr<const Hrtf> hrtf;
-  MixMode mode;
-};
-
-Result<void> check_field(const AuralizerOptions& options, const AuralizerInput& input) {
-  if (options.mixing != Mixing::kField) return {};
-  if (const char* const why = OutputStage(options, input).why_no_field(options, input))
-    return Error(std::string("a field ") + why + "; mix voices, or let 'auto' choose.");
-  return {};
 }
 
 // Null if head rotation comes with keyframes only.
@@ -135,13 +93,13 @@ Result<void> find_scripted_portals(const AuralizerOptions& options, const Aurali
 
 struct Auralizer::State {
   // From a file, or without one from the input's sources.
-  State(AuralizerInput&& from, std::shared_ptr<const BakeFile> opened,
+  State(AuralizerInput&& from, std::shared_ptr<const BakeFile> opened, OutputStage&& last_stage,
         const AuralizerOptions& options)
       : input(std::move(from)),
         file(std::move(opened)),
         report(options.report),
         extent(file != nullptr && report ? LevelExtent(*file, input.mesh) : LevelExtent()),
-        output(options, input),
+        output(std::move(last_stage)),
         store(file.get(), input, output.mode, options),
         slots(options.moving.signal_slots, static_cast<std::uint32_t>(store.signals().size()),
               output.mode),
@@ -286,9 +244,10 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(AuralizerInput input,
   resume(input, nullptr, options.begins_s);
   if (const auto added = add_kinds(options.moving, input); !added.ok()) return added.error();
   if (const auto found = find_scripted_portals(options, input); !found.ok()) return found.error();
-  if (const auto right = check_field(options, input); !right.ok()) return right.error();
-  return std::unique_ptr<Auralizer>(
-      new Auralizer(std::make_unique<State>(std::move(input), nullptr, options)));
+  auto output = OutputStage::of(options, input);
+  if (!output.ok()) return output.error();
+  return std::unique_ptr<Auralizer>(new Auralizer(
+      std::make_unique<State>(std::move(input), nullptr, std::move(*output), options)));
 }
 
 Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeFile> file,
@@ -311,8 +270,9 @@ Result<std::unique_ptr<Auralizer>> Auralizer::create(std::shared_ptr<const BakeF
     return added.error().in(file->path());
   if (const auto right = check_script(options, *input); !right.ok()) return right.error();
   if (const auto found = find_scripted_portals(options, *input); !found.ok()) return found.error();
-  if (const auto right = check_field(options, *input); !right.ok()) return right.error();
-  auto state = std::make_unique<State>(std::move(*input), file, options);
+  auto output = OutputStage::of(options, *input);
+  if (!output.ok()) return output.error();
+  auto state = std::make_unique<State>(std::move(*input), file, std::move(*output), options);
   if (const PageStatistics pages = state->pipeline.loader()->statistics(); pages.failed > 0)
     return Error(pages.failure);
   return std::unique_ptr<Auralizer>(new Auralizer(std::move(state)));

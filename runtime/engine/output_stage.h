@@ -1,0 +1,28 @@
+// output_stage.h: how an auralizer makes its output channels, and whether it mixes a field.
+#pragma once
+
+#include <memory>
+
+#include "common/result.h"
+#include "runtime/hrtf/hrtf.h"
+#include "runtime/mixing/keyframe_maker.h"
+#include "runtime/mixing/panner.h"
+#include "runtime/voices/mix_kernel.h"
+
+namespace clamor {
+
+struct AuralizerInput;
+struct AuralizerOptions;
+
+struct OutputStage {
+  // Fails where a field is asked for that cannot be; Mixing::kAuto mixes voices there.
+  static Result<OutputStage> of(const AuralizerOptions& options, const AuralizerInput& input);
+
+  KeyframeMaker::Receivers receivers() const;
+
+  std::unique_ptr<const Panner> panner;  // or null
+  std::shared_ptr<const Hrtf> hrtf;      // or null
+  MixMode mode;
+};
+
+}  // namespace clamor
