@@ -14,11 +14,9 @@ namespace clamor {
 namespace {
 
 // What speaks against a field, or null.
-const char* why_no_field(const AuralizerOptions& options, const AuralizerInput& input,
-                         const MixMode& mode) {
+const char* why_no_field(const AuralizerOptions& options, const AuralizerInput& input) {
   if (strategy_options_of(options).name() != priority_strategy()->name())
     return "takes the strategy 'priority', with as many voices as are to be heard";
-  if (mode.pairs > 1) return "has two channels";
   if (options.moving.max_sources > 0) return "has no moving sources";
   if (!FieldMaker::suits(input.emitters))
     return "has at most 64 signals that begin at different times";
@@ -37,7 +35,7 @@ Result<OutputStage> OutputStage::of(const AuralizerOptions& options, const Aural
     mode.pairs = stage.panner->channels() / kEars;
   }
   if (options.mixing == Mixing::kVoices) return stage;
-  const char* const why = why_no_field(options, input, mode);
+  const char* const why = why_no_field(options, input);
   if (why != nullptr && options.mixing == Mixing::kField)
     return Error(std::string("a field ") + why + "; mix voices, or let 'auto' choose.");
   mode.field = why == nullptr && options.mixes_voices &&

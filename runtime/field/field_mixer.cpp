@@ -16,12 +16,14 @@ constexpr int kBlock_frames = static_cast<int>(kHighField.partition);
 
 }  // namespace
 
-FieldMixer::FieldMixer(PlayableSignals signals)
+FieldMixer::FieldMixer(PlayableSignals signals, int pairs)
     : signals_(signals),
       high_(kHighField.transform, kLanes),
       low_(kLowField.transform, kLanes),
       work_(2),
-      window_(kHighField.transform) {}
+      window_(kHighField.transform) {
+  for (Part& part : parts_) part.pairs.resize(static_cast<std::size_t>(pairs));
+}
 
 template <class Visit>
 void FieldMixer::for_inputs(const Visit& visit) const noexcept REALTIME {
@@ -69,7 +71,7 @@ void FieldMixer::begin_block() noexcept REALTIME {
     }
     for (const FieldResponse* const response : {part.from, part.to})
       if (response != nullptr) progress_.cost += response->partitions.size();
-    progress_.cost += kOutputCost;
+    progress_.cost += kOutputCost * part.pairs.size();
   }
   for_inputs([this](FieldInput& input) noexcept REALTIME {
     const auto kept = static_cast<std::int64_t>(input.blocks.size());
@@ -173,29 +175,32 @@ bool FieldMixer::multiply_next() noexcept REALTIME {
   if (response != nullptr && progress_.partition < response->partitions.size()) {
     const FieldResponse::Partition& one = response->partitions[progress_.partition];
     const std::size_t place = one.input->place_of(block_ - one.delay);
+    Pair& pair = part.pairs[one.pair];
     if (one.input->silent[place] == 0)
       multiply_add(one.input->blocks[place], response->spectra[progress_.partition],
-                   progress_.outgoing ? part.sum_from : part.sum_to);
+                   progress_.outgoing ? pair.sum_from : pair.sum_to);
     ++progress_.partition;
     ++progress_.done;
     return true;
   }
-  progress_.partition = 0;
   if (progress_.outgoing) {
     progress_.outgoing = false;
+    progress_.partition = 0;
     return true;
   }
-  output(part);
+  output(part, part.pairs[progress_.pair]);
   progress_.done += kOutputCost;
+  if (++progress_.pair < part.pairs.size()) return true;
   progress_.outgoing = true;
+  progress_.partition = progress_.pair = 0;
   ++progress_.part;
   return true;
 }
 
 // Transforms the sums back, four in the lanes of one: both responses, and both times the
 // correction; and fades.
-void FieldMixer::output(Part& part) noexcept REALTIME {
-  Block& block = part.blocks[1 - current_];
+void FieldMixer::output(const Part& part, Pair& pair) noexcept REALTIME {
+  Block& block = pair.blocks[1 - current_];
   block.is_silent = part.to == nullptr;
   if (block.is_silent) return;
   const bool fades = part.from != nullptr;
@@ -232,9 +237,9 @@ void FieldMixer::output(Part& part) noexcept REALTIME {
     std::fill_n(sum_from, 2 * points, 0.0f);
     std::fill_n(sum_to, 2 * points, 0.0f);
   };
-  put_out(high_, kHighField, part.sum_from.high.data(), part.sum_to.high.data(),
+  put_out(high_, kHighField, pair.sum_from.high.data(), pair.sum_to.high.data(),
           part.to->correction_high.data(), block.high);
-  put_out(low_, kLowField, part.sum_from.low.data(), part.sum_to.low.data(),
+  put_out(low_, kLowField, pair.sum_from.low.data(), pair.sum_to.low.data(),
           part.to->correction_low.data(), block.low);
 }
 
@@ -258,12 +263,12 @@ void FieldMixer::advance(int frames) noexcept REALTIME {
   end_block();
 }
 
-void FieldMixer::add_to(MixBuses& buses, int frames) const noexcept REALTIME {
+void FieldMixer::add_to(MixBuses& buses, std::size_t pair, int frames) const noexcept REALTIME {
   const auto add = [](const float* samples, int count, float* row) noexcept REALTIME {
     for (int f = 0; f < count; ++f) row[f] += samples[f];
   };
   for (const Part& part : parts_) {
-    const Block& block = part.blocks[current_];
+    const Block& block = part.pairs[pair].blocks[current_];
     if (block.is_silent) continue;
     for (int e = 0; e < kEars; ++e) {
       const auto ear = static_cast<std::size_t>(e);

@@ -35,7 +35,7 @@ namespace clamor {
 
 class FieldMixer {
  public:
-  explicit FieldMixer(PlayableSignals signals);
+  FieldMixer(PlayableSignals signals, int pairs);
 
   // Starts as if the responses had always been there, `played_frames` into a block. Frames of
   // signals that begin at 0 are read from `read_frame` on.
@@ -43,8 +43,8 @@ class FieldMixer {
   // Fades to these responses from the next block on.
   void load(const FieldUpdate& update) noexcept REALTIME;
 
-  // Adds the next frames (whole steps) to all buses of the layers alike.
-  void add_to(MixBuses& buses, int frames) const noexcept REALTIME;
+  // Adds the next frames (whole steps) of a pair of channels to all buses of the layers alike.
+  void add_to(MixBuses& buses, std::size_t pair, int frames) const noexcept REALTIME;
   // Adds the power of the taps that sound.
   void add_powers(DiffuseHrtfEq& eq) const noexcept REALTIME;
   // Of the block that is played.
@@ -60,26 +60,29 @@ class FieldMixer {
   // A step of the convolution, in multiplications of spectra that take as long.
   static constexpr std::size_t kWindowCost = 8, kOutputCost = 40;
 
-  // Output of one part in one block.
+  // Output of one part to a pair of channels in one block.
   struct Block {
     std::array<std::array<float, kHighField.partition>, kEars> high{};
     std::array<std::array<float, kLowField.partition>, kEars> low{};
     bool is_silent = true;
+  };
+  struct Pair {
+    FieldSpectrum sum_from{}, sum_to{};
+    std::array<Block, 2> blocks;
   };
   struct Part {
     FieldResponse* from = nullptr;  // null unless one fades out
     FieldResponse* to = nullptr;
     FieldResponse* next = nullptr;  // to fade to when the current fade is over
     int faded_blocks = 0;
-    FieldSpectrum sum_from{}, sum_to{};
-    std::array<Block, 2> blocks;
+    std::vector<Pair> pairs;
   };
   // What is done of the next block.
   struct Progress {
     bool has_begun = false;
     bool lacks_windows = true;  // of inputs
     std::size_t cost = 0, done = 0;
-    std::size_t part = 0, partition = 0;
+    std::size_t part = 0, partition = 0, pair = 0;
     bool outgoing = true;  // of `part`: the response that fades out
   };
   struct alignas(64) Work {
@@ -98,7 +101,7 @@ class FieldMixer {
   void transform(const std::array<Wanted, kLanes>& wanted, std::size_t count) noexcept REALTIME;
   bool read(const Wanted& wanted, std::size_t lane) noexcept REALTIME;
   bool multiply_next() noexcept REALTIME;
-  void output(Part& part) noexcept REALTIME;
+  void output(const Part& part, Pair& pair) noexcept REALTIME;
   void end_block() noexcept REALTIME;
   static void release(FieldResponse*& response) noexcept REALTIME {
     if (response != nullptr) response->is_free.store(true, std::memory_order_release);

@@ -5,7 +5,7 @@
 // Time is cut into partitions of a keyframe each. Their spectra are what a partitioned convolution
 // multiplies by the spectra of the signal's blocks: of the layer of the high bands at the full
 // rate, and of the low bands at a quarter of it (octave_filter_bank.h). The left ear is the real
-// part of a complex response and the right ear the imaginary part.
+// part of a complex response and the right ear the imaginary part; more channels are further pairs.
 //
 // W. G. Gardner. Efficient Convolution without Input-Output Delay. J. Audio Eng. Soc. 43(3), 1995.
 #pragma once
@@ -65,6 +65,7 @@ struct FieldResponse {
   struct Partition {
     FieldInput* input;
     std::uint32_t delay;  // in partitions
+    std::uint32_t pair;   // of channels
   };
   std::vector<Partition> partitions;
   std::vector<FieldSpectrum> spectra;  // at least one for each partition

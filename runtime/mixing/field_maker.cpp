@@ -54,9 +54,10 @@ FieldMaker::FieldMaker(const RadiationModel& radiation, PlayableSignals signals,
     : radiation_(radiation),
       signals_(signals),
       ears_(ears),
-      response_(ears.mode),
+      sparse_(static_cast<std::size_t>(ears.mode.pairs), SparseResponse(ears.mode)),
       high_sums_(kHighField, kSampleRate_hz),
-      low_sums_(kLowField, 1.0 * kSampleRate_hz / kLowRate) {
+      low_sums_(kLowField, 1.0 * kSampleRate_hz / kLowRate),
+      taps_(kEars * sparse_.size()) {
   made_voices_.resize(VoiceTable::kTile);
   if (ears.head != nullptr)
     for (Part& part : parts_) part.eq = std::make_unique<DiffuseHrtfEq>(*ears.head);
@@ -125,7 +126,7 @@ void FieldMaker::take_taps(std::span<const SampledSource> sample, const Listener
     }
     if (input->longest_frames == 0) continue;
     input->reserve(input->longest_frames);
-    response_.reserve(input->buffers.back()->blocks.size());
+    for (SparseResponse& pair : sparse_) pair.reserve(input->buffers.back()->blocks.size());
     Voice read;
     read.signal = input->signal;
     read.gain.fill(same_in_all_bands(1));
@@ -202,13 +203,14 @@ void FieldMaker::renew(std::size_t part_index, const Listener& listener, const R
   for (const auto& input : inputs_) {
     if (input->groups[part_index].used() == 0) continue;
     add_taps_of(*input, part_index, frame, reception);
-    response_.transform([&](std::size_t delay) -> FieldSpectrum& {
-      response.partitions.push_back(
-          {input->buffers.back().get(), static_cast<std::uint32_t>(delay)});
-      const std::size_t count = response.partitions.size();
-      if (response.spectra.size() < count) response.spectra.resize(count + count / 4);
-      return response.spectra[count - 1];
-    });
+    for (std::uint32_t pair = 0; pair < sparse_.size(); ++pair)
+      sparse_[pair].transform([&](std::size_t delay) -> FieldSpectrum& {
+        response.partitions.push_back(
+            {input->buffers.back().get(), static_cast<std::uint32_t>(delay), pair});
+        const std::size_t count = response.partitions.size();
+        if (response.spectra.size() < count) response.spectra.resize(count + count / 4);
+        return response.spectra[count - 1];
+      });
   }
   if (part.eq != nullptr) response.powers = part.eq->powers();
   response.fade_blocks = is_first ? 0 : every;
@@ -238,10 +240,6 @@ void FieldMaker::add_taps_of(Input& input, std::size_t part, const ListenerFrame
       double low_itd_frames = 0;
       if (ears_.head != nullptr) {
         colour(voice, input, group, part, s, low_itd_frames);
-      } else if (ears_.panner != nullptr) {
-        const ChannelGains gains = ears_.panner->gains(voice.from);
-        for (std::size_t e = 0; e < kEars; ++e)
-          for (float& band : voice.gain[e]) band *= gains[e];
       } else if (!reception.is_omnidirectional()) {
         for (std::size_t e = 0; e < kEars; ++e) {
           const Vec3 towards_m = Vec3(table.position_of(s)) - frame.ear_positions_m[e];
@@ -249,16 +247,20 @@ void FieldMaker::add_taps_of(Input& input, std::size_t part, const ListenerFrame
           for (std::size_t b = 0; b < kBandCount; ++b) voice.gain[e][b] *= gain[b];
         }
       }
-      for (std::size_t e = 0; e < kEars; ++e) {
+      const ChannelGains gains =
+          ears_.panner != nullptr ? ears_.panner->gains(voice.from) : ChannelGains{1, 1};
+      for (std::size_t c = 0; c < taps_.size(); ++c) {
+        const float gain = gains[c] * group.presence(s);
+        if (gain == 0) continue;
+        const std::size_t e = c % kEars;
         const double delay_frames = voice.delay_frames[e] - static_cast<double>(input.start_frames);
         const double low_frames = delay_frames + (e == 0 ? -0.5 : 0.5) * low_itd_frames;
         if (!(delay_frames >= 4 && delay_frames < longest_frames)) continue;
-        if (const float presence = group.presence(s); presence < 1)
-          for (float& band : voice.gain[e]) band *= presence;
-        taps_[e].push_back(tap_at(delay_frames, low_frames, voice.gain[e]));
+        Tap& tap = taps_[c].emplace_back(tap_at(delay_frames, low_frames, voice.gain[e]));
+        for (float& band : tap.gain) band *= gain;
       }
     }
-    for (std::size_t e = 0; e < kEars; ++e) response_.add(e, taps_[e]);
+    for (std::size_t c = 0; c < taps_.size(); ++c) sparse_[c / kEars].add(c % kEars, taps_[c]);
   }
 }
 
@@ -288,7 +290,8 @@ void FieldMaker::correct(FieldResponse& response, const FieldResponse& last) {
   std::size_t hint = 0;
   for (std::size_t p = 0; p < response.partitions.size(); ++p) {
     const auto is_same = [&here = response.partitions[p]](const FieldResponse::Partition& one) {
-      return one.delay == here.delay && one.input->signal == here.input->signal &&
+      return one.delay == here.delay && one.pair == here.pair &&
+             one.input->signal == here.input->signal &&
              one.input->start_frames == here.input->start_frames;
     };
     const auto begin = last.partitions.begin(), end = last.partitions.end(),

@@ -47,8 +47,8 @@ inline constexpr int kTapFade_keyframes = 4;
 
 class FieldMaker {
  public:
-  // How taps are heard: by a head, by a panner of two channels, or else by two receivers. All must
-  // outlive this, and `itd_table` is the head's.
+  // How taps are heard: by a head, by a panner, or else by two receivers. All must outlive this,
+  // and `itd_table` is the head's.
   struct Ears {
     MixMode mode;
     const Hrtf* head = nullptr;
@@ -130,7 +130,7 @@ class FieldMaker {
   const RadiationModel& radiation_;
   const PlayableSignals signals_;
   const Ears ears_;
-  SparseResponse response_;
+  std::vector<SparseResponse> sparse_;  // by pair of channels
   LayerSums high_sums_, low_sums_;
   std::vector<std::unique_ptr<Input>> inputs_;
   std::array<Part, kFieldParts> parts_;
@@ -140,8 +140,8 @@ class FieldMaker {
   std::vector<std::uint64_t> voice_numbers_, next_numbers_;  // ascending
   std::vector<std::pair<double, std::uint64_t>> ranked_;     // scratch memory
   std::vector<SampledSource> voices_;
-  std::vector<Voice> made_voices_;  // scratch memory: of a tile
-  std::array<std::vector<Tap>, kEars> taps_;
+  std::vector<Voice> made_voices_;      // scratch memory: of a tile
+  std::vector<std::vector<Tap>> taps_;  // likewise: by channel
   std::vector<Voice> reads_;
   std::size_t tap_count_ = 0;
 };

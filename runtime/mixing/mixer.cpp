@@ -37,7 +37,7 @@ Mixer::Mixer(PlayableSignals signals, std::size_t slots, const MixMode& mode, co
       binaural_(mode.head ? std::make_unique<Binaural>(
                                 *head, slots, static_cast<std::size_t>(mode.narrowband_voices))
                           : nullptr),
-      field_(mode.field ? std::make_unique<FieldMixer>(signals) : nullptr),
+      field_(mode.field ? std::make_unique<FieldMixer>(signals, mode.pairs) : nullptr),
       slots_(slots),
       paths_(slots * kEars),
       wraps_(slots),
@@ -242,7 +242,7 @@ void Mixer::mix_pair(std::size_t pair, int frames, float* interleaved) noexcept 
              frames,        buses_.high,       buses_.low};
   if (mode_.pairs == 1) job.next = {paths_.data(), nullptr, wraps_.data()};
   mix_voices(mode_, job);
-  if (field_ != nullptr) field_->add_to(buses_, frames);
+  if (field_ != nullptr) field_->add_to(buses_, pair, frames);
   if (mode_.eight_bands) {
     here.bank.process(buses_, frames, interleaved, channels());
     return;
@@ -272,7 +272,7 @@ void Mixer::mix_binaural(int frames, float* interleaved) noexcept REALTIME {
              {paths_.data(), pair.gains.data(), pair.active.data(), pair.active.size(), time_.frame,
               frames, octaves.high, octaves.low, offsets, next});
   narrowband.put_back(next);
-  if (field_ != nullptr) field_->add_to(octaves, frames);
+  if (field_ != nullptr) field_->add_to(octaves, 0, frames);
   bank.process(frames, interleaved);
 }
 
