@@ -16,7 +16,6 @@
 #include "runtime/probes/combined_pool.h"
 #include "runtime/probes/part_images.h"
 #include "runtime/probes/probe_pool.h"
-#include "runtime/propagation/loudness.h"
 #include "runtime/query/octree_pool.h"
 #include "runtime/sampling/moving_source_list.h"
 #include "runtime/sampling/moving_sources.h"
@@ -83,16 +82,6 @@ bool uses_occlusion(const AuralizerOptions& options) {
 bool reflects_moving_sources(const BakeFile& file, const AuralizerOptions& options) {
   return options.moving.max_sources > 0 && options.moving.reverberates &&
          !file.probes().places.empty();
-}
-
-SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
-  const Bands loudness = loudness_weights();
-  SignalWeights weights;
-  for (const PreparedSignal& signal : signals) {
-    Bands& weight = weights.by_signal.emplace_back();
-    for (std::size_t b = 0; b < kBandCount; ++b) weight[b] = loudness[b] * signal.mean_square()[b];
-  }
-  return weights;
 }
 
 SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,

@@ -43,9 +43,6 @@ const SamplingStrategy& strategy_options_of(const AuralizerOptions& options);
 bool uses_occlusion(const AuralizerOptions& options);
 bool reflects_moving_sources(const BakeFile& file, const AuralizerOptions& options);
 
-// Weights of signals by their mean level, as strategies with a list use them.
-SignalWeights mean_weights(std::span<const PreparedSignal> signals);
-
 class SamplingPipeline {
  public:
   // From a file, whose pages have their share of `memory`, or without one from the input's sources,

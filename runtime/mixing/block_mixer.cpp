@@ -17,12 +17,6 @@ constexpr int kLargestUnexpected_frames = 4096;
 
 }  // namespace
 
-// Two segments more than the longest block: the one being mixed and the one that may end within the
-// block.
-std::size_t keyframes_ahead(int block_frames) noexcept REALTIME {
-  return 2 + static_cast<std::size_t>((block_frames + kKeyframeFrames - 1) / kKeyframeFrames);
-}
-
 std::size_t max_keyframes_ahead(int block_frames) {
   return keyframes_ahead(std::max(block_frames, kLargestUnexpected_frames));
 }

@@ -44,9 +44,6 @@ namespace clamor {
 
 inline constexpr int kLargestBlock_frames = 1 << 16;
 
-// Number of keyframes that must be ready for blocks of this size.
-std::size_t keyframes_ahead(int block_frames) noexcept REALTIME;
-
 // Returns keyframes_ahead() for the largest unannounced blocks that there is room for.
 std::size_t max_keyframes_ahead(int block_frames);
 

@@ -7,6 +7,8 @@
 
 #include "common/crossover.h"
 #include "formats/bake_file/signal_envelope.h"
+#include "runtime/propagation/loudness.h"
+#include "runtime/propagation/signal_weights.h"
 #include "runtime/voices/octave_filter_bank.h"
 
 namespace clamor {
@@ -305,6 +307,16 @@ std::vector<PreparedSignal> prepare_signals(std::span<const Signal> signals, con
   prepared.reserve(signals.size());
   for (const Signal& signal : signals) prepared.emplace_back(signal, mode);
   return prepared;
+}
+
+SignalWeights mean_weights(std::span<const PreparedSignal> signals) {
+  const Bands loudness = loudness_weights();
+  SignalWeights weights;
+  for (const PreparedSignal& signal : signals) {
+    Bands& weight = weights.by_signal.emplace_back();
+    for (std::size_t b = 0; b < kBandCount; ++b) weight[b] = loudness[b] * signal.mean_square()[b];
+  }
+  return weights;
 }
 
 }  // namespace clamor

@@ -35,6 +35,8 @@
 
 namespace clamor {
 
+struct SignalWeights;
+
 inline constexpr std::uint64_t kMaxWholeSignal_frames = kMaxSingleBlock_frames;  // 20 s
 inline constexpr std::size_t kPieceFrames = std::size_t{1} << 17;
 inline constexpr std::int64_t kRing_frames = std::int64_t{1} << 17;  // 2.7 s
@@ -227,5 +229,8 @@ class PreparedSignal {
 
 std::vector<PreparedSignal> prepare_signals(std::span<const Signal> signals,
                                             const MixMode& mode = {});
+
+// Weights of signals by their mean level, as strategies with a list use them.
+SignalWeights mean_weights(std::span<const PreparedSignal> signals);
 
 }  // namespace clamor

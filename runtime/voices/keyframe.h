@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -18,6 +19,12 @@ namespace clamor {
 
 inline constexpr int kKeyframeFrames = 960;  // 20 ms: 50 keyframes a second
 inline constexpr double kKeyframe_s = static_cast<double>(kKeyframeFrames) / kSampleRate_hz;
+
+// Number of keyframes that must be ready for blocks of this size: two more than the longest block
+// has segments, that which is being mixed and that which may end within the block.
+constexpr std::size_t keyframes_ahead(int block_frames) noexcept {
+  return 2 + static_cast<std::size_t>((block_frames + kKeyframeFrames - 1) / kKeyframeFrames);
+}
 
 struct Voice {
   std::uint32_t slot = 0;

@@ -108,6 +108,22 @@ TEST(IncludeClosure, OfThePlayerAndOfLevelsIsSmall) {
   EXPECT_LT(files_with_levels, 220u);  // half of them tests that import one
 }
 
+// What a reader of one file may have to know. The listener's engine and its sampler are where all
+// folders of the runtime meet, and the experiment of measured rooms imports, bakes and measures.
+TEST(IncludeClosure, OfAFileHasAtMostAHundredHeaders) {
+  const std::map<std::string, std::size_t> meeting_places = {
+      {"runtime/engine/auralizer.cpp", 140},
+      {"runtime/engine/sampling_pipeline.cpp", 135},
+      {"tools/experiments/experiment_room.cpp", 105}};
+  for (const auto& [file, source] : include_graph()) {
+    if (file.starts_with("tests/")) continue;
+    const auto exception = meeting_places.find(file);
+    EXPECT_LE(reached_by(file).size() - 1,
+              exception == meeting_places.end() ? 100 : exception->second)
+        << file;
+  }
+}
+
 // Any header declares what <cstddef> and <utility> do.
 TEST(IncludeClosure, HasTheStandardHeaderOfEachNameInUse) {
   const std::map<std::string, std::set<std::string>> names_of = {

@@ -14,6 +14,7 @@
 
 #include "common/cpu_time.h"
 #include "tools/experiments/baked_level.h"
+#include "tools/experiments/experiment_scene.h"
 #include "tools/experiments/experiments.h"
 
 namespace clamor {

@@ -28,9 +28,9 @@
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
-#include "runtime/mixing/block_mixer.h"
 #include "tools/analysis/click_detector.h"
 #include "tools/analysis/programme_loudness.h"
+#include "tools/experiments/experiment_scene.h"
 #include "tools/experiments/experiments.h"
 #include "tools/experiments/motion_scene.h"
 

@@ -12,6 +12,7 @@
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/occlusion/visibility_cache.h"
+#include "tools/experiments/experiment_scene.h"
 #include "tools/experiments/experiments.h"
 #include "tools/experiments/motion_scene.h"
 

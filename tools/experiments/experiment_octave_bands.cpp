@@ -12,6 +12,7 @@
 
 #include "runtime/propagation/loudness.h"
 #include "tools/experiments/baked_level.h"
+#include "tools/experiments/experiment_scene.h"
 #include "tools/experiments/experiments.h"
 #include "tools/strategies/importance_sampling.h"
 

@@ -7,7 +7,6 @@
 #include "common/parallel_for.h"
 #include "common/random.h"
 #include "formats/bake_file/bake_file.h"
-#include "runtime/engine/sampling_pipeline.h"
 #include "tools/experiments/track.h"
 
 namespace clamor {

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/experiments/experiment_scene.h"
 #include "tools/experiments/experiments.h"
 
 namespace clamor {

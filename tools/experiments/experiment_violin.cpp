@@ -10,6 +10,7 @@
 #include "runtime/response/impulse_response.h"
 #include "tools/analysis/sampled_response.h"
 #include "tools/experiments/baked_level.h"
+#include "tools/experiments/experiment_scene.h"
 #include "tools/experiments/experiments.h"
 
 namespace clamor {

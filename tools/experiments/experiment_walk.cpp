@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "runtime/voices/keyframe.h"
+#include "tools/experiments/experiment_scene.h"
 #include "tools/experiments/experiments.h"
 
 namespace clamor {

@@ -9,6 +9,7 @@
 
 #include "common/sphere.h"
 #include "runtime/occlusion/occlusion_geometry.h"
+#include "tools/experiments/experiment_scene.h"
 #include "tools/strategies/strategies.h"
 
 namespace clamor {
@@ -22,6 +23,10 @@ std::size_t index_of(const ReportTable& table, const std::string& column) {
 }
 
 }  // namespace
+
+Vec3 ExperimentOptions::place_in(const ExperimentScene& scene) const {
+  return listener_m.value_or(scene.default_listener_m());
+}
 
 Result<std::unique_ptr<ExperimentScene>> ExperimentOptions::open_scene() const {
   return ExperimentScene::open(level, quick ? kQuickSources : 0);

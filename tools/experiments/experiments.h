@@ -16,11 +16,13 @@
 #include "common/result.h"
 #include "common/vec.h"
 #include "tools/analysis/report_page.h"
-#include "tools/experiments/experiment_scene.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor {
 
+class ExperimentScene;
 class OcclusionGeometry;
+struct Sound;
 
 struct ExperimentOptions {
   std::string level;               // bake file, or description of a measured room
@@ -35,9 +37,7 @@ struct ExperimentOptions {
   bool quick = false;              // few sources and few k: a smoke test
 
   Result<std::unique_ptr<ExperimentScene>> open_scene() const;
-  Vec3 place_in(const ExperimentScene& scene) const {
-    return listener_m.value_or(scene.default_listener_m());
-  }
+  Vec3 place_in(const ExperimentScene& scene) const;
 };
 
 // Experiments print their progress to `err`.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "tools/analysis/null_distribution.h"
+#include "tools/experiments/experiment_scene.h"
 #include "tools/experiments/experiments.h"
 
 namespace clamor {

@@ -12,6 +12,7 @@
 #include "common/air.h"
 #include "common/text.h"
 #include "tools/report/bake_overview.h"
+#include "tools/report/room_response.h"
 
 namespace clamor {
 

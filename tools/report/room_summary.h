@@ -12,10 +12,11 @@
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/enclosure.h"
 #include "formats/level/mesh.h"
-#include "tools/report/room.h"
-#include "tools/report/room_response.h"
 
 namespace clamor {
+
+struct ParameterKind;
+struct RoomResponse;
 
 // Mean over the listeners and the octaves of 500 Hz and 1 kHz, as ISO 3382-1 judges rooms.
 std::optional<double> middle_value(std::span<const RoomResponse> responses,
