@@ -1,6 +1,7 @@
 #include "runtime/clamor.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <string>
@@ -83,7 +84,8 @@ bool complete(clamor_listener_options& options) {
   return options.output <= CLAMOR_OUTPUT_NONE && options.rate_hz >= kMinRate_hz &&
          options.rate_hz <= kMaxRate_hz &&
          options.max_block_frames <= static_cast<std::uint32_t>(clamor::kLargestBlock_frames) &&
-         options.voices <= kMaxVoices && options.gain > 0 && options.gain <= kMaxOutputGain;
+         options.voices <= kMaxVoices && options.mixing <= CLAMOR_MIXING_VOICES &&
+         options.gain > 0 && options.gain <= kMaxOutputGain;
 }
 
 // The auralizer's options. The largest block is one of the mixer's frames, of which a slower output
@@ -94,6 +96,11 @@ clamor::AuralizerOptions auralizer_options(clamor_context& context,
   clamor::AuralizerOptions made;
   made.output = std::move(output);
   made.voices = static_cast<int>(options.voices);
+  constexpr std::array kMixings{clamor::Mixing::kAuto, clamor::Mixing::kField,
+                                clamor::Mixing::kVoices};
+  made.mixing = options.reports_voices != 0 && options.mixing == CLAMOR_MIXING_AUTO
+                    ? clamor::Mixing::kVoices
+                    : kMixings[options.mixing];
   made.memory_bytes = options.memory_bytes;
   made.gain = options.gain;
   made.limit = options.limits != 0;

@@ -241,6 +241,13 @@ enum {
   CLAMOR_OUTPUT_NONE = 4          /* two silent channels: for those who mix clamor_get_voices() */
 };
 
+enum {
+  CLAMOR_MIXING_AUTO = 0,   /* a field from 4000 voices on, but voices with `reports_voices` */
+  CLAMOR_MIXING_FIELD = 1,  /* all but the loudest and the moving are taps of responses that are
+                             * convolved with their sounds: cheaper for many, and glides in steps */
+  CLAMOR_MIXING_VOICES = 2  /* each of them glides */
+};
+
 typedef struct clamor_listener_options {
   uint32_t bytes;
   uint32_t output;    /* CLAMOR_OUTPUT_... [binaural] */
@@ -259,6 +266,8 @@ typedef struct clamor_listener_options {
   uint32_t offline;
   clamor_pose pose; /* at first; an orientation of zeros is the identity */
   uint32_t reports_voices; /* 1: clamor_get_voices() may be called */
+  /* CLAMOR_MIXING_... [auto]; of 64 bits, so as to lie beyond what earlier versions knew */
+  uint64_t mixing;
 } clamor_listener_options;
 
 /* Adds a listener in a level. Errors: ARGUMENT, HANDLE, FILE, FULL (64 listeners), MEMORY, STATE for

@@ -40,8 +40,9 @@ namespace {
 constexpr std::uint64_t kKeyframesToSettle = 50;
 
 // Voices that fade out count too. Three samples' worth is full only when the listener jumps about.
-std::size_t slots_for(const Sampler& sampler, bool has_field) {
-  return 3 * (has_field ? std::min(kFieldVoices, sampler.capacity()) : sampler.capacity());
+std::size_t slots_for(const Sampler& sampler, const OutputStage& output) {
+  const bool has_few = output.mode.field && !output.chooses_taps;
+  return 3 * (has_few ? std::min(kFieldVoices, sampler.capacity()) : sampler.capacity());
 }
 
 Error nothing_to_hear() {
@@ -114,14 +115,15 @@ struct Auralizer::State {
                      ? kTapFade_keyframes
                      : keyframes_per_sample(static_cast<std::size_t>(options.voices))),
         script(options.script),
-        maker(radiation, slots_for(pipeline.sampler(), output.mode.field), output.receivers(),
-              output.hrtf, onset_signals(input, slots.slots()),
+        maker(radiation, slots_for(pipeline.sampler(), output), output.receivers(), output.hrtf,
+              onset_signals(input, slots.slots()),
               output.mode.field ? KeyframeMaker::Fade{kTapFade_keyframes, true}
                                 : KeyframeMaker::Fade{}),
         field(output.mode.field ? std::make_unique<FieldMaker>(
                                       radiation, PlayableSignals(store.signals(), slots.playable()),
                                       FieldMaker::Ears{output.mode, output.hrtf.get(),
-                                                       maker.itd_table(), output.panner.get()})
+                                                       maker.itd_table(), output.panner.get()},
+                                      output.chooses_taps)
                                 : nullptr),
         pacing(options, pipeline.sampler().capacity(), schedule.spacing(),
                schedule.spacing().least > 1 ? kKeyframesToSettle : 1),
@@ -131,7 +133,7 @@ struct Auralizer::State {
         keeps_sample(options.keeps_sample),
         mixes_voices(options.mixes_voices),
         rotation(rotation_for(options, maker.itd_table(), radiation)),
-        mixer({store.signals(), slots.playable()}, slots_for(pipeline.sampler(), output.mode.field),
+        mixer({store.signals(), slots.playable()}, slots_for(pipeline.sampler(), output),
               output.mode, output.panner.get(), output.hrtf.get(), store.loader(),
               {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,
                options.adapt, options.block_frames, options.audio_clock, rotation.get()}) {
@@ -305,7 +307,7 @@ void Auralizer::make_keyframe(const Listener& at) {
     sample = state.schedule.sample(state.made, listener, reception, keyframe_s);
   }
   auto voices = state.focus.apply(sample, listener);
-  if (state.field != nullptr) voices = state.field->divide(voices, samples, listener);
+  if (state.field != nullptr) voices = state.field->divide(voices, samples, listener, keyframe_s);
   state.maker.make(voices, listener, *keyframe, reception, state.held_frames);
   if (state.field != nullptr) state.field->make(listener, reception, *keyframe);
   keyframe->facing = listener_axes(listener);
@@ -327,6 +329,8 @@ void Auralizer::make_keyframe(const Listener& at) {
   }
   if (!state.mixes_voices) keyframe->voices.clear();
   state.mixer.publish(*keyframe);
+  if (state.field != nullptr)
+    state.field->for_signals([&](std::uint32_t signal) { state.slots.name(signal, *keyframe); });
   state.slots.made(*keyframe, state.made - state.mixer.waiting());
 }
 

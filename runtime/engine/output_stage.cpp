@@ -1,6 +1,6 @@
 #include "runtime/engine/output_stage.h"
 
-#include <string>
+#include <algorithm>
 #include <utility>
 
 #include "runtime/engine/auralizer_input.h"
@@ -11,22 +11,10 @@
 
 namespace clamor {
 
-namespace {
-
-// What speaks against a field, or null.
-const char* why_no_field(const AuralizerOptions& options, const AuralizerInput& input) {
-  if (strategy_options_of(options).name() != priority_strategy()->name())
-    return "takes the strategy 'priority', with as many voices as are to be heard";
-  if (options.moving.max_sources > 0) return "has no moving sources";
-  if (!FieldMaker::suits(input.emitters))
-    return "has at most 64 signals that begin at different times";
-  return nullptr;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 Result<OutputStage> OutputStage::of(const AuralizerOptions& options, const AuralizerInput& input) {
-  OutputStage stage{options.output.make_panner(), options.output.head, {}};
+  OutputStage stage{options.output.make_panner(), options.output.head, {}, false};
   MixMode& mode = stage.mode;
   mode.interpolation = options.interpolation;
   mode.head = stage.hrtf != nullptr;
@@ -35,11 +23,16 @@ Result<OutputStage> OutputStage::of(const AuralizerOptions& options, const Aural
     mode.pairs = stage.panner->channels() / kEars;
   }
   if (options.mixing == Mixing::kVoices) return stage;
-  const char* const why = why_no_field(options, input);
-  if (why != nullptr && options.mixing == Mixing::kField)
-    return Error(std::string("a field ") + why + "; mix voices, or let 'auto' choose.");
-  mode.field = why == nullptr && options.mixes_voices &&
-               (options.mixing == Mixing::kField || options.voices >= kLeastField);
+  const bool samples = strategy_options_of(options).name() == priority_strategy()->name();
+  if (!samples && options.mixing == Mixing::kField)
+    return Error(
+        "a field takes the strategy 'priority', with as many voices as are to be heard; mix "
+        "voices, or let 'auto' choose.");
+  const bool suits =
+      FieldMaker::suits(input.emitters, static_cast<std::size_t>(std::max(options.voices, 1)));
+  stage.chooses_taps = options.moving.max_sources > 0 || !suits;
+  mode.field = samples && options.mixes_voices &&
+               (options.mixing == Mixing::kField || (suits && options.voices >= kLeastField));
   return stage;
 }
 

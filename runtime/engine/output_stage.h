@@ -23,6 +23,7 @@ struct OutputStage {
   std::unique_ptr<const Panner> panner;  // or null
   std::shared_ptr<const Hrtf> hrtf;      // or null
   MixMode mode;
+  bool chooses_taps = false;  // of a field: all sources may be voices (tap_choice.h)
 };
 
 }  // namespace clamor

@@ -49,8 +49,7 @@ void ReplaceableSignals::clear(std::size_t slot) {
 
 void ReplaceableSignals::made(const Keyframe& keyframe, std::uint64_t loaded) {
   if (owned_.empty()) return;
-  for (const Voice& voice : keyframe.voices)
-    if (voice.signal >= first_) owned_[(voice.signal - first_) / 2].last_named = keyframe.number;
+  for (const Voice& voice : keyframe.voices) name(voice.signal, keyframe);
   if (cleared_ == 0) return;
   for (std::size_t slot = 0; slot < owned_.size(); ++slot) {
     Owned& owned = owned_[slot];

@@ -51,6 +51,10 @@ class ReplaceableSignals {
   // Replaces the weights of a live signal.
   void set_weights(std::size_t slot, const LoudnessTrack& weights);
 
+  // The keyframe names this signal, besides what its voices name.
+  void name(std::uint32_t signal, const Keyframe& keyframe) {
+    if (signal >= first_) owned_[(signal - first_) / 2].last_named = keyframe.number;
+  }
   // Call with each keyframe that is made, and with the number of keyframes that the mixer has
   // loaded. Frees slots.
   void made(const Keyframe& keyframe, std::uint64_t loaded);

@@ -119,7 +119,7 @@ bool FieldMixer::read(const Wanted& wanted, std::size_t lane) noexcept REALTIME 
   constexpr auto kLowWindow = static_cast<std::int64_t>(kLowRate * kLowField.transform);
   if (signal.streams() &&
       !signal.is_resident(begins - kLowMargin, begins - kLowMargin + kLowWindow)) {
-    ++late_blocks_;
+    late_blocks_ += !signal.is_live() || wanted.block == block_ ? 1 : 0;  // not what is long past
     return false;
   }
   bool sounds = false;

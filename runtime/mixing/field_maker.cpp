@@ -15,16 +15,11 @@ namespace clamor {
 
 namespace {
 
-constexpr std::size_t kMaxInputs = 64;
 constexpr std::size_t kMaxPartitions = 3200;  // 64 s, longer than any path of a bake
 constexpr double kLeastCorrelation = -0.5;
 constexpr double kFastest_mps = 40;  // beyond, the listener was moved, and is not expected to go on
-
-// When an emitter's signal begins, on the grid of partitions.
-std::int64_t start_of(double emitted_frames) {
-  return static_cast<std::int64_t>(std::floor(emitted_frames / kKeyframeFrames + 1e-6)) *
-         kKeyframeFrames;
-}
+// Reflections of faster sources are renewed no more often.
+constexpr double kFastestTap_mps = 2;
 
 Tap tap_at(double delay_frames, double low_delay_frames, const Bands& gain) {
   const double low = low_delay_frames / kLowRate;
@@ -50,7 +45,8 @@ void FieldMaker::Input::reserve(double delay_frames) {
       signal, start_frames, std::min(kMaxPartitions, needed + needed / 8 + 8)));
 }
 
-FieldMaker::FieldMaker(const RadiationModel& radiation, PlayableSignals signals, const Ears& ears)
+FieldMaker::FieldMaker(const RadiationModel& radiation, PlayableSignals signals, const Ears& ears,
+                       bool chooses_taps)
     : radiation_(radiation),
       signals_(signals),
       ears_(ears),
@@ -59,27 +55,44 @@ FieldMaker::FieldMaker(const RadiationModel& radiation, PlayableSignals signals,
       low_sums_(kLowField, 1.0 * kSampleRate_hz / kLowRate),
       taps_(kEars * sparse_.size()) {
   made_voices_.resize(VoiceTable::kTile);
+  if (chooses_taps) choice_.emplace(radiation, signals);
   if (ears.head != nullptr)
     for (Part& part : parts_) part.eq = std::make_unique<DiffuseHrtfEq>(*ears.head);
 }
 
-bool FieldMaker::suits(std::span<const Emitter> emitters) {
+bool FieldMaker::suits(std::span<const Emitter> emitters, std::size_t voices) {
+  constexpr std::size_t kPartitions = 100;  // of a signal, in most rooms
   std::set<std::pair<std::uint32_t, std::int64_t>> inputs;
   for (const Emitter& emitter : emitters)
-    inputs.insert({emitter.signal, start_of(emitter.delay_s * kSampleRate_hz)});
-  return inputs.size() <= kMaxInputs;
+    inputs.insert({emitter.signal, on_field_grid(emitter.delay_s * kSampleRate_hz)});
+  return inputs.size() <= std::min(kMaxFieldInputs, voices / (kTapsPerPartition * kPartitions));
 }
 
 FieldMaker::Input& FieldMaker::input_of(const SampledSource& source, double emission_frames) {
-  const std::int64_t start_frames =
-      start_of(emission_frames - static_cast<double>(source.source->delay_s) * kSampleRate_hz);
+  const std::int64_t start_frames = field_start_frames(source, emission_frames, signals_);
   for (const auto& input : inputs_)
     if (input->signal == source.signal && input->start_frames == start_frames) return *input;
   return *inputs_.emplace_back(std::make_unique<Input>(radiation_, source.signal, start_frames));
 }
 
+// What has neither taps nor a response that sounds. The signal may have been replaced since.
+void FieldMaker::forget_idle_inputs() {
+  std::erase_if(inputs_, [this](const std::unique_ptr<Input>& input) {
+    for (const TapGroup& group : input->groups)
+      if (!group.is_empty()) return false;
+    bool sounds = false;
+    for_sounding([&](const FieldInput& one) {
+      for (const auto& buffer : input->buffers) sounds = sounds || buffer.get() == &one;
+    });
+    return !sounds;
+  });
+}
+
 // The loudest are voices. A voice stays one until it is clearly below the others.
-void FieldMaker::choose_voices(std::span<const SampledSource> sample) {
+void FieldMaker::choose_voices(std::span<const SampledSource> sample, const Listener& listener,
+                               double time_s) {
+  std::span<const std::uint64_t> others;
+  if (choice_) others = choice_->voices(sample, listener, time_s * kSampleRate_hz, next_numbers_);
   ranked_.clear();
   auto voice = next_numbers_.begin();
   for (const SampledSource& one : sample) {
@@ -94,10 +107,14 @@ void FieldMaker::choose_voices(std::span<const SampledSource> sample) {
   }
   next_numbers_.clear();
   for (const auto& [weight, number] : ranked_) next_numbers_.push_back(number);
+  next_numbers_.insert(next_numbers_.end(), others.begin(), others.end());
   std::ranges::sort(next_numbers_);
+  next_numbers_.erase(std::unique(next_numbers_.begin(), next_numbers_.end()), next_numbers_.end());
 }
 
 void FieldMaker::take_taps(std::span<const SampledSource> sample, const Listener& listener) {
+  if (choice_) forget_idle_inputs();
+  tap_numbers_.clear();
   for (const auto& input : inputs_) {
     input->longest_frames = 0;
     for (auto& chosen : input->chosen) chosen.clear();
@@ -107,6 +124,7 @@ void FieldMaker::take_taps(std::span<const SampledSource> sample, const Listener
   for (const SampledSource& one : sample) {
     while (voice != next_numbers_.end() && *voice < one.number) ++voice;
     if (voice != next_numbers_.end() && *voice == one.number) continue;
+    if (choice_) tap_numbers_.push_back(one.number);
     const double emission_frames =
         (one.start_s + radiation_.emission_time_s(*one.source)) * kSampleRate_hz;
     Input& input = input_of(one, emission_frames);
@@ -140,17 +158,18 @@ void FieldMaker::take_taps(std::span<const SampledSource> sample, const Listener
 }
 
 std::span<const SampledSource> FieldMaker::divide(std::span<const SampledSource> sample,
-                                                  bool is_new, const Listener& listener) {
+                                                  bool is_new, const Listener& listener,
+                                                  double time_s) {
   voice_numbers_ = next_numbers_;
   const bool is_first = made_ == 0;
   has_new_sample_ = has_new_sample_ || is_new;
   if (has_new_sample_ && left_[kLateField] == 0) {
     has_new_sample_ = false;
-    choose_voices(sample);
+    choose_voices(sample, listener, time_s);
     take_taps(sample, listener);
     if (is_first) voice_numbers_ = next_numbers_;
     // A power of two keyframes, so that both parts meet again. The first sample serves one.
-    const double speed_mps = length(listener.velocity_mps);
+    const double speed_mps = std::max(length(listener.velocity_mps), taps_speed_mps());
     for (std::size_t part = 0; part < kFieldParts; ++part) {
       every_[part] = is_first ? 1 : kMostKeyframes[part];
       while (every_[part] > 1 && every_[part] * kKeyframe_s * speed_mps > kStep_m[part])
@@ -158,14 +177,30 @@ std::span<const SampledSource> FieldMaker::divide(std::span<const SampledSource>
       left_[part] = 0;
     }
   }
-  voices_.clear();
-  auto at = sample.begin();
-  for (const std::uint64_t number : voice_numbers_) {
-    at = std::lower_bound(at, sample.end(), number,
-                          [](const SampledSource& one, std::uint64_t n) { return one.number < n; });
-    if (at != sample.end() && at->number == number) voices_.push_back(*at);
-  }
+  find_voices(sample);
   return voices_;
+}
+
+// Sources that have come since the last division are voices at once, if taps were chosen.
+void FieldMaker::find_voices(std::span<const SampledSource> sample) {
+  voices_.clear();
+  auto voice = voice_numbers_.begin();
+  auto tap = tap_numbers_.begin();
+  for (const SampledSource& one : sample) {
+    while (voice != voice_numbers_.end() && *voice < one.number) ++voice;
+    while (tap != tap_numbers_.end() && *tap < one.number) ++tap;
+    const bool is_voice = voice != voice_numbers_.end() && *voice == one.number;
+    const bool is_tap = !choice_ || (tap != tap_numbers_.end() && *tap == one.number);
+    if (is_voice || !is_tap) voices_.push_back(one);
+  }
+}
+
+// How fast moving sources have changed the paths of taps.
+double FieldMaker::taps_speed_mps() const {
+  double moved_m = 0;
+  for (const auto& input : inputs_)
+    for (const TapGroup& group : input->groups) moved_m = std::max(moved_m, group.moved_m());
+  return std::min(moved_m / (std::max(every_[kLateField], 1) * kKeyframe_s), kFastestTap_mps);
 }
 
 void FieldMaker::make(const Listener& listener, const Reception& reception, Keyframe& keyframe) {

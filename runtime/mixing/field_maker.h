@@ -23,6 +23,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/listener.h"
@@ -30,6 +31,7 @@
 #include "runtime/field/sparse_response.h"
 #include "runtime/hrtf/diffuse_hrtf_eq.h"
 #include "runtime/mixing/panner.h"
+#include "runtime/mixing/tap_choice.h"
 #include "runtime/mixing/tap_group.h"
 #include "runtime/mixing/voice_kernel.h"
 #include "runtime/propagation/radiation_model.h"
@@ -56,16 +58,19 @@ class FieldMaker {
     const Panner* panner = nullptr;
   };
 
-  // References and `signals` must outlive this.
-  FieldMaker(const RadiationModel& radiation, PlayableSignals signals, const Ears& ears);
+  // References and `signals` must outlive this. `chooses_taps`: not all sources suit as taps
+  // (tap_choice.h), so that all may be voices.
+  FieldMaker(const RadiationModel& radiation, PlayableSignals signals, const Ears& ears,
+             bool chooses_taps);
 
-  // Whether sources of these emitters can be taps: not too many signals begin at different times.
-  static bool suits(std::span<const Emitter> emitters);
+  // Whether all sources of these emitters suit: not too many signals begin at different times, for
+  // so many voices.
+  static bool suits(std::span<const Emitter> emitters, std::size_t voices);
 
-  // Returns the sources that are voices in the next keyframe, ascending by number. `is_new` if
-  // `sample` is not that of the last call.
+  // Returns the sources that are voices in the next keyframe, which is due at `time_s`, ascending
+  // by number. `is_new` if `sample` is not that of the last call.
   std::span<const SampledSource> divide(std::span<const SampledSource> sample, bool is_new,
-                                        const Listener& listener);
+                                        const Listener& listener, double time_s);
   // Fills in the responses that this keyframe brings, for a listener with a velocity.
   void make(const Listener& listener, const Reception& reception, Keyframe& keyframe);
 
@@ -73,6 +78,11 @@ class FieldMaker {
 
   // Stands for what the mixer reads of signals, for loaders of sounds.
   std::span<const Voice> reads() const { return reads_; }
+  // Calls visit(signal) for the signals that the mixer may be reading, some more than once.
+  template <class Visit>
+  void for_signals(const Visit& visit) const {
+    for_sounding([&](const FieldInput& input) { visit(input.signal); });
+  }
 
  private:
   // Each part is renewed so often that a listener moves at most so far in between, if a keyframe
@@ -115,9 +125,25 @@ class FieldMaker {
     std::vector<std::uint8_t> group;                    // likewise: a quarter of an octave
   };
 
+  // Calls visit(input) for the inputs of responses that are not free.
+  template <class Visit>
+  void for_sounding(const Visit& visit) const {
+    for (const Part& part : parts_)
+      for (const auto& response : part.responses) {
+        if (response->is_free.load(std::memory_order_acquire)) continue;
+        const FieldInput* last = nullptr;
+        for (const FieldResponse::Partition& one : response->partitions)
+          if (one.input != std::exchange(last, one.input)) visit(*one.input);
+      }
+  }
+
   Input& input_of(const SampledSource& source, double emission_frames);
-  void choose_voices(std::span<const SampledSource> sample);
+  void forget_idle_inputs();
+  void choose_voices(std::span<const SampledSource> sample, const Listener& listener,
+                     double time_s);
   void take_taps(std::span<const SampledSource> sample, const Listener& listener);
+  void find_voices(std::span<const SampledSource> sample);
+  double taps_speed_mps() const;
   void renew(std::size_t part, const Listener& listener, const Reception& reception,
              Keyframe& keyframe);
   void add_taps_of(Input& input, std::size_t part, const ListenerFrame& frame,
@@ -132,13 +158,14 @@ class FieldMaker {
   const Ears ears_;
   std::vector<SparseResponse> sparse_;  // by pair of channels
   LayerSums high_sums_, low_sums_;
+  std::optional<TapChoice> choice_;
   std::vector<std::unique_ptr<Input>> inputs_;
   std::array<Part, kFieldParts> parts_;
   std::uint64_t made_ = 0;                         // keyframes
   bool has_new_sample_ = false;                    // since the last division
   std::array<int, kFieldParts> every_{}, left_{};  // keyframes between renewals, and until the next
-  std::vector<std::uint64_t> voice_numbers_, next_numbers_;  // ascending
-  std::vector<std::pair<double, std::uint64_t>> ranked_;     // scratch memory
+  std::vector<std::uint64_t> voice_numbers_, next_numbers_, tap_numbers_;  // ascending
+  std::vector<std::pair<double, std::uint64_t>> ranked_;                   // scratch memory
   std::vector<SampledSource> voices_;
   std::vector<Voice> made_voices_;      // scratch memory: of a tile
   std::vector<std::vector<Tap>> taps_;  // likewise: by channel

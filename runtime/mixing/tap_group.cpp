@@ -1,6 +1,7 @@
 #include "runtime/mixing/tap_group.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace clamor {
@@ -21,9 +22,17 @@ std::uint32_t TapGroup::take_slot() {
 void TapGroup::update(std::uint32_t s, const SampledSource& chosen, bool is_new) {
   slots_[s].is_chosen = true;
   if (is_new || chosen.moves) {
+    const double frames_before = table_.geometry.emission_frames[s];
+    const Vec3f place_before_m = table_.position_of(s);
+    const Bands power_before = table_.radiation.power[s];
     table_.put(s, *chosen.source, chosen.start_s);
     table_.set_velocity(s, chosen.velocity_mps);
-    has_changed_ = true;
+    const double moved_m = std::abs(table_.geometry.emission_frames[s] - frames_before) /
+                               table_.geometry.frames_per_m +
+                           static_cast<double>(length(table_.position_of(s) - place_before_m));
+    if (!is_new) moved_m_ = std::max(moved_m_, moved_m);
+    has_changed_ =
+        has_changed_ || is_new || moved_m > 0 || table_.radiation.power[s] != power_before;
   }
   const auto scale = static_cast<float>(chosen.power_scale);
   const Bands gain = power_gain(chosen.factors);
@@ -35,6 +44,7 @@ void TapGroup::update(std::uint32_t s, const SampledSource& chosen, bool is_new)
 
 void TapGroup::take(std::span<const SampledSource* const> chosen) {
   updated_.clear();
+  moved_m_ = 0;
   std::size_t h = 0;
   const auto pass = [&](std::size_t end) {  // taps that are no longer chosen fade out
     for (; h < end; ++h) {

@@ -31,6 +31,9 @@ class TapGroup {
 
   VoiceTable& table() { return table_; }
   std::size_t used() const { return used_; }
+  // The longest way by which taking has moved a tap, or has changed its path.
+  double moved_m() const { return moved_m_; }
+  bool is_empty() const { return by_number_.empty(); }
   // The share of its amplitude with which a tap sounds; 0 for free slots.
   float presence(std::size_t slot) const { return slots_[slot].presence; }
   // The triangle of the HRTF's mesh in which the tap was last.
@@ -54,6 +57,7 @@ class TapGroup {
   std::vector<std::uint32_t> free_;
   std::size_t used_ = 0;                    // slots ever used
   std::vector<Entry> by_number_, updated_;  // ascending
+  double moved_m_ = 0;
   bool has_changed_ = true;
 };
 

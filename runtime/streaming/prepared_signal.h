@@ -91,6 +91,7 @@ class PreparedSignal {
   const Bands& mean_square() const noexcept REALTIME { return mean_square_; }
   std::uint64_t bad_samples() const { return bad_samples_; }
 
+  bool is_live() const noexcept REALTIME { return live_ != nullptr; }
   bool streams() const noexcept REALTIME { return resident_ != nullptr || live_ != nullptr; }
   std::size_t pieces() const noexcept REALTIME { return layout_.pieces; }
 

@@ -19,6 +19,7 @@ struct ListenedRoom {
   explicit ListenedRoom(const std::string& path = room()) : level(open_level(context, path)) {
     clamor_listener_options options = offline();
     options.voices = 100'000;
+    options.mixing = CLAMOR_MIXING_VOICES;
     listener = add_listener(context, level, options);
   }
 

@@ -69,10 +69,18 @@ namespace Clamor
         None = Native.CLAMOR_OUTPUT_NONE
     }
 
+    public enum Mixing
+    {
+        Auto = Native.CLAMOR_MIXING_AUTO,
+        Field = Native.CLAMOR_MIXING_FIELD,
+        Voices = Native.CLAMOR_MIXING_VOICES
+    }
+
     // As clamor_listener_options in clamor.h; 0 and null mean the default.
     public sealed class ListenerOptions
     {
         public Output Output;
+        public Mixing Mixing;
         public string Layout, Sofa;
         public int RateHz, MaxBlockFrames, Voices;
         public long MemoryBytes;
@@ -241,7 +249,8 @@ namespace Clamor
                         memory_bytes = (ulong)options.MemoryBytes, gain = options.Gain,
                         limits = options.Limits ? 1u : 0u, offline = options.Offline ? 1u : 0u,
                         pose = options.Pose,
-                        reports_voices = options.ReportsVoices ? 1u : 0u }));
+                        reports_voices = options.ReportsVoices ? 1u : 0u,
+                        mixing = (ulong)options.Mixing }));
         }
     }
 

@@ -18,6 +18,7 @@
 #include "runtime/mixing/field_maker.h"
 #include "tests/runtime/scattered_sources.h"
 #include "tests/sanitized.h"
+#include "tools/strategies/strategies.h"
 
 namespace clamor {
 namespace {
@@ -212,15 +213,32 @@ TEST(AuralizerField, HandsResponsesFromThreadToThread) {
 }
 
 TEST(AuralizerField, IsRefusedWhereItCannotBe_NoTsan) {
-  const auto refusal = [](AuralizerOptions options) {
-    const auto made = Auralizer::create(room(), options);
-    return made.ok() ? std::string() : made.error().message;
+  AuralizerOptions options = everything(Mixing::kField);
+  options.strategy = make_strategy("all");
+  EXPECT_FALSE(Auralizer::create(room(), options).ok());
+  options.mixing = Mixing::kAuto;
+  EXPECT_TRUE(Auralizer::create(room(), options).ok());
+}
+
+// Most of these sources begin at a time of their own, so that a response of theirs would not pay:
+// they are voices, and the others taps.
+TEST(AuralizerField, LeavesACrowdThatBeginsAtManyTimesToVoices_NoAsan_NoTsan) {
+  const auto crowd = [] {
+    AuralizerInput input = room_of_noise();
+    const Emitter emitter = input.emitters[0];
+    for (std::size_t i = 0; i < input.sources.size(); i += 2) {
+      input.sources[i].emitter = static_cast<std::uint32_t>(input.emitters.size());
+      input.emitters.push_back(emitter);
+      input.emitters.back().delay_s = 1e-3 * static_cast<double>(i);
+    }
+    return input;
   };
-  AuralizerOptions moving = everything(Mixing::kField);
-  moving.moving.max_sources = 1;
-  EXPECT_NE(refusal(moving), "");
-  moving.mixing = Mixing::kAuto;
-  EXPECT_EQ(refusal(moving), "");
+  AuralizerOptions options = everything(Mixing::kField);
+  const auto voices = mixed(everything(Mixing::kVoices), 0.6, kStanding, 960, crowd());
+  const auto field = mixed(options, 0.6, kStanding, 960, crowd());
+  EXPECT_LT(error_db(voices, field), -40);
+  options.mixing = Mixing::kAuto;
+  EXPECT_EQ(voices, mixed(options, 0.6, kStanding, 960, crowd()));
 }
 
 // Loops of which four do not divide the length are kept at a quarter of the rate as well.

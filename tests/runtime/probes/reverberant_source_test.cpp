@@ -18,7 +18,10 @@
 #include "runtime/engine/auralizer.h"
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
+#include "runtime/engine/replaceable_signals.h"
 #include "runtime/sampling/moving_sources.h"
+#include "runtime/streaming/live_signal.h"
+#include "runtime/streaming/prepared_signal.h"
 #include "runtime/voices/keyframe.h"
 #include "tests/rooms.h"
 #include "tests/temporary_file.h"
@@ -287,6 +290,153 @@ TEST(ReverberantSource, AddsUpInACrowdThatHasFewVoices_NoAsan) {
   };
   const double few = crowd_power(with_probes(), 300), all = crowd_power(with_probes(), 12'000);
   EXPECT_NEAR(10 * std::log10(few / all), 0, 0.8);
+}
+
+// One that starts at a time and moves with a velocity, with many voices or as a field. Without
+// occlusion, whose estimates improve with time.
+std::vector<float> mixed_source(Mixing mixing, double start_s, const Vec3& velocity_mps) {
+  AuralizerOptions options = offline(1);
+  options.visibility = false;
+  options.voices = 6000;
+  options.mixing = mixing;
+  auto auralizer = Auralizer::create(with_probes().open(), options);
+  EXPECT_TRUE(auralizer.ok()) << auralizer.error().message;
+  MovingSources& moving = *(*auralizer)->moving();
+  MovingSource source;
+  source.position_m = kSourcePlace_m;
+  source.velocity_mps = velocity_mps;
+  source.start_s = start_s;
+  const auto handle = moving.add(source);
+  auto sound = heard(**auralizer, 1.2, [&](double time_s) {
+    EXPECT_TRUE(moving.move(*handle, kSourcePlace_m + time_s * velocity_mps, velocity_mps).ok());
+    moving.commit(time_s);
+  });
+  const auto statistics = (*auralizer)->statistics();
+  if (mixing == Mixing::kField) {
+    EXPECT_GT(statistics.taps, 3000u);
+    EXPECT_LT(statistics.voices, 3000u);
+  }
+  return sound;
+}
+
+double difference_db(std::span<const float> exact, std::span<const float> other) {
+  std::vector<float> difference;
+  for (std::size_t i = 0; i < exact.size(); ++i) difference.push_back(other[i] - exact[i]);
+  return power_db(difference) - power_db(exact);
+}
+
+// With each keyframe the noise is a little louder or quieter and the sample another one; taps take
+// its factors less often than voices.
+TEST(ReverberantSource, SoundsAlikeWhereItsReflectionsAreTaps_NoAsan) {
+  const auto voices = mixed_source(Mixing::kVoices, 0, {}),
+             field = mixed_source(Mixing::kField, 0, {});
+  constexpr std::size_t kSettled = kSampleRate_hz * 7 / 10;
+  EXPECT_LT(difference_db(std::span(voices).subspan(kSettled), std::span(field).subspan(kSettled)),
+            -25);
+  EXPECT_LT(difference_db(voices, field), -25);
+}
+
+// Voices begin with their sound; only then do they become taps.
+TEST(ReverberantSource, BeginsAtItsTimeWhereItsReflectionsAreTaps_NoAsan) {
+  const auto voices = mixed_source(Mixing::kVoices, 0.2, {}),
+             field = mixed_source(Mixing::kField, 0.2, {});
+  EXPECT_LT(power_db(std::span(field).first(kSampleRate_hz * 19 / 100)), -100);
+  EXPECT_LT(difference_db(voices, field), -25);
+}
+
+// Samples that have not arrived are not read, though the mixer reads the signals of taps ahead.
+TEST(ReverberantSource, OfALiveSignalSoundsAlikeWhereItsReflectionsAreTaps_NoAsan) {
+  const auto heard_live = [](Mixing mixing) {
+    AuralizerOptions options = offline(1);
+    options.voices = 6000;
+    options.visibility = false;
+    options.mixing = mixing;
+    options.moving.kinds = {};
+    options.moving.signal_slots = 1;
+    auto auralizer = Auralizer::create(with_probes().open(), options);
+    EXPECT_TRUE(auralizer.ok()) << auralizer.error().message;
+    const auto live = std::make_shared<LiveSignal>((*auralizer)->mode());
+    const Bands weights = same_in_all_bands(1);
+    (*auralizer)
+        ->set_signal(0, {std::shared_ptr<const PreparedSignal>(live, &live->signal()), nullptr,
+                         LoudnessTrack(weights, weights)});
+    (*auralizer)->set_kind(0, 0, {});
+    MovingSource source;
+    source.position_m = kSourcePlace_m;
+    EXPECT_TRUE((*auralizer)->moving()->add(source).ok());
+    const Signal whole = noise();
+    std::size_t arrived = 0;
+    auto sound = heard(**auralizer, 1.2, [&](double time_s) {
+      while (static_cast<double>(live->end()) < (time_s + 0.04) * kSampleRate_hz) {
+        live->append(std::span(whole.samples).subspan(arrived, 480));
+        arrived += 480;
+      }
+      (*auralizer)->moving()->commit(time_s);
+    });
+    EXPECT_EQ((*auralizer)->statistics().late_voices, 0u);
+    EXPECT_EQ((*auralizer)->statistics().taps > 1000, mixing == Mixing::kField);
+    return sound;
+  };
+  const auto voices = heard_live(Mixing::kVoices), field = heard_live(Mixing::kField);
+  constexpr std::size_t kSettled = kSampleRate_hz * 7 / 10;
+  EXPECT_LT(difference_db(std::span(voices).subspan(kSettled), std::span(field).subspan(kSettled)),
+            -35);
+}
+
+// A slot's signal is replaced once nothing reads it, spectra of the field's blocks included.
+TEST(ReverberantSource, TakesANewSignalWhereItsReflectionsAreTaps_NoAsan) {
+  const auto heard_after = [](Mixing mixing) {
+    AuralizerOptions options = offline(1);
+    options.voices = 6000;
+    options.visibility = false;
+    options.mixing = mixing;
+    options.moving.kinds = {};
+    options.moving.signal_slots = 1;
+    auto auralizer = Auralizer::create(with_probes().open(), options);
+    EXPECT_TRUE(auralizer.ok()) << auralizer.error().message;
+    MovingSources& moving = *(*auralizer)->moving();
+    std::optional<MovingHandle> playing;
+    const auto play = [&](Signal signal) {
+      const Bands weights = same_in_all_bands(1);
+      (*auralizer)
+          ->set_signal(0, {std::make_shared<const PreparedSignal>(signal, (*auralizer)->mode()),
+                           nullptr, LoudnessTrack(weights, weights)});
+      (*auralizer)->set_kind(0, 0, {});
+      MovingSource source;
+      source.position_m = kSourcePlace_m;
+      playing = *moving.add(source);
+    };
+    Signal other = noise();
+    for (std::size_t i = 0; i + 1 < other.samples.size(); i += 2)
+      std::swap(other.samples[i], other.samples[i + 1]);
+    play(other);
+    bool is_cleared = false;
+    return heard(**auralizer, 2.4, [&](double time_s) {
+      if (time_s > 0.3 && playing && !is_cleared) {
+        EXPECT_TRUE(moving.remove(*playing).ok());
+        playing.reset();
+      }
+      if (time_s > 0.9 && !std::exchange(is_cleared, true)) (*auralizer)->clear_signal(0);
+      if (is_cleared && !playing && (*auralizer)->signal_slots().is_free(0)) play(noise());
+      moving.commit(time_s);
+    });
+  };
+  const auto voices = heard_after(Mixing::kVoices), field = heard_after(Mixing::kField);
+  constexpr std::size_t kSettled = kSampleRate_hz * 2;
+  EXPECT_GT(power_db(std::span(voices).subspan(kSettled)), -60);
+  EXPECT_LT(difference_db(std::span(voices).subspan(kSettled), std::span(field).subspan(kSettled)),
+            -35);
+}
+
+TEST(ReverberantSource, IsAsLoudWhereItMovesAndItsReflectionsAreTaps_NoAsan) {
+  const Vec3 velocity_mps(0.6, 0.8, 0);
+  const auto voices = mixed_source(Mixing::kVoices, 0, velocity_mps),
+             field = mixed_source(Mixing::kField, 0, velocity_mps);
+  constexpr std::size_t kWindow = kSampleRate_hz * 2 / 5, kHop = kWindow / 4;
+  for (std::size_t at = 0; at + kWindow <= voices.size(); at += kHop)
+    EXPECT_NEAR(power_db(std::span(field).subspan(at, kWindow)),
+                power_db(std::span(voices).subspan(at, kWindow)), 0.5)
+        << at;
 }
 
 }  // namespace

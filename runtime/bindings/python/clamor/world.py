@@ -23,6 +23,8 @@ OUTPUTS = {"binaural": native.CLAMOR_OUTPUT_BINAURAL,
            "ambisonics": native.CLAMOR_OUTPUT_AMBISONICS,
            "receivers": native.CLAMOR_OUTPUT_RECEIVERS,
            "none": native.CLAMOR_OUTPUT_NONE}
+MIXINGS = {"auto": native.CLAMOR_MIXING_AUTO, "field": native.CLAMOR_MIXING_FIELD,
+           "voices": native.CLAMOR_MIXING_VOICES}
 
 # A path, or the bytes of a bake.
 Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
@@ -290,6 +292,9 @@ class Listener(_Owned):
         offline: keyframes wait for what they need and are for the times that next_keyframe_s()
             tells, so that the samples do not depend on the machine's speed. See render_walk().
         reports_voices: voices() may be called.
+        mixing: "field": all but the loudest and the moving sources are taps of responses that are
+            convolved with their sounds, cheaper for many; "voices"; "auto": a field from 4000
+            voices on, but voices with `reports_voices`.
 
     Raises ClamorError for options out of range, files that cannot be read, and a full context.
     """
@@ -299,7 +304,7 @@ class Listener(_Owned):
                  rate_hz: int = 48000, voices: int = 2000, memory_bytes: int = 0,
                  gain: float = 1.0, limits: bool = False, max_block_frames: int = 1024,
                  offline: bool = False,
-                 reports_voices: bool = False):
+                 reports_voices: bool = False, mixing: str = "auto"):
         given.instance(context, Context, "context")
         given.instance(level, Level, "level")
         options = native.clamor_listener_options(
@@ -311,7 +316,8 @@ class Listener(_Owned):
             memory_bytes=given.whole(memory_bytes, "memory_bytes", 0, (1 << 64) - 1),
             gain=_output_gain(gain), limits=given.flag(limits, "limits"),
             offline=given.flag(offline, "offline"), pose=_pose(pose),
-            reports_voices=given.flag(reports_voices, "reports_voices"))
+            reports_voices=given.flag(reports_voices, "reports_voices"),
+            mixing=MIXINGS[given.choice(mixing, "mixing", list(MIXINGS))])
         self.rate_hz = rate_hz
         self._own(context, "clamor_destroy_listener", "clamor_create_listener", level._handle, options)
         self.channels: int = self._call("clamor_get_channels")
