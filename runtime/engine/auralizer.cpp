@@ -39,12 +39,6 @@ namespace {
 // The first keyframes of a crowd are slow, because all pages and visibilities are new.
 constexpr std::uint64_t kKeyframesToSettle = 50;
 
-// Voices that fade out count too. Three samples' worth is full only when the listener jumps about.
-std::size_t slots_for(const Sampler& sampler, const OutputStage& output) {
-  const bool has_few = output.mode.field && !output.chooses_taps;
-  return 3 * (has_few ? std::min(kFieldVoices, sampler.capacity()) : sampler.capacity());
-}
-
 Error nothing_to_hear() {
   return Error("there are no sources to hear; bake the level with an emitter.");
 }
@@ -111,12 +105,12 @@ struct Auralizer::State {
         pipeline(input, file.get(), radiation, store.signals(), store.budget(), slots.weights(),
                  options),
         schedule(pipeline, options,
-                 output.mode.field
-                     ? kTapFade_keyframes
-                     : keyframes_per_sample(static_cast<std::size_t>(options.voices))),
+                 output.mode.field ? kTapFade_keyframes
+                                   : keyframes_per_sample(static_cast<std::size_t>(options.voices)),
+                 output.mode.field ? kCoarsestField : 1),
         script(options.script),
-        maker(radiation, slots_for(pipeline.sampler(), output), output.receivers(), output.hrtf,
-              onset_signals(input, slots.slots()),
+        maker(radiation, output.slots(pipeline.sampler().capacity()), output.receivers(),
+              output.hrtf, onset_signals(input, slots.slots()),
               output.mode.field ? KeyframeMaker::Fade{kTapFade_keyframes, true}
                                 : KeyframeMaker::Fade{}),
         field(output.mode.field ? std::make_unique<FieldMaker>(
@@ -133,7 +127,7 @@ struct Auralizer::State {
         keeps_sample(options.keeps_sample),
         mixes_voices(options.mixes_voices),
         rotation(rotation_for(options, maker.itd_table(), radiation)),
-        mixer({store.signals(), slots.playable()}, slots_for(pipeline.sampler(), output),
+        mixer({store.signals(), slots.playable()}, output.slots(pipeline.sampler().capacity()),
               output.mode, output.panner.get(), output.hrtf.get(), store.loader(),
               {static_cast<float>(options.gain * options.output.diffuse_gain()), options.limit,
                options.adapt, options.block_frames, options.audio_clock, rotation.get()}) {
@@ -309,17 +303,24 @@ void Auralizer::make_keyframe(const Listener& at) {
   auto voices = state.focus.apply(sample, listener);
   if (state.field != nullptr) voices = state.field->divide(voices, samples, listener, keyframe_s);
   state.maker.make(voices, listener, *keyframe, reception, state.held_frames);
-  if (state.field != nullptr) state.field->make(listener, reception, *keyframe);
+  WorkTime field_s;
+  if (state.field != nullptr) {
+    const WorkTime before_s = state.pacing.now_s();
+    state.field->make(listener, reception, *keyframe);
+    field_s = state.pacing.now_s() - before_s;
+  }
   keyframe->facing = listener_axes(listener);
   state.store.play(*keyframe, sampler.unheard(),
                    state.field != nullptr ? state.field->reads() : std::span<const Voice>());
   if (samples && state.keeps_sample) state.focus.describe(sample, listener, state.heard);
   if (samples) state.pipeline.improve_occlusion();
   const WorkTime spent_s = state.pacing.now_s() - start_s;
-  const WorkTime part_s = state.schedule.part_s(spent_s, samples);
+  const WorkTime part_s =
+      state.schedule.part_s(spent_s - field_s, samples) + state.pacing.mean_s(field_s);
   if (state.pacing.made(state.made, spent_s, part_s, state.mixer)) {
     state.pipeline.sampler().set_voice_count(state.pacing.load().voices());
     state.schedule.space(state.pacing.load().spacing());
+    if (state.field != nullptr) state.field->coarsen(state.pacing.coarseness());
   }
   state.count_keyframe(keyframe->voices.size(), part_s);
   ++state.made;

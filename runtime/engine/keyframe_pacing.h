@@ -22,6 +22,7 @@ class KeyframePacing {
         adapting_(options.adapt),
         leads_(options.adapt || options.tracks_head),
         settled_(settled),
+        least_spacing_(spacing.least),
         load_(max_voices, spacing),
         lead_(options.sampler_period_s) {}
 
@@ -37,12 +38,22 @@ class KeyframePacing {
             const BlockMixer& mixer);
 
   const SamplerLoadControl& load() const { return load_; }
+  // How many times less often than at first samples are taken, at least.
+  std::size_t coarseness() const { return load_.spacing() / least_spacing_; }
+  // The mean of work that some keyframes have much of and others none.
+  WorkTime mean_s(const WorkTime& newest_s) {
+    return mean_s_ = mean_s_ + (newest_s - mean_s_) * (1.0 / kMeanKeyframes);
+  }
 
  private:
   const LoadClock clock_;
   const bool adapting_, leads_;
+  static constexpr int kMeanKeyframes = 8;
+
   const std::uint64_t settled_;
+  const std::size_t least_spacing_;
   SamplerLoadControl load_;
+  WorkTime mean_s_;
   KeyframeLead lead_;
   double max_lead_s_ = 0;
 };

@@ -41,4 +41,10 @@ KeyframeMaker::Receivers OutputStage::receivers() const {
                                               : KeyframeMaker::Receivers::kOne;
 }
 
+// Voices that fade out count too. Three samples' worth is full only when the listener jumps about.
+std::size_t OutputStage::slots(std::size_t sources) const {
+  const bool has_few = mode.field && !chooses_taps;
+  return 3 * (has_few ? std::min(kFieldVoices, sources) : sources);
+}
+
 }  // namespace clamor

@@ -19,6 +19,8 @@ struct OutputStage {
   static Result<OutputStage> of(const AuralizerOptions& options, const AuralizerInput& input);
 
   KeyframeMaker::Receivers receivers() const;
+  // Of voices, for samples of at most so many sources.
+  std::size_t slots(std::size_t sources) const;
 
   std::unique_ptr<const Panner> panner;  // or null
   std::shared_ptr<const Hrtf> hrtf;      // or null

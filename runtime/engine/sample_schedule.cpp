@@ -14,18 +14,16 @@ std::size_t keyframes_per_sample(std::size_t voices) {
 }
 
 SampleSchedule::SampleSchedule(SamplingPipeline& pipeline, const AuralizerOptions& options,
-                               std::size_t keyframes)
+                               std::size_t keyframes, std::size_t coarsest)
     : pipeline_(pipeline),
       script_(options.script),
       wait_for_pages_(options.wait_for_pages),
       clock_(options.sampler_clock),
       shares_(!strategy_options_of(options).needs_list() && pipeline.moving() == nullptr &&
               (script_ == nullptr || script_->parts().empty())),
-      keyframes_(shares_ ? keyframes : 1) {}
-
-SamplerLoadControl::Spacing SampleSchedule::spacing() const {
-  return {keyframes_, shares_ ? kMaxKeyframesPerSample : 1};
-}
+      spacing_{shares_ ? keyframes : 1,
+               shares_ ? std::max(kMaxKeyframesPerSample, coarsest * keyframes) : coarsest},
+      keyframes_(spacing_.least) {}
 
 std::span<const SampledSource> SampleSchedule::sample(std::uint64_t number,
                                                       const Listener& listener,

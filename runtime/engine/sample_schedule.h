@@ -28,9 +28,10 @@ inline constexpr int kMaxWarmUps = 16;
 class SampleSchedule {
  public:
   // `pipeline` must outlive this. A sample serves `keyframes` if sources only move with the
-  // listener, and otherwise one.
-  SampleSchedule(SamplingPipeline& pipeline, const AuralizerOptions& options,
-                 std::size_t keyframes);
+  // listener, and otherwise one. Where time is short, what is made of samples may be made
+  // `coarsest` times less often.
+  SampleSchedule(SamplingPipeline& pipeline, const AuralizerOptions& options, std::size_t keyframes,
+                 std::size_t coarsest);
 
   // The sample for keyframe `number`, new or from a few keyframes before.
   std::span<const SampledSource> sample(std::uint64_t number, const Listener& listener,
@@ -51,8 +52,8 @@ class SampleSchedule {
   }
 
   // How many keyframes a sample serves by the requested number of voices, and how many it may.
-  SamplerLoadControl::Spacing spacing() const;
-  void space(std::size_t keyframes) { keyframes_ = keyframes; }
+  SamplerLoadControl::Spacing spacing() const { return spacing_; }
+  void space(std::size_t keyframes) { keyframes_ = shares_ ? keyframes : 1; }
 
   void stop_when(const std::atomic<bool>* stop);
 
@@ -67,6 +68,7 @@ class SampleSchedule {
   const bool wait_for_pages_;
   const LoadClock clock_;
   const bool shares_;  // samples
+  const SamplerLoadControl::Spacing spacing_;
   // The number of keyframes that one sample serves. With fewer voices, sampling is hardly faster,
   // so this number does not fall with them.
   std::size_t keyframes_;

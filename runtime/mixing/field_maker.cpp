@@ -171,8 +171,9 @@ std::span<const SampledSource> FieldMaker::divide(std::span<const SampledSource>
     // A power of two keyframes, so that both parts meet again. The first sample serves one.
     const double speed_mps = std::max(length(listener.velocity_mps), taps_speed_mps());
     for (std::size_t part = 0; part < kFieldParts; ++part) {
-      every_[part] = is_first ? 1 : kMostKeyframes[part];
-      while (every_[part] > 1 && every_[part] * kKeyframe_s * speed_mps > kStep_m[part])
+      every_[part] = is_first ? 1 : coarseness_ * kMostKeyframes[part];
+      while (every_[part] > coarseness_ &&
+             every_[part] * kKeyframe_s * speed_mps > coarseness_ * kStep_m[part])
         every_[part] /= 2;
       left_[part] = 0;
     }

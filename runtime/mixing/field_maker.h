@@ -18,6 +18,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -46,6 +47,8 @@ inline constexpr std::size_t kFieldVoices = 256;
 // From so many sources on a field is cheaper than voices.
 inline constexpr int kLeastField = 4000;
 inline constexpr int kTapFade_keyframes = 4;
+// Where time is short, responses are renewed up to so many times less often.
+inline constexpr std::size_t kCoarsestField = 4;
 
 class FieldMaker {
  public:
@@ -73,6 +76,9 @@ class FieldMaker {
                                         const Listener& listener, double time_s);
   // Fills in the responses that this keyframe brings, for a listener with a velocity.
   void make(const Listener& listener, const Reception& reception, Keyframe& keyframe);
+
+  // Renews responses so many times less often from the next division on, 1 to kCoarsestField.
+  void coarsen(std::size_t times) { coarseness_ = static_cast<int>(std::bit_floor(times)); }
 
   std::size_t taps() const { return tap_count_; }
 
@@ -162,6 +168,7 @@ class FieldMaker {
   std::vector<std::unique_ptr<Input>> inputs_;
   std::array<Part, kFieldParts> parts_;
   std::uint64_t made_ = 0;                         // keyframes
+  int coarseness_ = 1;                             // a power of two
   bool has_new_sample_ = false;                    // since the last division
   std::array<int, kFieldParts> every_{}, left_{};  // keyframes between renewals, and until the next
   std::vector<std::uint64_t> voice_numbers_, next_numbers_, tap_numbers_;  // ascending

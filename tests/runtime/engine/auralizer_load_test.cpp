@@ -203,6 +203,41 @@ TEST(AuralizerLoad, ASamplerThatWaitsForACoreSharesSamplesAmongKeyframes_NoAsan)
   EXPECT_EQ(slow.auralizer->statistics().k, std::uint32_t{kLoadVoices});
 }
 
+TEST(AuralizerLoad, ASlowSamplerRenewsAFieldLessOftenBeforeItDrawsFewerSources_NoAsan) {
+  Adapting slow(noisy_room(), kLoadVoices), quick(noisy_room(), kLoadVoices, false);
+  AuralizerOptions options;
+  options.voices = kLoadVoices;
+  options.block_frames = 256;
+  options.adapt = true;
+  options.mixing = Mixing::kField;
+  options.sampler_clock = slow.sampler.clock();
+  options.audio_clock = slow.audio.clock();
+  slow.auralizer = *Auralizer::create(noisy_room(), options);
+  slow.sampler.auralizer = slow.audio.auralizer = slow.auralizer.get();
+  const auto walk = [](Adapting& who, int keyframes) {
+    std::vector<float> out;
+    for (int step = 0; step < keyframes; ++step) {
+      who.pose.position_m.x += 0.01;
+      const auto part = who.play(kKeyframe_s);
+      out.insert(out.end(), part.begin(), part.end());
+    }
+    return out;
+  };
+  walk(slow, 75);
+  walk(quick, 75);
+  EXPECT_EQ(slow.auralizer->statistics().keyframes_per_sample, 4u);
+  // A keyframe with a new sample takes longer than its period, and the others do not.
+  slow.sampler.per_voice_s = 0.28 * kKeyframe_s / kLoadVoices;
+  const double coarse_db = power_db(walk(slow, 15));
+  const AuralizerStatistics late = slow.auralizer->statistics();
+  EXPECT_GT(late.keyframes_per_sample, 4u);
+  EXPECT_EQ(late.k, std::uint32_t{kLoadVoices});
+  EXPECT_NEAR(coarse_db, power_db(walk(quick, 15)), 1);
+  slow.sampler.per_voice_s = 0;
+  walk(slow, 150);
+  EXPECT_EQ(slow.auralizer->statistics().keyframes_per_sample, 4u);
+}
+
 // Tones, in which any step is a click, over noise 54 dB below. Without the noise even the end of a
 // fade of half of all voices within 10 ms would be found.
 AuralizerInput toned_room() {
