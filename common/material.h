@@ -21,6 +21,8 @@ inline constexpr float kMirrorLobe = 20;
 // The lobe of a mirror whose material is none in another band.
 inline constexpr float kSharpestLobe = 1000;
 
+inline constexpr double kDeepestRows_m = 3;
+
 struct Material {
   std::string name;
   Bands absorption{};                       // fraction of incident power not reflected
@@ -28,6 +30,9 @@ struct Material {
   // Exponent of the specular lobe: 0 (Lambert's law) to 1000, or a mirror.
   Bands phong = same_in_all_bands(kDefaultPhong);
   Bands transmission{};  // fraction of incident power; at most absorption
+  // Depth of the gaps between rows of seats whose tops the surface is (runtime/occlusion/
+  // seat_rows.h); 0: no rows.
+  float rows_m = 0;
 
   bool operator==(const Material&) const = default;
 };

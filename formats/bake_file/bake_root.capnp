@@ -154,6 +154,17 @@ struct Material {
   scattering @2 :List(Float32);
   phong @3 :List(Float32);
   transmission @4 :List(Float32);
+  rowsM @5 :Float32;                    # since 3.2
+}
+
+# A material without rows. Files whose materials are all without have these, which readers of
+# Material take as such.
+struct PlainMaterial {
+  name @0 :Text;
+  absorption @1 :List(Float32);
+  scattering @2 :List(Float32);
+  phong @3 :List(Float32);
+  transmission @4 :List(Float32);
 }
 
 struct Emitter {

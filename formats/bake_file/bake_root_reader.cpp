@@ -167,6 +167,9 @@ Result<void> RootReader::read_materials() {
     // Files of older versions may contain larger values, which the runtime must not use.
     for (std::size_t b = 0; b < kBandCount; ++b)
       material.transmission[b] = std::min((*transmission)[b], material.absorption[b]);
+    material.rows_m = stored.getRowsM();
+    if (!(material.rows_m >= 0 && static_cast<double>(material.rows_m) <= kDeepestRows_m))
+      return Error(what + " has rows of seats that are out of range");
     contents_.materials.push_back(std::move(material));
   }
   if (contents_.materials.size() > 65536) return Error("it has more than 65536 materials");

@@ -1,6 +1,11 @@
 #include "formats/bake_file/bake_root_writer.h"
 
+#include <algorithm>
+#include <span>
+#include <utility>
+
 #include <capnp/message.h>
+#include <capnp/orphan.h>
 #include <capnp/serialize.h>
 
 #include "formats/bake_file/bake_contents.h"
@@ -87,17 +92,39 @@ void write_signal(::Signal::Builder stored, const Signal& signal, const SignalSe
   stored.setEnvelopeHash(sections.envelope.hash);
 }
 
+template <class List>
+void write_surfaces(List list, std::span<const Material> materials) {
+  for (unsigned i = 0; i < list.size(); ++i) {
+    const Material& material = materials[i];
+    list[i].setName(material.name);
+    write_bands(list[i].initAbsorption(kBandCount), material.absorption);
+    write_bands(list[i].initScattering(kBandCount), material.scattering);
+    write_bands(list[i].initPhong(kBandCount), material.phong);
+    write_bands(list[i].initTransmission(kBandCount), material.transmission);
+  }
+}
+
+// A list of elements without a data section, where no material has rows: such files have the bytes
+// that they had before there were rows.
+void write_materials(BakeRoot::Builder root, std::span<const Material> materials) {
+  const auto count = static_cast<unsigned>(materials.size());
+  if (std::ranges::none_of(materials, [](const Material& one) { return one.rows_m > 0; })) {
+    auto plain =
+        capnp::Orphanage::getForMessageContaining(root).newOrphan<capnp::List<PlainMaterial>>(
+            count);
+    write_surfaces(plain.get(), materials);
+    capnp::Orphan<capnp::AnyPointer> list = std::move(plain);
+    root.adoptMaterials(list.releaseAs<capnp::List<::Material>>());
+    return;
+  }
+  auto list = root.initMaterials(count);
+  write_surfaces(list, materials);
+  for (unsigned i = 0; i < count; ++i) list[i].setRowsM(materials[i].rows_m);
+}
+
 void write_tables(BakeRoot::Builder root, const BakeContents& contents,
                   const BakeSections& sections) {
-  auto materials = root.initMaterials(static_cast<unsigned>(contents.materials.size()));
-  for (unsigned i = 0; i < materials.size(); ++i) {
-    const Material& material = contents.materials[i];
-    materials[i].setName(material.name);
-    write_bands(materials[i].initAbsorption(kBandCount), material.absorption);
-    write_bands(materials[i].initScattering(kBandCount), material.scattering);
-    write_bands(materials[i].initPhong(kBandCount), material.phong);
-    write_bands(materials[i].initTransmission(kBandCount), material.transmission);
-  }
+  write_materials(root, contents.materials);
   write_emitter_table(root, contents, sections.bytes_before_root);
   auto signals = root.initSignals(static_cast<unsigned>(contents.signals.size()));
   for (unsigned i = 0; i < signals.size(); ++i)

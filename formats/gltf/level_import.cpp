@@ -330,6 +330,7 @@ std::uint64_t finish_hash(InputHash& hash, const Level& level) {
     for (const Bands* bands :
          {&material.absorption, &material.scattering, &material.phong, &material.transmission})
       hash_value(hash, *bands);
+    if (material.rows_m > 0) hash_value(hash, material.rows_m);
   }
   if (level.origin_m != Vec3(0)) hash_value(hash, level.origin_m);
   for (const Emitter& emitter : level.emitters) {

@@ -131,6 +131,7 @@ Result<AcousticMaterial> read_acoustic_material(const Json& json, const std::str
   const auto scattering = bands_member(fields, prefix + "scattering", 0, 1);
   const auto phong = bands_member(fields, prefix + "phong", 0, 1e9);
   const auto transmission = bands_member(fields, prefix + "transmission", 0, 1);
+  const auto rows_m = fields.number(prefix + "rows_m", 0, kDeepestRows_m);
   for (const char* note : {"name", "comment", "source", "extras", "extensions"}) fields.any(note);
   const auto ok = prefix.empty() ? fields.result_without_unknown() : fields.result();
   if (!ok.ok()) return ok.error();
@@ -145,6 +146,7 @@ Result<AcousticMaterial> read_acoustic_material(const Json& json, const std::str
     if (!scattering && !preset) result.material.scattering = Bands{};
   }
   if (transmission) result.material.transmission = *transmission;
+  if (rows_m) result.material.rows_m = static_cast<float>(*rows_m);
   return result;
 }
 

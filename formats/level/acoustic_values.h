@@ -45,10 +45,11 @@ struct AcousticMaterial {
 };
 
 // Reads { "preset": name, "absorption": [...], "scattering": [...], "phong": [...], "transmission":
-// [...], "bandsHz": [...] }, in which preset or absorption is required, or just the name of a
-// preset. Explicit values override those of the preset. A phong exponent without scattering means
-// no scattering (and an exponent of 0 Lambert's law). `prefix` precedes every key ("acoustic_" in
-// flat extras); members without it are then ignored. `name` is the name of the material.
+// [...], "rows_m": depth, "bandsHz": [...] }, in which preset or absorption is required, or just
+// the name of a preset. Explicit values override those of the preset. A phong exponent without
+// scattering means no scattering (and an exponent of 0 Lambert's law). `prefix` precedes every key
+// ("acoustic_" in flat extras); members without it are then ignored. `name` is the name of the
+// material.
 Result<AcousticMaterial> read_acoustic_material(const Json& json, const std::string& name,
                                                 const MaterialPresets& presets,
                                                 const std::string& prefix = "");

@@ -45,6 +45,7 @@ OcclusionGeometry::OcclusionGeometry(const Mesh& mesh, std::span<const Material>
     transmission_.push_back(material.transmission);
     mirrored_.push_back(clamor::mirror_reflection(material));
     for (const float share : material.transmission) transmits_ |= share > 0;
+    if (has_seat_rows(material)) rows_.assign(materials.begin(), materials.end());
   }
   if (mesh.triangles.empty()) return;  // free field
   planes_.reserve(mesh.triangles.size());

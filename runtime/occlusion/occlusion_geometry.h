@@ -30,6 +30,11 @@
 
 namespace clamor {
 
+// Whether a material's surfaces are heard as rows of seats: what they do not scatter, they mirror.
+inline bool has_seat_rows(const Material& material) {
+  return material.rows_m > 0 && is_mirror(material);
+}
+
 class EmbreeMesh;
 class PartScene;
 
@@ -100,6 +105,12 @@ class OcclusionGeometry {
   void find_edges(const Vec3& from_m, const Vec3& to_m, std::size_t count, double longest_m,
                   std::vector<EdgeBetween>& found) const;
 
+  // The material, if its surfaces are the tops of rows of seats, or null.
+  const Material* rows(std::size_t material) const {
+    return rows_.empty() || !has_seat_rows(rows_[material]) ? nullptr : &rows_[material];
+  }
+  bool has_rows() const { return !rows_.empty(); }
+
   // Share of the power that a material reflects as a mirror.
   const Bands& mirror_reflection(std::size_t material) const { return mirrored_[material]; }
 
@@ -127,6 +138,7 @@ class OcclusionGeometry {
   std::vector<std::uint16_t> materials_;  // per triangle
   std::vector<Bands> transmission_;       // per material
   std::vector<Bands> mirrored_;           // per material
+  std::vector<Material> rows_;            // all materials, if any has rows of seats
   bool transmits_ = false;
   std::unique_ptr<EmbreeMesh> embree_;  // null in a free field
   DiffractingEdges edges_;

@@ -32,7 +32,7 @@ VisibilityEstimate estimate_visibility(const OcclusionGeometry& geometry, const 
                                        const LineOfSight& line, int paths_per_ring,
                                        bool is_over_edges);
 
-// Adds the edges to the estimate of a direct sound's zone.
+// Adds the edges to the estimate of a direct sound's zone, and rows of seats (seat_rows.h).
 void add_edges(const OcclusionGeometry& geometry, const LineOfSight& line,
                VisibilityEstimate& estimate);
 

@@ -46,7 +46,8 @@ std::vector<Field> fields_of(const Material& material) {
   return {{"absorbs", bands_of(material.absorption, "{:.2f}")},
           {"scatters", bands_of(material.scattering, "{:.2f}")},
           {"phong", bands_of(material.phong, "{:.3g}")},
-          {"lets through", bands_of(material.transmission, "{:.2f}")}};
+          {"lets through", bands_of(material.transmission, "{:.2f}")},
+          {"rows, m", fmt::format("{:.2f}", material.rows_m)}};
 }
 
 std::vector<Field> fields_of(const Portal& portal) {

@@ -110,12 +110,14 @@ void add_tables(const BakeFile& file, OrderedJson& json) {
   const Vec3& origin_m = file.origin_m();
   json["origin_m"] = as_json(origin_m);
   json["materials"] = OrderedJson::array();
-  for (const Material& material : file.materials())
+  for (const Material& material : file.materials()) {
     json["materials"].push_back({{"name", material.name},
                                  {"absorption", material.absorption},
                                  {"scattering", material.scattering},
                                  {"phong", material.phong},
                                  {"transmission", material.transmission}});
+    if (material.rows_m > 0) json["materials"].back()["rows_m"] = material.rows_m;
+  }
   json["emitters"] = OrderedJson::array();
   for (const Emitter& emitter : file.emitters())
     json["emitters"].push_back({{"name", emitter.name},

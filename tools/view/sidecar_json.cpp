@@ -89,6 +89,8 @@ Json json_of(const Material& material) {
     values.emplace_back("phong", bands(material.phong));
   if (material.transmission != Bands{})
     values.emplace_back("transmission", bands(material.transmission, exact_number));
+  if (material.rows_m > 0)
+    values.emplace_back("rows_m", exact_number(static_cast<double>(material.rows_m)));
   return Json(std::move(values));
 }
 

@@ -211,6 +211,24 @@ TEST(BakeFile, IsReadWithMaterialsThatTransmitAtMostWhatTheyAbsorb) {
   EXPECT_EQ(file->materials()[0].transmission[2], 0.25f);
 }
 
+// Lists of materials have another layout if one of them has rows of seats.
+TEST(BakeFile, KeepsTheDepthOfRowsOfSeats) {
+  BakeContents bake = contents();
+  const Bytes without = written(bake);
+  bake.materials[1].rows_m = 0.75f;
+  const std::string path = path_of("rows.clamor");
+  std::ofstream(path, std::ios::binary) << written(bake);
+  const auto file = BakeFile::open(path, FileAccess::kRead);
+  std::filesystem::remove(path);
+  ASSERT_TRUE(file.ok()) << file.error().message;
+  EXPECT_EQ(file->materials(), bake.materials);
+  EXPECT_FALSE(read_whole(with_root(written(bake), [](BakeRoot::Builder root) {
+                 root.getMaterials()[1].setRowsM(-1);
+               })).ok());
+  bake.materials[1].rows_m = 0;
+  EXPECT_EQ(written(bake), without);
+}
+
 TEST(HostileBakeFile, WithARandomRootIsRejected) {
   const Bytes whole = written(contents());
   Preamble preamble;

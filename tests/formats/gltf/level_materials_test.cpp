@@ -83,6 +83,17 @@ TEST_F(Materials, TakeFlatExtrasAsBlenderWritesThem) {
   EXPECT_FLOAT_EQ(imported.level.materials.at(0).absorption[7], 0.3f);
 }
 
+TEST_F(Materials, HaveRowsOfSeatsWhereTheyAreGiven) {
+  const json written = {{"preset", "audience"}, {"rows_m", 0.8}};
+  const auto imported = with({{"name", "stalls"}, {"extras", {{"acoustic", written}}}});
+  EXPECT_EQ(imported.level.materials.at(0).rows_m, 0.8f);
+  const auto flat = with(
+      {{"name", "stalls"}, {"extras", {{"acoustic_absorption", 0.5}, {"acoustic_rows_m", 1}}}});
+  EXPECT_EQ(flat.level.materials.at(0).rows_m, 1);
+  const auto without = with({{"name", "stalls"}, {"extras", {{"acoustic", "audience"}}}});
+  EXPECT_EQ(without.level.materials.at(0).rows_m, 0);
+}
+
 TEST_F(Materials, TransmitAtMostWhatTheyAbsorbWithAWarning) {
   const json written = {{"absorption", {0.1, 0.5}}, {"transmission", 0.3}, {"bandsHz", {63, 8000}}};
   const auto imported = with({{"name", "paper"}, {"extras", {{"acoustic", written}}}});
