@@ -20,6 +20,7 @@
 #include "formats/files/json.h"
 #include "formats/level/acoustic_values.h"
 #include "formats/level/level.h"
+#include "formats/level/material_presets.h"
 
 namespace clamor {
 
@@ -27,6 +28,7 @@ namespace {
 
 constexpr int kRounds = 6, kMaxTraces = 3;
 constexpr double kGoodEnough = 1e-3, kTolerance = 0.01;  // relative differences of times
+constexpr double kFarOff = 10;                           // a time that there is none of, in octaves
 constexpr double kMinEffective = 64;                     // as PathCache::kMinDeposits
 
 // One octave.
@@ -58,6 +60,20 @@ class OctaveFit {
   // ln(measured time / that of the paths)
   double difference() const { return log2_of(measured_s_ / *now_.time_s) / std::numbers::log2e; }
   const ReceivedPaths::Decay& decay() const { return now_; }
+
+  // By how many factors of two the time is too long with all that the bounds allow, or 0.
+  double lack() const {
+    const double factors = now_.time_s ? log2_of(*now_.time_s / measured_s_) : 0;
+    return factors > kTolerance ? factors : 0;
+  }
+  // The time with what is known of all materials but one.
+  std::optional<double> time_with(const ReceivedPaths& paths, std::size_t one,
+                                  double absorption) const {
+    std::vector<double> absorptions;
+    for (const AbsorptionRange& range : ranges_) absorptions.push_back(range.known);
+    absorptions[one] = std::min(absorption, kMostAbsorption);
+    return paths.decay(band_, absorptions, to_db_).time_s;
+  }
   AbsorptionFit::Octave octave() const {
     return {measured_s_, before_s_.value_or(0), now_.time_s.value_or(0), now_.error_s};
   }
@@ -116,6 +132,36 @@ std::string refusal(const OctaveFit& fit, const MeasuredDecay& measured, std::si
       fit.difference() > 0 ? "least" : "most", octave.after_s);
 }
 
+// Where no absorption within its bounds is enough, people and seats that the level does not tell of
+// may absorb the rest: names the surface that as a seating area would come nearest to the measured
+// times, if it comes nearer by half. Otherwise "".
+std::string seating_hint(const ReceivedPaths& paths, const FittedMaterials& fitted,
+                         const std::array<std::optional<OctaveFit>, kBandCount>& octaves) {
+  std::string hint;
+  double least = 0;
+  for (const auto& octave : octaves) least += octave ? octave->lack() / 2 : 0;
+  for (const char* preset : {"audience", "seats_upholstered", "seats_wood"}) {
+    const auto seating = MaterialPresets::built_in().get(preset);
+    for (std::size_t u = 0; u < fitted.list.size() && seating.ok(); ++u) {
+      double off = 0;
+      std::string times;
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        if (!octaves[b] || !(octaves[b]->lack() > 0)) continue;
+        const auto time_s =
+            octaves[b]->time_with(paths, u, static_cast<double>(seating->absorption[b]));
+        off += time_s ? std::abs(log2_of(octaves[b]->octave().measured_s / *time_s)) : kFarOff;
+        times += fmt::format("{}{:.2f} s at {} Hz", times.empty() ? "" : ", ", time_s.value_or(0),
+                             kBandCentres_hz[b]);
+      }
+      if (!(off < least)) continue;
+      least = off;
+      hint = fmt::format(". If {} ({:.0f} m2) were a seating area, the preset '{}' would give {}",
+                         in_quotes(fitted.list[u].name), fitted.list[u].area_m2, preset, times);
+    }
+  }
+  return hint;
+}
+
 Result<AbsorptionFit> fit_on_this_team(const Level& level, const BakeOptions& options,
                                        const MeasuredDecay& measured) {
   const FittedMaterials fitted(level.mesh, level.materials);
@@ -129,15 +175,16 @@ Result<AbsorptionFit> fit_on_this_team(const Level& level, const BakeOptions& op
   settings.early_order = 0;  // all reflections leave deposits
   Level traced = level;
   AbsorptionFit fit;
+  std::optional<ReceivedPaths> paths;
   for (bool carries = false; !carries && fit.traces < kMaxTraces; ++fit.traces) {
     const TracedState state(traced, settings);
     const std::size_t receivers = decay_receivers(state.scene, traced.emitters).size();
     if (receivers == 0)
       return Error("no surface is near the emitters, so that there is no decay to fit");
-    const ReceivedPaths paths(state, receivers, traced.materials, fitted, options);
+    paths.emplace(state, receivers, traced.materials, fitted, options);
     if (options.is_stopped()) return Error("stopped");
     team_for(0, kBandCount, [&](std::size_t b) {
-      if (octaves[b]) octaves[b]->run(paths);
+      if (octaves[b]) octaves[b]->run(*paths);
     });
     carries = true;
     for (std::size_t b = 0; b < kBandCount; ++b) {
@@ -157,7 +204,8 @@ Result<AbsorptionFit> fit_on_this_team(const Level& level, const BakeOptions& op
   if (!reasons.empty())
     return Error(reasons +
                  ". Correct the measured times or leave these octaves out, or give the "
-                 "materials other presets");
+                 "materials other presets" +
+                 seating_hint(*paths, fitted, octaves));
   for (std::size_t u = 0; u < fitted.list.size(); ++u) {
     const FittedMaterial& material = fitted.list[u];
     AbsorptionFit::Surface surface{material.name, material.area_m2, material.absorption,
@@ -247,6 +295,8 @@ Result<void> write_fitted_sidecar(const std::string& path, const std::string& ea
     }
     if (sum_of(of_level->transmission) > 0)
       values.emplace_back("transmission", list_of(of_level->transmission));
+    if (of_level->rows_m > 0)
+      values.emplace_back("rows_m", std::round(1e6 * static_cast<double>(of_level->rows_m)) / 1e6);
     materials.emplace_back(surface.name, Json(std::move(values)));
   }
   std::error_code none;

@@ -91,6 +91,16 @@ TEST(AbsorptionFit, StaysWithinItsBoundsAndRefusesTimesBeyondThem) {
         << fit.error().message;
     EXPECT_NE(fit.error().message.find(says), std::string::npos) << fit.error().message;
   }
+  // What only a floor of seats explains is told.
+  Level hall = testing::shoebox({15, 12, 6}, testing::uniform_material(0.05f), {4, 5, 1.5});
+  hall.materials.push_back(hall.materials[0]);
+  hall.materials[1].name = "parquet";
+  hall.mesh = testing::box({15, 12, 6}, {0, 0, 0, 0, 1, 0});
+  const auto fit = fit_absorption(hall, options(1), measured(0.8));
+  ASSERT_FALSE(fit.ok());
+  EXPECT_NE(fit.error().message.find("If 'parquet' (180 m2) were a seating area"),
+            std::string::npos)
+      << fit.error().message;
   // Nothing can be told of surfaces that absorb all.
   EXPECT_FALSE(fit_absorption(room(1), options(1), measured(0.5)).ok());
 }
