@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "runtime/field/late_density.h"
 #include "runtime/mixing/itd_table.h"
 #include "runtime/voices/gain_ramp_kernel.h"
 
@@ -35,7 +36,10 @@ FieldMaker::Input::Input(const RadiationModel& radiation, std::uint32_t of_signa
                          std::int64_t begins_frames)
     : signal(of_signal),
       start_frames(begins_frames),
-      groups{TapGroup(radiation), TapGroup(radiation)} {}
+      groups{TapGroup(radiation), TapGroup(radiation)},
+      density(std::make_unique<LateDensity>()) {}
+
+FieldMaker::Input::~Input() = default;
 
 // Room for delays up to this one, and somewhat more, so that a walk seldom needs another buffer.
 void FieldMaker::Input::reserve(double delay_frames) {
@@ -225,6 +229,9 @@ void FieldMaker::renew(std::size_t part_index, const Listener& listener, const R
   const ListenerFrame frame = listener_frame(
       then, ears_.head != nullptr || ears_.panner != nullptr ? Receivers::kOne : Receivers::kPair);
   bool has_changed = part.frame != frame || part.reception != reception;
+  if (ears_.has_dense_late && part_index == kLateField)
+    for (const auto& input : inputs_)
+      has_changed = has_changed || input->density->lacks_passes() > 0;
   for (const auto& input : inputs_)
     has_changed = input->groups[part_index].advance(
                       is_first ? 1 : static_cast<float>(every) / kTapFade_keyframes) ||
@@ -261,6 +268,7 @@ void FieldMaker::add_taps_of(Input& input, std::size_t part, const ListenerFrame
   TapGroup& group = input.groups[part];
   VoiceTable& table = group.table();
   const std::size_t used = group.used();
+  if (ears_.has_dense_late && part == kLateField) input.density->begin();
   place_voices(table, frame, ears_.itd_table, 0, (used + kTile - 1) / kTile * kTile);
   const double longest_frames =
       static_cast<double>((input.buffers.back()->blocks.size()) * kHighField.partition) - 4;
@@ -283,20 +291,43 @@ void FieldMaker::add_taps_of(Input& input, std::size_t part, const ListenerFrame
           for (std::size_t b = 0; b < kBandCount; ++b) voice.gain[e][b] *= gain[b];
         }
       }
-      const ChannelGains gains =
-          ears_.panner != nullptr ? ears_.panner->gains(voice.from) : ChannelGains{1, 1};
-      for (std::size_t c = 0; c < taps_.size(); ++c) {
-        const float gain = gains[c] * group.presence(s);
-        if (gain == 0) continue;
-        const std::size_t e = c % kEars;
-        const double delay_frames = voice.delay_frames[e] - static_cast<double>(input.start_frames);
-        const double low_frames = delay_frames + (e == 0 ? -0.5 : 0.5) * low_itd_frames;
-        if (!(delay_frames >= 4 && delay_frames < longest_frames)) continue;
-        Tap& tap = taps_[c].emplace_back(tap_at(delay_frames, low_frames, voice.gain[e]));
-        for (float& band : tap.gain) band *= gain;
+      for (double& delay_frames : voice.delay_frames)
+        delay_frames -= static_cast<double>(input.start_frames);
+      const bool is_late = ears_.has_dense_late && part == kLateField;
+      const double pieces = is_late && table.radiation.kind[s] >= VoiceRadiation::kDiffuse
+                                ? pieces_of(voice, input)
+                                : 1;
+      for (std::uint32_t k = 0; k < pieces; ++k) {
+        const LateDensity::Piece piece = LateDensity::piece(s, k, pieces);
+        add_piece(voice, low_itd_frames, piece.shift_frames, group.presence(s) * piece.amplitude,
+                  longest_frames);
       }
     }
     for (std::size_t c = 0; c < taps_.size(); ++c) sparse_[c / kEars].add(c % kEars, taps_[c]);
+  }
+}
+
+double FieldMaker::pieces_of(const Voice& voice, Input& input) {
+  Bands power;
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    power[b] = voice.gain[0][b] * voice.gain[0][b] + voice.gain[1][b] * voice.gain[1][b];
+  return input.density->pieces(voice.delay_frames[0], power);
+}
+
+// Adds a tap, or a piece of it, to the channels. The voice's delays are those of the response.
+void FieldMaker::add_piece(const Voice& voice, double low_itd_frames, double shift_frames,
+                           float amplitude, double longest_frames) {
+  const ChannelGains gains =
+      ears_.panner != nullptr ? ears_.panner->gains(voice.from) : ChannelGains{1, 1};
+  for (std::size_t c = 0; c < taps_.size(); ++c) {
+    const float gain = gains[c] * amplitude;
+    if (gain == 0) continue;
+    const std::size_t e = c % kEars;
+    const double delay_frames = voice.delay_frames[e] + shift_frames;
+    const double low_frames = delay_frames + (e == 0 ? -0.5 : 0.5) * low_itd_frames;
+    if (!(delay_frames >= 4 && delay_frames < longest_frames)) continue;
+    Tap& tap = taps_[c].emplace_back(tap_at(delay_frames, low_frames, voice.gain[e]));
+    for (float& band : tap.gain) band *= gain;
   }
 }
 

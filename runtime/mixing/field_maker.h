@@ -50,6 +50,8 @@ inline constexpr int kTapFade_keyframes = 4;
 // Where time is short, responses are renewed up to so many times less often.
 inline constexpr std::size_t kCoarsestField = 4;
 
+class LateDensity;
+
 class FieldMaker {
  public:
   // How taps are heard: by a head, by a panner, or else by two receivers. All must outlive this,
@@ -59,6 +61,7 @@ class FieldMaker {
     const Hrtf* head = nullptr;
     const ItdTable* itd_table = nullptr;
     const Panner* panner = nullptr;
+    bool has_dense_late = false;  // spreads late taps where they are few (late_density.h)
   };
 
   // References and `signals` must outlive this. `chooses_taps`: not all sources suit as taps
@@ -102,6 +105,7 @@ class FieldMaker {
   // Sources that play a signal from the same time on.
   struct Input {
     Input(const RadiationModel& radiation, std::uint32_t of_signal, std::int64_t begins_frames);
+    ~Input();
     void reserve(double delay_frames);
 
     std::uint32_t signal;
@@ -109,6 +113,7 @@ class FieldMaker {
     double longest_frames = 0;                         // delay of a tap
     std::vector<std::unique_ptr<FieldInput>> buffers;  // the last one is in use
     std::array<TapGroup, kFieldParts> groups;
+    std::unique_ptr<LateDensity> density;  // of the late part
     std::array<std::vector<const SampledSource*>, kFieldParts> chosen;
   };
   struct Part {
@@ -154,6 +159,9 @@ class FieldMaker {
              Keyframe& keyframe);
   void add_taps_of(Input& input, std::size_t part, const ListenerFrame& frame,
                    const Reception& reception);
+  static double pieces_of(const Voice& voice, Input& input);
+  void add_piece(const Voice& voice, double low_itd_frames, double shift_frames, float amplitude,
+                 double longest_frames);
   void colour(Voice& voice, const Input& input, TapGroup& group, std::size_t part,
               std::uint32_t slot, double& low_itd_frames);
   FieldResponse& free_response(Part& part);

@@ -180,6 +180,27 @@ TEST(AuralizerField, IsAsLoudAsAllVoicesForAWalkingListener_NoAsan_NoTsan) {
         << at / 2;
 }
 
+// The click begins after 0.2 s; its sound is dense from a tenth of a second after that on.
+TEST(AuralizerField, HasDenseLateSoundOfTheSamePowerIfAsked_NoAsan_NoTsan) {
+  AuralizerInput input = room();
+  for (Signal& signal : input.signals)
+    if (signal.loop) std::ranges::fill(signal.samples, 0.0f);
+  AuralizerOptions options = everything(Mixing::kField);
+  const auto stored = mixed(options, 0.7, kStanding, 960, input);
+  options.has_dense_late = true;
+  const auto dense = mixed(options, 0.7, kStanding, 960, input);
+  constexpr std::size_t kEarly = 2 * kSampleRate_hz * 28 / 100;
+  EXPECT_LT(
+      error_db({stored.begin(), stored.begin() + kEarly}, {dense.begin(), dense.begin() + kEarly}),
+      -50);
+  const auto late = [](const std::vector<float>& sound) {
+    return std::span(sound).subspan(2 * kSampleRate_hz * 4 / 10, 2 * kSampleRate_hz / 4);
+  };
+  EXPECT_NE(std::vector(late(stored).begin(), late(stored).end()),
+            std::vector(late(dense).begin(), late(dense).end()));
+  EXPECT_NEAR(10 * std::log10(power(late(dense)) / power(late(stored))), 0, 1);
+}
+
 TEST(AuralizerField, RendersTheSameSamplesForAnyBlockSizes_NoTsan) {
   const auto walking = [](double t) { return Listener({3 + t, 4, 1.5}, 0.7 * t, 0); };
   AuralizerOptions options = everything(Mixing::kField);

@@ -14,6 +14,7 @@
 #include "runtime/engine/auralizer_options.h"
 #include "runtime/engine/auralizer_statistics.h"
 #include "runtime/mixing/load_control.h"
+#include "runtime/voices/keyframe.h"
 #include "tests/baked_room.h"
 #include "tools/analysis/click_detector.h"
 
