@@ -29,7 +29,7 @@ class CancellationDelay {
   CancellationDelay& operator=(const CancellationDelay&) = delete;
 
  private:
-  int before_ = 0;
+  [[maybe_unused]] int before_ = 0;  // of POSIX
 };
 
 }  // namespace clamor

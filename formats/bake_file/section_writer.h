@@ -32,7 +32,7 @@ class SectionWriter {
   // Pads with zeros to a multiple of 8.
   Result<void> align() {
     static constexpr std::array<std::byte, 8> kZeros{};
-    const auto padding = append({kZeros.data(), (8 - offset_ % 8) % 8});
+    const auto padding = append(std::span(kZeros).first((8 - offset_ % 8) % 8));
     return padding.ok() ? Result<void>() : Result<void>(padding.error());
   }
 

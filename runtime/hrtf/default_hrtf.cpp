@@ -10,6 +10,13 @@
 asm(R"(
   .section .rdata, "dr"
 )"
+#elif defined(__wasm__)  // whose symbols have sizes
+asm(R"(
+  .section .rodata.clamor_default_head,"",@
+  .hidden clamor_default_head, clamor_default_head_end
+  .size clamor_default_head, clamor_default_head_end - clamor_default_head
+  .size clamor_default_head_end, 1
+)"
 #else
 asm(R"(
   .section .rodata

@@ -27,7 +27,7 @@ NEEDS = {
     "BRAS": "tests/tools/experiments/room_experiment_test.cpp",
     "Ctrl-C to end": "tests/tools/view/progressive_bake_test.cpp, and tools/packaging/try_pages",
     "~/clamor": "tests/library, and tools/packaging/try_pages",
-    "root": "tools/packaging",
+    "root": "tools/packaging", "the player for the web": "tests/web/run, and tests/tools/report/page",
     "debootstrap": "before a release",
     "Blender": "tests/formats/blender",
     "Mono": "tests/library/csharp_binding_test.cpp, and tools/packaging/try_pages",

@@ -19,7 +19,8 @@ inline const std::filesystem::path kRoot = kSourceDir;
 // The folders of each library from the bottom up: each may include those before it, and files
 // outside of a folder may include all.
 inline const std::map<std::string, std::vector<std::string>> kFolders = {
-    {"common", {"platform", "platform/posix", "platform/windows"}},
+    {"common",
+     {"platform", "platform/posix", "platform/none", "platform/windows", "platform/wasm"}},
     {"formats", {"files", "audio", "level", "gltf", "bake_file", "blender"}},
     {"bake",
      {"mesh", "trace", "early", "octree", "instances", "journal", "portals", "report", "probes",
@@ -47,7 +48,9 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
       "bindings/csharp",
       "bindings/lua",
       "bindings/python",
-      "bindings/python/clamor"}},
+      "bindings/python/clamor",
+      "bindings/web",
+      "bindings/web/examples"}},
     {"tools",
      {"program", "strategies", "analysis", "bench", "experiments", "farm", "report", "report/page",
       "view", "view/window", "commands", "packaging", "packaging/vcpkg", "packaging/conan",

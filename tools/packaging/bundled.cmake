@@ -6,6 +6,16 @@ set(CLAMOR_WITH_MYSOFA OFF)
 set(CLAMOR_WITH_SNDFILE OFF)
 set(CLAMOR_WITH_TBB OFF)
 
+if(EMSCRIPTEN)
+  add_library(TinyGLTF::TinyGLTF INTERFACE IMPORTED)
+  add_library(glm::glm INTERFACE IMPORTED)
+  target_include_directories(glm::glm SYSTEM INTERFACE ${CLAMOR_BUNDLE_SOURCES}/glm)
+  add_compile_options(-msimd128 -fwasm-exceptions -D_LIBCPP_ENABLE_EXPERIMENTAL)  # std::jthread
+  add_link_options(-fwasm-exceptions -sWASM_BIGINT)
+  include_directories(SYSTEM ${CLAMOR_BUNDLE_PREFIX}/include)
+  return()
+endif()
+
 # Debian's TinyGLTF is a shared library, and OpenMesh builds all of its file formats.
 add_library(tinygltf STATIC ${CLAMOR_BUNDLE_SOURCES}/tinygltf/tiny_gltf.cc)
 target_include_directories(tinygltf SYSTEM PUBLIC ${CLAMOR_BUNDLE_SOURCES}/tinygltf

@@ -1,4 +1,4 @@
-// child_process.cpp: no child processes, since Windows cannot fork.
+// child_process.cpp: no child processes, since neither Windows nor WebAssembly can fork.
 #include "common/platform/child_process.h"
 
 namespace clamor {
@@ -6,7 +6,7 @@ namespace clamor {
 Result<std::vector<std::byte>> in_child_process(const ChildLimits&,
                                                 const std::function<std::vector<std::byte>()>&) {
   return Error(
-      "cannot be read on Windows, where a crash of the library that reads it would end "
+      "cannot be read on this system, where a crash of the library that reads it would end "
       "the program");
 }
 

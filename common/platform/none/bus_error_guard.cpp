@@ -1,7 +1,7 @@
 // bus_error_guard.cpp: no guard, so that files are read rather than mapped.
 //
 // Windows reports pages of a file that cannot be read by an exception that MinGW's compiler cannot
-// handle, and lets nobody replace a file that is mapped.
+// handle, and lets nobody replace a file that is mapped. WebAssembly copies what it maps.
 #include "common/platform/bus_error_guard.h"
 
 namespace clamor {

@@ -15,7 +15,7 @@ void ask_to_end(int) {}
 std::optional<EndedProgram> next_ended_program() { return std::nullopt; }
 
 ProgramOutput run_program(const std::string&) {
-  return {false, "no shell runs commands on Windows"};
+  return {false, "no shell runs commands on this system"};
 }
 
 }  // namespace clamor
