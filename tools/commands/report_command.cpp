@@ -20,6 +20,7 @@
 #include "tools/program/stage_notice.h"
 #include "tools/program/terminal_output.h"
 #include "tools/program/text_format.h"
+#include "tools/report/listening_scripts.h"
 #include "tools/report/report_document.h"
 
 namespace clamor {
@@ -30,7 +31,7 @@ constexpr std::size_t kListenerSources = 8'000, kMapSources = 4000, kMapCells = 
 constexpr std::size_t kMaxListeners = 9;  // colours of a chart
 
 struct ReportOptions {
-  std::string level, output, other, emitter;
+  std::string level, output, other, emitter, player;
   std::vector<Vec3> listeners_m;
   bool exact = false;
 };
@@ -137,6 +138,9 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
                 "name of the emitter that sounds [unset: the first, or all of a crowd]");
   parser.option("--compare", options.other,
                 "another bake, to be shown beside it at the same places");
+  parser.option("--listen", options.player,
+                "the page sounds, by the player in this folder, which it then holds with the bake: "
+                "the package @clamor/player, as tools/bundle --wasm builds it");
   parser.flag("--exact", options.exact,
               "measure at listeners with all sources, as clamor impulse does (slower)");
   QuietOption quiet(parser);
@@ -167,7 +171,12 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
     return document_of(options, notes);
   }();
   if (!document.ok()) return fail(document.error());
-  const std::string page = page_of_document(*document, std::string(kViewScript) + kReportScript);
+  std::string page = page_of_document(*document, std::string(kViewScript) + kReportScript);
+  if (!options.player.empty()) {
+    const auto scripts = listening_scripts(options.player, options.level);
+    if (!scripts.ok()) return fail(scripts.error());
+    page.insert(page.rfind("</body>"), *scripts);
+  }
   const Interrupt until_written;
   auto file = AtomicFile::create(options.output);
   if (!file.ok()) return fail(file.error());

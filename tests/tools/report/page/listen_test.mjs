@@ -1,0 +1,66 @@
+// listen_test.mjs: a page of clamor report --listen, opened as a file: it sounds, the sound follows the listener,
+// and the network is asked for nothing.
+import assert from "node:assert/strict";
+import {after, before, test} from "node:test";
+import {pathToFileURL} from "node:url";
+import {chromium} from "playwright-core";
+
+let browser, page;
+const said = [];
+
+before(async () => {
+  browser = await chromium.launch({executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+    args: ["--no-sandbox", "--disable-quic", "--disable-background-networking", "--enable-unsafe-swiftshader"]});
+  page = await browser.newPage({viewport: {width: 1000, height: 800}});
+  page.on("console", (message) => { if (!/GL Driver/.test(message.text())) said.push(message.text()); });
+  page.on("pageerror", (problem) => said.push(problem.message));
+  page.on("request", (request) => { if (!/^(file|data|blob):/.test(request.url())) said.push(`asked for ${request.url()}`); });
+  // Chromium 156 pauses worklets for who attaches to all targets, and Playwright 1.55 does not know them.
+  const session = await page.context().newCDPSession(page);
+  session.on("Target.attachedToTarget", ({sessionId}) => session.send("Target.sendMessageToTarget",
+    {sessionId, message: JSON.stringify({id: 1, method: "Runtime.runIfWaitingForDebugger"})}).catch(() => {}));
+  await session.send("Target.setAutoAttach", {autoAttach: true, waitForDebuggerOnStart: false, flatten: false});
+  await page.goto(pathToFileURL("listened.html").href);
+  await page.waitForFunction(() => window.clamorListening !== undefined);
+});
+after(async () => { await browser.close(); });
+
+// The mean power in each ear over some tenths of a second.
+const powers = () => page.evaluate(async () => {
+  const {audio, ears} = window.clamorListening;
+  const splitter = audio.createChannelSplitter(2);
+  ears.connect(splitter);
+  const meters = [0, 1].map((channel) => {
+    const meter = new AnalyserNode(audio, {fftSize: 16384});
+    splitter.connect(meter, channel);
+    return meter;
+  });
+  await new Promise((resolve) => { setTimeout(resolve, 900); });
+  return meters.map((meter) => {
+    const samples = new Float32Array(meter.fftSize);
+    meter.getFloatTimeDomainData(samples);
+    return samples.reduce((sum, x) => sum + x * x, 0) / samples.length;
+  });
+});
+
+test("sounds when one asks it to, also as a file", async () => {
+  await page.getByRole("button", {name: "Listen"}).click();
+  await page.waitForFunction(() => /voices/.test(document.getElementById("listen-status").textContent), null, {timeout: 20_000});
+  const [left, right] = await powers();
+  assert.ok(left > 1e-10 && right > 1e-10, `powers ${left} and ${right}`);
+});
+
+test("gets quieter when the listener is dragged away", async () => {
+  await page.evaluate(() => window.clamorView.moveTo(window.clamorView.level.emitters.places.slice(0, 3)));
+  const near = await powers();
+  await page.evaluate(() => window.clamorView.moveTo([60, 1.7, 60]));
+  await page.waitForTimeout(700);
+  const far = await powers();
+  assert.ok(far[0] + far[1] < 0.1 * (near[0] + near[1]), `${near} near, ${far} far`);
+});
+
+test("pauses, and has asked the network for nothing", async () => {
+  await page.getByRole("button", {name: "Pause"}).click();
+  await page.waitForFunction(() => window.clamorListening.audio.state === "suspended");
+  assert.deepEqual(said, []);
+});
