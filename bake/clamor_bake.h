@@ -255,6 +255,8 @@ typedef struct clamor_bake_options {
   uint32_t has_early_order; /* 0: the order is 3 for up to 16 emitters, and 0 for more than 256 */
   uint32_t early_order;     /* reflections by mirrors that are image sources, heard exactly and in
                                phase, 0 to 3; 0: photons trace all reflections */
+  double probe_spacing_m; /* metres between places where moving sources will be heard with reflections;
+                             -1: as many as suit the level [0: none but those of the level] */
 } clamor_bake_options;
 
 typedef struct clamor_bake_report {

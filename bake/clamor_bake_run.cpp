@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "bake/application_level.h"
 #include "bake/bake_plan.h"
 #include "bake/bake_watch.h"
@@ -54,6 +56,8 @@ const char* complaint(const clamor_bake_options& options) {
   if (options.goal_error_db > 0 && options.goal_s > 0) return "give one goal, not both";
   if (options.has_early_order != 0 && options.early_order > unsigned{clamor::kMaxImageOrder})
     return "early_order must lie between 0 and 3";
+  if (options.probe_spacing_m != -1 && !lies(options.probe_spacing_m, 1e6))
+    return "probe_spacing_m must lie between 0 and 1e6 m, or be -1";
   return nullptr;
 }
 
@@ -66,6 +70,8 @@ clamor::BakeRequest request_of(const ApplicationLevel& level, const clamor_bake_
   if (options.sources > 0) request.sources = std::to_string(options.sources);
   if (options.no_instances != 0) request.instances = "off";
   if (options.has_early_order != 0) request.early_order = std::to_string(options.early_order);
+  if (options.probe_spacing_m != 0)
+    request.probes = options.probe_spacing_m < 0 ? "auto" : fmt::to_string(options.probe_spacing_m);
   request.simplify_m = options.simplify_m;
   if (options.roulette_exponent > 0) request.roulette_exponent = options.roulette_exponent;
   if (options.longest_path_s > 0) request.longest_s = options.longest_path_s;

@@ -61,6 +61,8 @@ TEST_F(BakeLibraryErrors, SaysWhyItCannotBakeAndLeavesNoFile) {
   refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "goal", [](auto& o) { o.goal_s = 1; });
   refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "early_order",
           [](auto& o) { o.has_early_order = 1, o.early_order = 4; });
+  refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "probe_spacing_m",
+          [](auto& o) { o.probe_spacing_m = -2; });
   refused(level, out, CLAMOR_BAKE_ERROR_ARGUMENT, "simplify_m",
           [](auto& o) { o.simplify_m = std::nan(""); });
   refused(level, out, CLAMOR_BAKE_ERROR_MEMORY, "1 MB", [](auto& o) { o.memory_bytes = 1e6; });

@@ -53,6 +53,10 @@ TEST_F(BakeLibrary, WritesTheBytesOfTheCommandToAFileAndIntoMemory_NoAsan) {
        [](auto& options) { options.has_early_order = 1; }},
       {"--photons 1000 --sources 1000 --early-order 1",
        [](auto& options) { options.has_early_order = options.early_order = 1; }},
+      {"--photons 1000 --sources 1000 --probes auto",
+       [](auto& options) { options.probe_spacing_m = -1; }},
+      {"--photons 1000 --sources 1000 --probes 1.5",
+       [](auto& options) { options.probe_spacing_m = 1.5; }},
       {"--until 20dB",
        [](auto& options) { options.photons = options.sources = 0, options.goal_error_db = 20; }}};
   for (const Case& one : cases) {

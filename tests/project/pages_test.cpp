@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::array<std::string, 21> kPages = {"README.md",
+const std::array<std::string, 22> kPages = {"README.md",
                                             "CHANGELOG.md",
                                             "tools/contributing.md",
                                             "runtime/glossary.md",
@@ -38,6 +38,7 @@ const std::array<std::string, 21> kPages = {"README.md",
                                             "tools/packaging/README.md",
                                             "runtime/bindings/README.md",
                                             "runtime/bindings/csharp/README.md",
+                                            "runtime/bindings/godot/README.md",
                                             "runtime/bindings/python/README.md",
                                             "runtime/examples/README.md"};
 

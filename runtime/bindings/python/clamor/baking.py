@@ -209,7 +209,7 @@ def bake(level: Union[BakeLevel, Path], path: Optional[Path] = None, *, threads:
          goal_s: float = 0, simplify_m: float = 0, roulette_exponent: float = 0,
          longest_path_s: float = 0, memory_bytes: int = 0, instances: bool = True,
          strict: bool = False, journal: Optional[Path] = None, early_order: Optional[int] = None,
-         progress: Optional[Callable[[BakeProgress], Any]] = None) -> Any:
+         probe_spacing_m: float = 0, progress: Optional[Callable[[BakeProgress], Any]] = None) -> Any:
     """Bakes a level, with the bytes of `clamor bake` of the same level and options.
 
     Args:
@@ -223,6 +223,8 @@ def bake(level: Union[BakeLevel, Path], path: Optional[Path] = None, *, threads:
             clamor_bake.h.
         early_order: reflections by mirrors that are image sources, 0 to 3; None: 3 for up to 16
             emitters, and 0 for more than 256.
+        probe_spacing_m: metres between places where moving sources are heard with reflections, or
+            -1 for as many as suit the level.
         progress: called about ten times a second with a BakeProgress on the calling thread. If it
             returns False or raises, the bake is cancelled; what it raised is raised again.
 
@@ -238,6 +240,7 @@ def bake(level: Union[BakeLevel, Path], path: Optional[Path] = None, *, threads:
                     has_early_order=early_order is not None,
                     early_order=0 if early_order is None else
                     given.whole(early_order, "early_order", 0, 3),
+                    probe_spacing_m=given.number(probe_spacing_m, "probe_spacing_m", -1),
                     **{name: given.whole(value, name, 0, (1 << 64) - 1)
                        for name, value in counts.items()},
                     **{name: given.number(value, name, 0) for name, value in sizes.items()})

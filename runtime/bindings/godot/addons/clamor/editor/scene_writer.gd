@@ -1,0 +1,249 @@
+## Writes what is heard of a scene as a level for Clamor: a .glb with its surfaces, and a sidecar with
+## emitters, materials, portals and doors, and copies of the sounds.
+##
+## The scene is read through Godot's nodes, because Godot's own glTF export leaves instances of a MultiMesh at
+## the origin where nothing is drawn, keeps of metadata only `extras`, and has no sounds.
+@tool
+extends RefCounted
+
+## What was found while writing: an array of [text, node].
+var findings: Array[Array] = []
+
+var _root: Node3D
+var _to_level: Transform3D
+var _layers := 0xfffff
+var _folder := ""
+var _bytes: PackedByteArray = []
+var _gltf := {
+	"asset": {"version": "2.0", "generator": "Clamor for Godot"},
+	"scene": 0, "scenes": [{"nodes": []}], "nodes": [], "meshes": [], "materials": [],
+	"accessors": [], "bufferViews": [], "buffers": [],
+}
+var _sidecar := {"materials": {}, "emitters": [], "portals": [], "movable": []}
+var _materials := {}  # numbers in the file, by Godot's material or name
+var _meshes := {}  # numbers in the file, by mesh and materials
+var _doors: Array[Node3D] = []
+
+
+## Writes the scene of a level into a folder, and returns the path of the .glb.
+func write(level: ClamorLevel3D, folder: String) -> String:
+	_root = level.owner if level.owner is Node3D else level.get_parent() as Node3D
+	if _root == null:
+		_root = level
+	_to_level = level.global_transform.orthonormalized().affine_inverse()
+	_layers = level.bake_layers
+	_folder = folder
+	DirAccess.make_dir_recursive_absolute(folder)
+	for pattern: String in level.materials:
+		if level.materials[pattern] != null:
+			_sidecar.materials[pattern] = level.materials[pattern].to_json()
+	for door: Node in _root.find_children("*", "Node3D", true, false):
+		if door is ClamorDoor3D and door.get_leaf() != null:
+			_doors.append(door.get_leaf())
+			_sidecar.movable.append(str(door.get_leaf().name))
+	_visit(_root, _gltf.scenes[0].nodes, false)
+	_gltf.buffers = [{"byteLength": _bytes.size()}]
+	if _gltf.accessors.is_empty():
+		findings.append(["The scene has no surfaces: no visible meshes in the layers that are baked.", level])
+	var path := folder.path_join("level.glb")
+	_write_glb(path)
+	var sidecar := FileAccess.open(folder.path_join("level.acoustics.json"), FileAccess.WRITE)
+	sidecar.store_string(JSON.stringify(_sidecar, "  "))
+	return path
+
+
+# Adds a node's surfaces and sounds, and those below it. Surfaces of a door become children of a node of its own.
+func _visit(node: Node, siblings: Array, is_in_door: bool) -> void:
+	var place := node as Node3D
+	if place != null and not place.visible:
+		return
+	if place != null and place in _doors and not is_in_door:
+		var children := []
+		var pivot := (_to_level * place.global_transform).orthonormalized()
+		_add_node(siblings, str(place.name), pivot).children = children
+		_add_surfaces(place, children, pivot.affine_inverse())
+		for child in node.get_children():
+			_visit_door(child, children, pivot.affine_inverse())
+		if children.is_empty():
+			_gltf.nodes.back().erase("children")
+		return
+	if place != null:
+		_add_surfaces(place, siblings, Transform3D.IDENTITY)
+		if place is ClamorEmitter3D:
+			_add_emitter(place)
+		elif place is ClamorPortal3D:
+			_add_portal(place)
+	for child in node.get_children():
+		_visit(child, siblings, false)
+
+
+func _visit_door(node: Node, siblings: Array, to_pivot: Transform3D) -> void:
+	if node is Node3D and not node.visible:
+		return
+	if node is Node3D:
+		_add_surfaces(node, siblings, to_pivot)
+	for child in node.get_children():
+		_visit_door(child, siblings, to_pivot)
+
+
+func _add_surfaces(node: Node3D, siblings: Array, to_parent: Transform3D) -> void:
+	var visual := node as VisualInstance3D
+	if visual != null and visual.layers & _layers == 0:
+		return
+	var place := to_parent * _to_level * node.global_transform
+	if node is MeshInstance3D and node.mesh != null:
+		_add_mesh(siblings, str(node.name), node.mesh, place, node)
+	elif node is MultiMeshInstance3D and node.multimesh != null and node.multimesh.mesh != null:
+		var many: MultiMesh = node.multimesh
+		var count := many.instance_count if many.visible_instance_count < 0 else many.visible_instance_count
+		for i in count:
+			_add_mesh(siblings, str(node.name), many.mesh, place * many.get_instance_transform(i), node)
+	elif node is CSGShape3D and node.is_root_shape():
+		var meshes: Array = node.get_meshes()
+		if meshes.size() == 2 and meshes[1] != null:
+			_add_mesh(siblings, str(node.name), meshes[1], place * meshes[0], node)
+	elif node is GridMap:
+		var cells: Array = node.get_meshes()
+		for i in range(0, cells.size(), 2):
+			_add_mesh(siblings, str(node.name), cells[i + 1], place * cells[i], node)
+
+
+func _add_mesh(siblings: Array, title: String, mesh: Mesh, place: Transform3D, node: Node3D) -> void:
+	var materials := []
+	for i in mesh.get_surface_count():
+		var material: Material = mesh.surface_get_material(i)
+		if node is MeshInstance3D:
+			material = node.get_active_material(i)
+		elif node is GeometryInstance3D and node.material_override != null:
+			material = node.material_override
+		materials.append(_material(material, mesh, node))
+	var key := [mesh, materials]
+	if not _meshes.has(key):
+		_meshes[key] = _write_mesh(mesh, materials)
+	if _meshes[key] >= 0:
+		_add_node(siblings, title, place).mesh = _meshes[key]
+
+
+func _add_node(siblings: Array, title: String, place: Transform3D) -> Dictionary:
+	var b := place.basis
+	var o := place.origin
+	siblings.append(_gltf.nodes.size())
+	_gltf.nodes.append({"name": title, "matrix": [
+		b.x.x, b.x.y, b.x.z, 0, b.y.x, b.y.y, b.y.z, 0, b.z.x, b.z.y, b.z.z, 0, o.x, o.y, o.z, 1]})
+	return _gltf.nodes.back()
+
+
+# The number of a mesh's triangles in the file, or -1 if it has none.
+func _write_mesh(mesh: Mesh, materials: Array) -> int:
+	var primitives := []
+	for i in mesh.get_surface_count():
+		if mesh is ArrayMesh and mesh.surface_get_primitive_type(i) != Mesh.PRIMITIVE_TRIANGLES:
+			continue
+		var arrays := mesh.surface_get_arrays(i)
+		var vertices: PackedVector3Array = arrays[Mesh.ARRAY_VERTEX]
+		if vertices.is_empty():
+			continue
+		var box := AABB(vertices[0], Vector3.ZERO)
+		for vertex in vertices:
+			box = box.expand(vertex)
+		var primitive := {"material": materials[i], "attributes": {"POSITION": _accessor(
+			vertices.to_byte_array(), vertices.size(), 5126, "VEC3",
+			{"min": _list(box.position), "max": _list(box.end)})}}
+		if arrays[Mesh.ARRAY_INDEX] != null and not arrays[Mesh.ARRAY_INDEX].is_empty():
+			var indices: PackedInt32Array = arrays[Mesh.ARRAY_INDEX]
+			primitive.indices = _accessor(indices.to_byte_array(), indices.size(), 5125, "SCALAR", {})
+		primitives.append(primitive)
+	if primitives.is_empty():
+		return -1
+	_gltf.meshes.append({"primitives": primitives})
+	return _gltf.meshes.size() - 1
+
+
+func _accessor(bytes: PackedByteArray, count: int, component: int, type: String, more: Dictionary) -> int:
+	_gltf.bufferViews.append({"buffer": 0, "byteOffset": _bytes.size(), "byteLength": bytes.size()})
+	_bytes.append_array(bytes)
+	more.merge({"bufferView": _gltf.bufferViews.size() - 1, "componentType": component, "count": count, "type": type})
+	_gltf.accessors.append(more)
+	return _gltf.accessors.size() - 1
+
+
+# The number of a material: one for each ClamorMaterial of its own, and otherwise one for each name.
+func _material(material: Material, mesh: Mesh, node: Node3D) -> int:
+	var own: ClamorMaterial = null
+	for object: Object in [node, material, mesh]:
+		if own == null and object != null and object.has_meta("clamor_material"):
+			own = object.get_meta("clamor_material") as ClamorMaterial
+	var title := _title(material)
+	if title == "":
+		title = _title(mesh)
+	if title == "":
+		title = str(node.name)
+	var key: Variant = title if own == null else own
+	if not _materials.has(key):
+		if own != null:
+			title = "%s (ClamorMaterial %d)" % [title, _materials.size()]
+			_sidecar.materials[title] = own.to_json()
+		_materials[key] = _gltf.materials.size()
+		_gltf.materials.append({"name": title})
+	return _materials[key]
+
+
+static func _title(resource: Resource) -> String:
+	if resource == null:
+		return ""
+	if resource.resource_name != "":
+		return resource.resource_name
+	return "" if resource.resource_path.contains("::") else resource.resource_path.get_file().get_basename()
+
+
+func _add_emitter(emitter: ClamorEmitter3D) -> void:
+	if emitter.stream == null:
+		return
+	var source := emitter.stream.resource_path
+	if source.get_extension() not in ["wav", "ogg", "mp3", "flac"]:
+		findings.append(["The stream must be a WAV, Ogg Vorbis, MP3 or FLAC file of the project.", emitter])
+		return
+	var sound := "%d_%s" % [_sidecar.emitters.size(), source.get_file()]
+	if DirAccess.copy_absolute(ProjectSettings.globalize_path(source), _folder.path_join(sound)) != OK:
+		findings.append(["%s cannot be copied." % source, emitter])
+		return
+	var place := _to_level * emitter.global_transform
+	_sidecar.emitters.append({
+		"name": emitter.get_emitter_name(), "signal": sound, "at": _list(place.origin), "facing": _list(-place.basis.z),
+		"gain": "%fdB" % emitter.baked_volume_db, "directivity": emitter.directivity,
+	})
+
+
+func _add_portal(portal: ClamorPortal3D) -> void:
+	var place := _to_level * portal.global_transform
+	var values := {
+		"name": portal.get_portal_name(), "at": _list(place.origin), "facing": _list(place.basis.z),
+		"size": [portal.size.x, portal.size.y],
+	}
+	if portal.mode != ClamorPortal3D.Mode.PARTS:
+		values.parts = []
+	_sidecar.portals.append(values)
+
+
+static func _list(vector: Vector3) -> Array:
+	return [vector.x, vector.y, vector.z]
+
+
+func _write_glb(path: String) -> void:
+	for empty: String in _gltf.keys():
+		if _gltf[empty] is Array and _gltf[empty].is_empty():
+			_gltf.erase(empty)
+	var json := JSON.stringify(_gltf).to_utf8_buffer()
+	while json.size() % 4 != 0:
+		json.append(0x20)
+	var file := FileAccess.open(path, FileAccess.WRITE)
+	file.store_buffer("glTF".to_ascii_buffer())
+	file.store_32(2)
+	file.store_32(12 + 8 + json.size() + 8 + _bytes.size())
+	file.store_32(json.size())
+	file.store_buffer("JSON".to_ascii_buffer())
+	file.store_buffer(json)
+	file.store_32(_bytes.size())
+	file.store_buffer("BIN".to_ascii_buffer())
+	file.store_8(0)
+	file.store_buffer(_bytes)

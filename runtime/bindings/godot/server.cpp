@@ -1,0 +1,267 @@
+#include "runtime/bindings/godot/server.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "runtime/bindings/godot/baker.h"
+#include "runtime/bindings/godot/engine.h"
+#include "runtime/bindings/godot/listener_stream.h"
+#include "runtime/bindings/godot/world.h"
+
+namespace clamor::godot {
+namespace {
+
+using Arguments = const Value* const*;
+
+World& world() { return World::get(); }
+
+// --- Levels
+// ---------------------------------------------------------------------------------------
+
+Value open_level(void*, Arguments a) {
+  return world().open_level(*a[0], a[1]->to_text(), a[2]->to_text());
+}
+
+Value close_level(void*, Arguments a) {
+  world().close_level(a[0]->to_int());
+  return {};
+}
+
+Value level_state(void*, Arguments a) {
+  const auto level = world().level(a[0]->to_int());
+  return level == nullptr ? int(kFailed) : level->state.load();
+}
+
+// The level with this number if it is open, otherwise 0, which no function of Clamor takes.
+clamor_level open_handle(const Value& number) {
+  const auto level = world().level(number.to_int());
+  return level != nullptr && level->state == kOpen ? level->handle : 0;
+}
+
+Value level_info(void*, Arguments a) {
+  Value dictionary = Value::empty(kDictionary);
+  const clamor_level level = open_handle(*a[0]);
+  auto info = sized<clamor_level_info>();
+  if (clamor_get_level_info(world().context(), level, &info) != CLAMOR_OK) return dictionary;
+  const Value emitters = Value::empty(kArray), portals = Value::empty(kArray),
+              parts = Value::empty(kArray);
+  for (std::uint32_t i = 0; i < info.emitters; ++i) {
+    auto emitter = sized<clamor_emitter_info>();
+    clamor_get_emitter_info(world().context(), level, i, &emitter);
+    emitters.call("append", {emitter.name});
+  }
+  for (std::uint32_t i = 0; i < info.portals; ++i) {
+    auto portal = sized<clamor_portal_info>();
+    clamor_get_portal_info(world().context(), level, i, &portal);
+    portals.call("append", {portal.name});
+  }
+  for (std::uint32_t i = 0; i < info.parts; ++i) {
+    clamor_part handle = 0;
+    auto part = sized<clamor_part_info>();
+    clamor_get_level_part(world().context(), level, i, &handle);
+    clamor_get_part_info(world().context(), handle, &part);
+    parts.call("append", {part.name});
+  }
+  dictionary.set("sources", Integer(info.sources));
+  dictionary.set("emitters", emitters);
+  dictionary.set("portals", portals);
+  dictionary.set("parts", parts);
+  return dictionary;
+}
+
+// False where the level has no emitter of this name, or is not open.
+Value set_emitter(void*, Arguments a) {
+  const clamor_level level = open_handle(*a[0]);
+  std::uint32_t emitter = 0;
+  if (clamor_find_emitter(world().context(), level, a[1]->to_text().c_str(), &emitter) != CLAMOR_OK)
+    return false;
+  auto options = sized<clamor_emitter_options>();
+  options.has_gain = 1;
+  options.gain = std::clamp(a[2]->to_float(), 0.0, 1.0);
+  options.is_muted = a[3]->to_bool();
+  return clamor_change_emitter(world().context(), level, emitter, &options) == CLAMOR_OK;
+}
+
+Value set_portal(void*, Arguments a) {
+  const clamor_level level = open_handle(*a[0]);
+  std::uint32_t portal = 0;
+  if (clamor_find_portal(world().context(), level, a[1]->to_text().c_str(), &portal) != CLAMOR_OK)
+    return false;
+  return clamor_set_portal(world().context(), level, portal, a[2]->to_float()) == CLAMOR_OK;
+}
+
+// --- Movable parts
+// --------------------------------------------------------------------------------
+
+Value find_part(void*, Arguments a) {
+  clamor_part part = 0;
+  clamor_find_part(world().context(), open_handle(*a[0]), a[1]->to_text().c_str(), &part);
+  return Integer(part);
+}
+
+Value add_part(void*, Arguments a) {
+  if (!world().open()) return 0;
+  const std::vector<float> vertices = a[0]->to_floats(kPackedVector3Array, 3);
+  std::vector<std::uint32_t> indices(vertices.size() / 3);
+  for (std::uint32_t i = 0; i < indices.size(); ++i) indices[i] = i;
+  auto options = sized<clamor_part_options>();
+  options.vertices_m = vertices.data();
+  options.indices = indices.data();
+  options.vertices = std::uint32_t(indices.size());
+  options.triangles = options.vertices / 3;
+  std::fill_n(options.transmission, 8, (*a[1])["transmission"].to_float());
+  std::fill_n(options.absorption, 8, (*a[1])["absorption"].to_float());
+  options.pose = pose_of(*a[2], *a[3]);
+  clamor_part part = 0;
+  clamor_error error;
+  if (clamor_add_part(world().context(), &options, &part, &error) != CLAMOR_OK)
+    world().report((*a[1])["node"].to_text(), error.sentence);
+  return Integer(part);
+}
+
+Value move_part(void*, Arguments a) {
+  const clamor_pose pose = pose_of(*a[1], *a[2]);
+  clamor_move_part(world().context(), clamor_part(a[0]->to_int()), &pose);
+  return {};
+}
+
+Value enable_part(void*, Arguments a) {
+  clamor_enable_part(world().context(), clamor_part(a[0]->to_int()), a[1]->to_bool());
+  return {};
+}
+
+Value remove_part(void*, Arguments a) {
+  clamor_remove_part(world().context(), clamor_part(a[0]->to_int()));
+  return {};
+}
+
+// --- Listeners
+// ------------------------------------------------------------------------------------
+
+Value create_listener(void*, Arguments a) {
+  return world().create_listener(a[0]->to_int(), *a[1], a[2]->to_text());
+}
+
+Value listener_stream(void*, Arguments a) {
+  return make_listener_stream(world().listener(a[0]->to_int()));
+}
+
+Value enter_level(void*, Arguments a) {
+  world().enter_level(a[0]->to_int(), a[1]->to_int());
+  return {};
+}
+
+Value move_listener(void*, Arguments a) {
+  world().move_listener(a[0]->to_int(), *a[1], *a[2]);
+  return {};
+}
+
+Value free_listener(void*, Arguments a) {
+  world().free_listener(a[0]->to_int());
+  return {};
+}
+
+Value listener_statistics(void*, Arguments a) {
+  Value dictionary = Value::empty(kDictionary);
+  const auto listener = world().listener(a[0]->to_int());
+  auto statistics = sized<clamor_listener_statistics>();
+  if (listener != nullptr && listener->known != 0)
+    clamor_get_listener_statistics(world().context(), listener->known, &statistics);
+  dictionary.set("voices", Integer(statistics.voices));
+  dictionary.set("keyframes", Integer(statistics.keyframes));
+  dictionary.set("keyframe_ms", statistics.keyframe_ms);
+  dictionary.set("late_blocks", Integer(statistics.held_blocks));
+  dictionary.set("memory_bytes", Integer(statistics.page_bytes + statistics.sound_bytes));
+  dictionary.set("audio_load", listener == nullptr ? 0.0 : listener->load.load());
+  return dictionary;
+}
+
+// --- Sources
+// --------------------------------------------------------------------------------------
+
+Value play_source(void*, Arguments a) { return world().play(*a[0], *a[1], *a[2]); }
+
+Value change_source(void*, Arguments a) {
+  if (const auto voice = world().voice(a[0]->to_int())) world().change_source(*voice, *a[1]);
+  return {};
+}
+
+Value move_source(void*, Arguments a) {
+  if (const auto voice = world().voice(a[0]->to_int())) world().move_source(*voice, *a[1], *a[2]);
+  return {};
+}
+
+Value stop_source(void*, Arguments a) {
+  world().stop(a[0]->to_int());
+  return {};
+}
+
+Value source_plays(void*, Arguments a) {
+  const auto voice = world().voice(a[0]->to_int());
+  return voice != nullptr && !voice->is_over;
+}
+
+Value is_offline(void*, Arguments) { return world().open() && world().is_offline(); }
+
+}  // namespace
+
+void register_server() {
+  const std::vector<std::pair<const char*, Type>> number = {{"number", kInt}};
+  std::vector<Method> methods = {
+      {"is_offline", kBool, {}, is_offline},
+      {"open_level", kInt, {{"file", kObject}, {"path", kString}, {"node", kString}}, open_level},
+      {"close_level", kNil, number, close_level},
+      {"get_level_state", kInt, number, level_state},
+      {"get_level_info", kDictionary, number, level_info},
+      {"set_emitter",
+       kBool,
+       {{"level", kInt}, {"name", kString}, {"gain", kFloat}, {"muted", kBool}},
+       set_emitter},
+      {"set_portal", kBool, {{"level", kInt}, {"name", kString}, {"openness", kFloat}}, set_portal},
+      {"find_part", kInt, {{"level", kInt}, {"name", kString}}, find_part},
+      {"add_part",
+       kInt,
+       {{"faces", kPackedVector3Array},
+        {"options", kDictionary},
+        {"position", kVector3},
+        {"rotation", kQuaternion}},
+       add_part},
+      {"move_part",
+       kNil,
+       {{"part", kInt}, {"position", kVector3}, {"rotation", kQuaternion}},
+       move_part},
+      {"enable_part", kNil, {{"part", kInt}, {"enabled", kBool}}, enable_part},
+      {"remove_part", kNil, number, remove_part},
+      {"create_listener",
+       kInt,
+       {{"level", kInt}, {"options", kDictionary}, {"node", kString}},
+       create_listener},
+      {"get_listener_stream", kAny, number, listener_stream},
+      {"enter_level", kNil, {{"listener", kInt}, {"level", kInt}}, enter_level},
+      {"move_listener",
+       kNil,
+       {{"listener", kInt}, {"position", kVector3}, {"rotation", kQuaternion}},
+       move_listener},
+      {"free_listener", kNil, number, free_listener},
+      {"get_listener_statistics", kDictionary, number, listener_statistics},
+      {"play_source",
+       kInt,
+       {{"playback", kObject}, {"options", kDictionary}, {"position", kVector3}},
+       play_source},
+      {"change_source", kNil, {{"source", kInt}, {"options", kDictionary}}, change_source},
+      {"move_source",
+       kNil,
+       {{"source", kInt}, {"position", kVector3}, {"axis", kVector3}},
+       move_source},
+      {"stop_source", kNil, number, stop_source},
+      {"is_source_playing", kBool, number, source_plays}};
+  for (const Method& method : baker_methods()) methods.push_back(method);
+  // A server has no state of its own, but Godot takes no null for an instance.
+  const auto create = []() -> void* { return new char; };
+  const auto destroy = [](void* instance) { delete static_cast<char*>(instance); };
+  register_class({"ClamorServer", "Object", create, destroy, nullptr, methods});
+}
+
+}  // namespace clamor::godot

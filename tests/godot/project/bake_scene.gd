@@ -1,0 +1,101 @@
+# Bakes a scene with each kind of surface as the Bake button does, and looks at what the bake holds.
+extends SceneTree
+
+const Baker := preload("res://addons/clamor/editor/baker.gd")
+
+var baker := Baker.new()
+var scene := Node3D.new()
+var result: ClamorBake
+var frame := 0
+
+
+func _initialize() -> void:
+	scene.name = "Scene"
+	var level := _add(ClamorLevel3D.new(), "Level")
+	level.probe_spacing = 2
+	level.materials["Floor*"] = ClamorMaterial.new()
+	level.materials["Floor*"].preset = "carpet"
+	# The shell of a room, of which two walls are cells of a GridMap and of a MultiMesh, and the rest is CSG.
+	var room := _add(CSGBox3D.new(), "Room brick")
+	room.size = Vector3(8, 3, 6)
+	room.flip_faces = true
+	var cubes := MultiMesh.new()
+	cubes.transform_format = MultiMesh.TRANSFORM_3D
+	cubes.mesh = BoxMesh.new()
+	cubes.mesh.resource_name = "wood"
+	cubes.instance_count = 3
+	for i in 3:
+		cubes.set_instance_transform(i, Transform3D(Basis.IDENTITY, Vector3(i - 1, -1, -2)))
+	_add(MultiMeshInstance3D.new(), "Crates").multimesh = cubes
+	var library := MeshLibrary.new()
+	library.create_item(0)
+	library.set_item_mesh(0, BoxMesh.new())
+	var grid := _add(GridMap.new(), "Grid")
+	grid.mesh_library = library
+	grid.set_cell_item(Vector3i(1, 0, 1), 0)
+	var floor_mesh := PlaneMesh.new()
+	floor_mesh.size = Vector2(7, 5)
+	var carpet := _add(MeshInstance3D.new(), "Floor")
+	carpet.mesh = floor_mesh
+	carpet.position.y = -1.4
+	var hidden := _add(MeshInstance3D.new(), "Unseen")
+	hidden.mesh = BoxMesh.new()
+	hidden.visible = false
+	var leaf := _add(MeshInstance3D.new(), "Leaf")
+	leaf.mesh = BoxMesh.new()
+	leaf.position = Vector3(2, 0, 0)
+	var door := ClamorDoor3D.new()
+	leaf.add_child(door)
+	door.owner = scene
+	var portal := _add(ClamorPortal3D.new(), "Opening")
+	portal.position = Vector3(1, 0, 0)
+	portal.mode = ClamorPortal3D.Mode.VALUE
+	var tone := AudioStreamWAV.load_from_file("res://tone.wav")
+	tone.take_over_path("res://tone.wav")
+	var emitter := _add(ClamorEmitter3D.new(), "Tone")
+	emitter.stream = tone
+	emitter.position = Vector3(-2, 0, 0)
+	_add(ClamorEmitter3D.new(), "Silent")
+
+	var packed := PackedScene.new()
+	packed.pack(scene)
+	ResourceSaver.save(packed, "res://scene.tscn")
+	var loaded: Node3D = load("res://scene.tscn").instantiate()
+	get_root().add_child(loaded)
+	scene.free()
+	baker.baked.connect(func(_level: ClamorLevel3D, bake: ClamorBake) -> void: result = bake)
+
+
+func _process(_delta: float) -> bool:
+	frame += 1
+	if frame == 3:  # CSG nodes make their meshes a frame late
+		baker.bake(get_root().get_node("Scene"), "Draft")
+	if frame < 3:
+		return false
+	if baker.is_baking():
+		baker.poll()
+		return false
+	print(baker.findings.map(func(finding: Array) -> String: return finding[0]))
+	if result == null:
+		quit(1)
+		return true
+	var level: ClamorLevel3D = get_root().get_node("Scene/Level")
+	level.bake = result
+	for i in 100:
+		OS.delay_msec(10)
+		if level.get_state() != ClamorLevel3D.State.OPENING:
+			break
+	var info := level.get_info()
+	print(info)
+	var is_right: bool = info.emitters == ["Tone"] and info.portals == ["Opening"] and info.parts == ["Leaf"] \
+		and info.sources > 1000
+	get_root().get_node("Scene").free()
+	quit(0 if is_right and baker.findings.size() > 5 else 1)
+	return true
+
+
+func _add(node: Node, title: String) -> Node:
+	node.name = title
+	scene.add_child(node)
+	node.owner = scene
+	return node

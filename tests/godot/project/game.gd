@@ -1,0 +1,186 @@
+# A game whose user arguments tell what it does: `MODE FILE`, a mode of _begin() and where to write what
+# the listener hears in the first three seconds. It quits with a status of 0 if all went well.
+extends Node3D
+
+const SECONDS := 3.0
+
+var level := ClamorLevel3D.new()
+var ears := ClamorListener3D.new()
+var capture := AudioEffectCapture.new()
+var heard: PackedVector2Array = []
+var mode := "still"
+var file := ""
+var has_finished := false
+
+
+func _ready() -> void:
+	var arguments := OS.get_cmdline_user_args()
+	if arguments.size() == 2:
+		mode = arguments[0]
+		file = arguments[1]
+	AudioServer.add_bus()
+	AudioServer.set_bus_name(1, "Ears")
+	capture.buffer_length = 10
+	AudioServer.add_bus_effect(1, capture)
+	level.bake = load("res://portal.clamor" if mode == "portal" else "res://room.clamor")
+	add_child(level)
+	ears.follow_camera = false
+	ears.bus = "Ears"
+	ears.limiter = false
+	ears.position = Vector3(0, 1.75, 1)
+	call("_begin_" + mode)
+	add_child(ears)
+
+
+func _process(_delta: float) -> void:
+	heard.append_array(capture.get_buffer(capture.get_frames_available()))
+	if heard.size() < SECONDS * AudioServer.get_mix_rate():
+		return
+	if file != "":
+		var output := FileAccess.open(file, FileAccess.WRITE)
+		output.store_buffer(heard.to_byte_array())
+		output.close()
+	set_process(false)
+	call("_end_" + mode) if has_method("_end_" + mode) else get_tree().quit()
+
+
+func _begin_still() -> void:
+	pass
+
+
+# A level that lies elsewhere sounds the same to a listener who has moved with it.
+func _begin_moved() -> void:
+	level.transform = Transform3D(Basis(Vector3.UP, PI / 2), Vector3(64, 0, -32))
+	ears.transform = level.transform * ears.transform
+
+
+# An emitter at half its amplitude.
+func _begin_emitter() -> void:
+	var violin := ClamorEmitter3D.new()
+	violin.name = "violin"
+	violin.volume_db = linear_to_db(0.5)
+	add_child(violin)
+
+
+# A door that is half open opens its portal by half.
+func _begin_portal() -> void:
+	var door := Node3D.new()
+	var portal := ClamorPortal3D.new()
+	portal.portal = "Opening"
+	portal.mode = ClamorPortal3D.Mode.ANGLE
+	portal.door = door
+	add_child(door)
+	add_child(portal)
+	door.rotation_degrees.y = 45
+	assert(absf(portal.get_openness() - 0.5) < 1e-6)
+
+
+# A board before the violin.
+func _begin_door() -> void:
+	var board := MeshInstance3D.new()
+	var box := BoxMesh.new()
+	box.size = Vector3(1, 2, 0.0625)
+	board.mesh = box
+	board.add_child(ClamorDoor3D.new())
+	add_child(board)
+	board.name = "Board"
+	board.position = Vector3(0.5, 1.25, -1)
+	var faces := FileAccess.open(file + ".faces", FileAccess.WRITE)
+	faces.store_buffer(box.get_faces().to_byte_array())
+
+
+func _begin_turned() -> void:
+	_begin_door()
+	$Board.rotation_degrees.y = 45
+
+
+# A sound of the game's. The violin is silent.
+func _begin_source() -> void:
+	_begin_emitter()
+	get_child(-1).muted = true
+	var source := ClamorSource3D.new()
+	source.name = "Source"
+	source.stream = _ramp(0.5)
+	source.position = Vector3(-1, 1.5, 0)
+	source.volume_db = linear_to_db(0.5)
+	source.directivity = 1
+	source.finished.connect(func() -> void: has_finished = true)
+	source.autoplay = true
+	add_child(source)
+
+
+func _end_source() -> void:
+	var source: ClamorSource3D = $Source
+	get_tree().quit(0 if has_finished and not source.is_playing() else 1)
+
+
+# Four sounds are asked for of a source that plays two at a time, and others are sought, stopped and paused.
+func _begin_polyphony() -> void:
+	_begin_source()
+	var source: ClamorSource3D = $Source
+	source.max_polyphony = 2
+	await get_tree().process_frame
+	for i in 4:
+		source.play()
+	assert(source._playing.size() == 2)
+	source.seek(0.25)
+	assert(source._playing.size() == 1 and source.get_playback_position() >= 0.25)
+	source.stop()
+	assert(not source.is_playing())
+	source.play()
+	get_tree().paused = true
+	await get_tree().create_timer(1).timeout
+	assert(source.get_playback_position() < 0.25)
+	get_tree().paused = false
+
+
+# Noise that is the same everywhere, `seconds` long.
+func _ramp(seconds: float) -> AudioStreamWAV:
+	var stream := AudioStreamWAV.new()
+	stream.format = AudioStreamWAV.FORMAT_16_BITS
+	stream.mix_rate = int(AudioServer.get_mix_rate())
+	var bytes := PackedByteArray()
+	bytes.resize(2 * int(seconds * stream.mix_rate))
+	for i in bytes.size() / 2:
+		bytes.encode_s16(2 * i, (i * 7919) % 16384 - 8192)
+	stream.data = bytes
+	return stream
+
+
+# Two scenes by turns, each with a level, a listener and a source. Of 100 scenes, what remained of a source alone would
+# be 50 MiB.
+func _begin_scenes() -> void:
+	level.queue_free()
+
+
+func _end_scenes() -> void:
+	var at_first := 0
+	for i in 140:
+		var scene := Node3D.new()
+		var room := ClamorLevel3D.new()
+		var listener := ClamorListener3D.new()
+		var source := ClamorSource3D.new()
+		room.bake = load("res://room.clamor" if i % 2 == 0 else "res://portal.clamor")
+		source.stream = _ramp(0.1)
+		source.autoplay = true
+		scene.add_child(room)
+		scene.add_child(listener)
+		scene.add_child(source)
+		get_tree().root.add_child(scene)
+		for frame in 12:
+			await get_tree().process_frame
+		scene.free()
+		if i == 39:
+			at_first = _memory_kib()
+	var grown := _memory_kib() - at_first
+	print("100 scenes: %d KiB more than %d" % [grown, at_first])
+	get_tree().quit(0 if at_first > 0 and grown < 32768 else 1)
+
+
+func _memory_kib() -> int:
+	var status := FileAccess.open("/proc/self/status", FileAccess.READ)
+	for i in 60:
+		var line := status.get_line()
+		if line.begins_with("VmRSS:"):
+			return line.trim_prefix("VmRSS:").strip_edges().to_int()
+	return 0
