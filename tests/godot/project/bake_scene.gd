@@ -50,6 +50,7 @@ func _initialize() -> void:
 	var portal := _add(ClamorPortal3D.new(), "Opening")
 	portal.position = Vector3(1, 0, 0)
 	portal.mode = ClamorPortal3D.Mode.VALUE
+	_add(ClamorProbe3D.new(), "Probe").position = Vector3(-3, 1, 2)
 	var tone := AudioStreamWAV.load_from_file("res://tone.wav")
 	tone.take_over_path("res://tone.wav")
 	var emitter := _add(ClamorEmitter3D.new(), "Tone")
@@ -90,6 +91,9 @@ func _process(_delta: float) -> bool:
 	var is_right: bool = info.emitters == ["Tone"] and info.portals == ["Opening"] and info.parts == ["Leaf"] \
 		and info.sources > 1000
 	get_root().get_node("Scene").free()
+	var sidecar: Dictionary = JSON.parse_string(FileAccess.get_file_as_string(
+		OS.get_cache_dir().path_join("clamor_bake_%d/level.acoustics.json" % OS.get_process_id())))
+	is_right = is_right and sidecar.probes == [{"at": [-3.0, 1.0, 2.0]}]
 	quit(0 if is_right and baker.findings.size() > 5 else 1)
 	return true
 

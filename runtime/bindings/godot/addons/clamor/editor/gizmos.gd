@@ -6,7 +6,7 @@ extends EditorNode3DGizmoPlugin
 func _init() -> void:
 	create_material("lines", Color("fc7f7f"))
 	# Not loaded as resources, which they are not yet when a project is opened for the first time.
-	for icon: String in ["emitter", "source", "listener"]:
+	for icon: String in ["emitter", "source", "listener", "probe"]:
 		var image := Image.new()
 		image.load_svg_from_string(FileAccess.get_file_as_string("res://addons/clamor/icons/%s.svg" % icon), 4)
 		create_icon_material(icon, ImageTexture.create_from_image(image))
@@ -17,7 +17,8 @@ func _get_gizmo_name() -> String:
 
 
 func _has_gizmo(node: Node3D) -> bool:
-	return node is ClamorEmitter3D or node is ClamorSource3D or node is ClamorPortal3D or node is ClamorListener3D
+	return node is ClamorEmitter3D or node is ClamorSource3D or node is ClamorPortal3D or node is ClamorListener3D \
+		or node is ClamorProbe3D
 
 
 func _redraw(gizmo: EditorNode3DGizmo) -> void:
@@ -29,8 +30,8 @@ func _redraw(gizmo: EditorNode3DGizmo) -> void:
 		gizmo.add_lines([
 			-u - v, u - v, u - v, u + v, u + v, v - u, v - u, -u - v, -u - v, u + v, u - v, v - u,
 		], get_material("lines", gizmo))
-	elif node is ClamorListener3D:
-		gizmo.add_unscaled_billboard(get_material("listener", gizmo), 0.05)
+	elif node is ClamorListener3D or node is ClamorProbe3D:
+		gizmo.add_unscaled_billboard(get_material("listener" if node is ClamorListener3D else "probe", gizmo), 0.05)
 	else:
 		gizmo.add_unscaled_billboard(get_material("emitter" if node is ClamorEmitter3D else "source", gizmo), 0.05)
 		gizmo.add_lines(_lobe(node.directivity), get_material("lines", gizmo))

@@ -19,7 +19,7 @@ var _gltf := {
 	"scene": 0, "scenes": [{"nodes": []}], "nodes": [], "meshes": [], "materials": [],
 	"accessors": [], "bufferViews": [], "buffers": [],
 }
-var _sidecar := {"materials": {}, "emitters": [], "portals": [], "movable": []}
+var _sidecar := {"materials": {}, "emitters": [], "portals": [], "probes": [], "movable": []}
 var _materials := {}  # numbers in the file, by Godot's material or name
 var _meshes := {}  # numbers in the file, by mesh and materials
 var _doors: Array[Node3D] = []
@@ -73,6 +73,8 @@ func _visit(node: Node, siblings: Array, is_in_door: bool) -> void:
 			_add_emitter(place)
 		elif place is ClamorPortal3D:
 			_add_portal(place)
+		elif place is ClamorProbe3D:
+			_sidecar.probes.append({"at": _list((_to_level * place.global_transform).origin)})
 	for child in node.get_children():
 		_visit(child, siblings, false)
 
