@@ -15,11 +15,6 @@ before(async () => {
   page.on("console", (message) => { if (!/GL Driver/.test(message.text())) said.push(message.text()); });
   page.on("pageerror", (problem) => said.push(problem.message));
   page.on("request", (request) => { if (!/^(file|data|blob):/.test(request.url())) said.push(`asked for ${request.url()}`); });
-  // Chromium 156 pauses worklets for who attaches to all targets, and Playwright 1.55 does not know them.
-  const session = await page.context().newCDPSession(page);
-  session.on("Target.attachedToTarget", ({sessionId}) => session.send("Target.sendMessageToTarget",
-    {sessionId, message: JSON.stringify({id: 1, method: "Runtime.runIfWaitingForDebugger"})}).catch(() => {}));
-  await session.send("Target.setAutoAttach", {autoAttach: true, waitForDebuggerOnStart: false, flatten: false});
   await page.goto(pathToFileURL("listened.html").href);
   await page.waitForFunction(() => window.clamorListening !== undefined);
 });
