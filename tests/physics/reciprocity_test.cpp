@@ -3,7 +3,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
+#include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -13,6 +16,8 @@
 #include "bake/trace/scene.h"
 #include "common/thread_team.h"
 #include "formats/gltf/level_import.h"
+#include "runtime/occlusion/fresnel_visibility.h"
+#include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/propagation/received_intensity.h"
 #include "tests/build_paths.h"
 #include "tests/rooms.h"
@@ -169,18 +174,24 @@ Exchanged exchanged(Level& level, const std::vector<Vec3>& places_m) {
   return all;
 }
 
-// Ten pairs in a furnished room, some of them low between chairs, where a straight line decides
-// what is occluded. (The Fresnel zones by which reflections are heard are no such line: sound is
-// diffracted on its last leg alone, and reaches a place behind furniture more easily than it leaves
-// it.)
-TEST(Reciprocity, HoldsForTracedPathsInAFurnishedRoom) {
+// Places in the violin room, some of them low between chairs.
+const std::vector<Vec3> kPlacesOfViolinRoom_m = {
+    {-2, 1.2, -2.9}, {0.3, 1.5, -2.3}, {-1.2, 0.6, 1.45}, {2.5, 1.3, 4.2}, {3.3, 0.45, 0.3}};
+
+Level violin_room() {
   auto imported = import_level(std::string(testing::kSourceDir) + "/assets/levels/violin_room.glb",
                                ImportOptions());
-  ASSERT_TRUE(imported.ok()) << imported.error().message;
+  EXPECT_TRUE(imported.ok()) << imported.error().message;
   prepare_level(imported->level);
-  const std::vector<Vec3> places_m = {
-      {-2, 1.2, -2.9}, {0.3, 1.5, -2.3}, {-1.2, 0.6, 1.45}, {2.5, 1.3, 4.2}, {3.3, 0.45, 0.3}};
-  const Exchanged all = exchanged(imported->level, places_m);
+  return std::move(imported->level);
+}
+
+// Ten pairs in a furnished room, where a straight line decides what is occluded. (The Fresnel zones
+// by which reflections are heard are no such line, see below.)
+TEST(Reciprocity, HoldsForTracedPathsInAFurnishedRoom) {
+  Level level = violin_room();
+  const std::vector<Vec3>& places_m = kPlacesOfViolinRoom_m;
+  const Exchanged all = exchanged(level, places_m);
   std::array<double, kBandCount> squares{};
   for (std::size_t i = 0; i < places_m.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
@@ -196,6 +207,55 @@ TEST(Reciprocity, HoldsForTracedPathsInAFurnishedRoom) {
       }
   // Pairs share their places, and so their noise.
   EXPECT_LT(std::sqrt(squares[0]), 0.3);
+}
+
+// In a diffuse field, the power that a place receives is proportional to what the zones of all
+// directions let pass together: of the first surface, which straight lines see alone, and of those
+// behind it. Exchange leaves it unchanged if that is 1 everywhere. Edges take less from a lit
+// surface than they add in their shadow, and furniture that a long wave passes reflects it as well.
+TEST(Reciprocity, OfFresnelZonesIsOffByWhatTheyPassMoreInOnePlaceThanInAnother) {
+  constexpr int kDirections = 512;
+  constexpr double kFar_m = 100;
+  const Level level = violin_room();
+  const OcclusionGeometry surfaces(level.mesh, level.materials);
+  std::array<double, kBandCount> least{}, most{};
+  for (const Vec3& at_m : kPlacesOfViolinRoom_m) {
+    std::array<double, kBandCount> passed{};
+    std::uint64_t rays = 0;
+    for (int i = 0; i < kDirections; ++i) {
+      const double z = 1 - 2 * (i + 0.5) / kDirections, turn = 2 * std::numbers::pi * i,
+                   across = std::sqrt(1 - z * z);
+      const Vec3 along(across * std::cos(turn * std::numbers::phi),
+                       across * std::sin(turn * std::numbers::phi), z);
+      for (double from_m = 1e-4; from_m < kFar_m; from_m += 1e-3) {
+        const auto hit =
+            surfaces.first_level_hit(Vec3f(at_m + from_m * along), Vec3f(at_m + kFar_m * along));
+        if (!hit) break;
+        from_m += static_cast<double>(hit->fraction) * (kFar_m - from_m);
+        Vec3 normal(hit->normal);
+        if (dot(normal, along) > 0) normal = -normal;
+        const Vec3 start_m = at_m + from_m * along + OcclusionGeometry::kStartOffset_m * normal;
+        const Bands passes = fresnel_visibility(
+            surfaces, {Vec3f(start_m), Vec3f(at_m), kSoundSpeed_mps}, kMediumPaths, rays);
+        for (std::size_t b = 0; b < kBandCount; ++b)
+          passed[b] += static_cast<double>(passes[b]) / kDirections;
+      }
+    }
+    std::printf("| %.1f, %.1f, %.1f |", at_m.x, at_m.y, at_m.z);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const double db = 10 * std::log10(passed[b]);
+      std::printf(" %+.2f |", db);
+      const bool is_first = &at_m == kPlacesOfViolinRoom_m.data();
+      least[b] = is_first ? db : std::min(least[b], db);
+      most[b] = is_first ? db : std::max(most[b], db);
+    }
+    std::printf("\n");
+  }
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    EXPECT_GT(least[b], -0.1) << "band " << b;
+    EXPECT_LT(most[b], 1) << "band " << b;
+    EXPECT_LT(most[b] - least[b], 0.65) << "band " << b;
+  }
 }
 
 }  // namespace
