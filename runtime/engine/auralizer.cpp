@@ -103,7 +103,7 @@ struct Auralizer::State {
             input.emitters, input.materials, input.air,
             LateBoost(input.decay, file == nullptr ? input.sources.size() : file->source_count())),
         pipeline(input, file.get(), radiation, store.signals(), store.budget(), slots.weights(),
-                 options),
+                 options, output.mode.field),
         schedule(pipeline, options,
                  output.mode.field ? kTapFade_keyframes
                                    : keyframes_per_sample(static_cast<std::size_t>(options.voices)),
@@ -290,16 +290,17 @@ void Auralizer::make_keyframe(const Listener& at) {
   Keyframe* const keyframe = state.mixer.writable();
   if (keyframe == nullptr) return;
   const WorkTime start_s = state.pacing.now_s();
-  const bool samples = state.schedule.is_due(state.made);
   const Listener listener = state.motion.next(state.in_level(at));
+  const bool samples = state.schedule.is_due(state.made, listener);
   const double keyframe_s = next_keyframe_time_s();
   const Reception reception(state.receivers, listener);
   state.follow_script(keyframe_s);
-  auto sample = state.schedule.sample(state.made, listener, reception, keyframe_s);
-  const Sampler& sampler = state.pipeline.sampler();
-  if (state.made == 0 && state.store.load_first(sampler.unheard())) {
+  std::span<const std::uint64_t> tested;
+  if (state.field != nullptr) tested = state.field->voices();
+  auto sample = state.schedule.sample(state.made, listener, reception, keyframe_s, tested);
+  if (state.made == 0 && state.store.load_first(state.pipeline.sampler().unheard())) {
     state.schedule.expire();
-    sample = state.schedule.sample(state.made, listener, reception, keyframe_s);
+    sample = state.schedule.sample(state.made, listener, reception, keyframe_s, tested);
   }
   auto voices = state.focus.apply(sample, listener);
   if (state.field != nullptr) voices = state.field->divide(voices, samples, listener, keyframe_s);
@@ -311,7 +312,7 @@ void Auralizer::make_keyframe(const Listener& at) {
     field_s = state.pacing.now_s() - before_s;
   }
   keyframe->facing = listener_axes(listener);
-  state.store.play(*keyframe, sampler.unheard(),
+  state.store.play(*keyframe, state.pipeline.sampler().unheard(),
                    state.field != nullptr ? state.field->reads() : std::span<const Voice>());
   if (samples && state.keeps_sample) state.focus.describe(sample, listener, state.heard);
   if (samples) state.pipeline.improve_occlusion();
@@ -378,7 +379,6 @@ void Auralizer::mix(std::span<float> interleaved) noexcept REALTIME {
 }
 
 MovingSources* Auralizer::moving() { return state_->schedule.moving(); }
-
 MovingParts* Auralizer::parts() { return state_->schedule.parts(); }
 std::span<const PartHandle> Auralizer::level_parts() const {
   return state_->pipeline.level_parts();

@@ -1,6 +1,11 @@
 // sample_schedule.h: when the sources are sampled: for each keyframe or, for large crowds and where
 // other programs have the cores, for several at a time.
 //
+// Beside a field only a few of the sources are voices, and the others take part whatever their
+// rank. Once sources are known and tested, a sample serves as many keyframes as the listener takes
+// for a step of kFieldStep_m, at most kMaxKeyframesPerFieldSample, and in between the occlusion of
+// the voices alone is renewed.
+//
 // Threads: the sampler's.
 #pragma once
 
@@ -22,6 +27,9 @@ namespace clamor {
 // Returns how many keyframes one sample of so many voices serves.
 std::size_t keyframes_per_sample(std::size_t voices);
 
+inline constexpr std::size_t kMaxKeyframesPerFieldSample = 32;
+inline constexpr double kFieldStep_m = 0.5;
+
 // This number of keyframes finds most of the sound of a room (0.3 s).
 inline constexpr int kMaxWarmUps = 16;
 
@@ -29,20 +37,22 @@ class SampleSchedule {
  public:
   // `pipeline` must outlive this. A sample serves `keyframes` if sources only move with the
   // listener, and otherwise one. Where time is short, what is made of samples may be made
-  // `coarsest` times less often.
+  // `coarsest` times less often, which is above 1 beside a field.
   SampleSchedule(SamplingPipeline& pipeline, const AuralizerOptions& options, std::size_t keyframes,
                  std::size_t coarsest);
 
-  // The sample for keyframe `number`, new or from a few keyframes before.
+  // The sample for keyframe `number`, new or from a few keyframes before, with the occlusion of
+  // `voices` (ascending numbers) renewed.
   std::span<const SampledSource> sample(std::uint64_t number, const Listener& listener,
-                                        const Reception& reception, double time_s);
+                                        const Reception& reception, double time_s,
+                                        std::span<const std::uint64_t> voices);
   // Before the first keyframe: samples until all pages have arrived and all new sources were tested
   // for occlusion, at most kMaxWarmUps times.
   void warm_up(const Listener& listener, const Reception& reception, double time_s);
   // The next call of sample() samples anew.
   void expire() { next_ = 0; }
   // Movable parts must be heard at once, so that their changes need a new sample.
-  bool is_due(std::uint64_t number) const { return number >= next_ || pipeline_.has_new_parts(); }
+  bool is_due(std::uint64_t number, const Listener& listener) const;
 
   // A keyframe's part of the time `spent_s`, if the sample was new or not: the time of sampling is
   // shared among the keyframes that a sample serves.
@@ -63,18 +73,23 @@ class SampleSchedule {
   MovingParts* parts() const;
 
  private:
+  std::size_t keyframes_of_step(const Listener& listener) const;
+
   SamplingPipeline& pipeline_;
   const std::shared_ptr<MovingScript> script_;
   const bool wait_for_pages_;
   const LoadClock clock_;
   const bool shares_;  // samples
+  const bool has_field_;
   const SamplerLoadControl::Spacing spacing_;
   // The number of keyframes that one sample serves. With fewer voices, sampling is hardly faster,
   // so this number does not fall with them.
   std::size_t keyframes_;
   const std::atomic<bool>* stop_ = nullptr;
   std::span<const SampledSource> sample_;  // the sampler's
+  Vec3 place_m_{};                         // of its listener
   std::uint64_t next_ = 0;                 // keyframe with the next sample
+  std::uint64_t soonest_ = 0;              // that may have it, or with renewed voices
   std::size_t serves_ = 1;                 // keyframes
   WorkTime took_s_;                        // if it serves several
 };

@@ -31,10 +31,9 @@ namespace {
 
 // Weights by the level of the moment. A source that is sampled less often must be chosen earlier,
 // so that it has faded in when its sound begins.
-SignalWeights weights_over_time(const AuralizerInput& input, int voices) {
+SignalWeights weights_over_time(const AuralizerInput& input, std::size_t keyframes) {
   EnvelopeSmoothing smoothing;
-  const std::size_t later = keyframes_per_sample(static_cast<std::size_t>(voices)) - 1;
-  smoothing.around_s += static_cast<double>(later) * kKeyframeFrames / kSampleRate_hz;
+  smoothing.around_s += static_cast<double>(keyframes - 1) * kKeyframe_s;
   if (!input.envelopes.empty()) return make_signal_weights(input.envelopes, smoothing);
   std::vector<TimedEnvelope> envelopes;
   for (const Signal& signal : input.signals)
@@ -89,10 +88,13 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
                                    std::span<const PreparedSignal> signals,
                                    const MemoryBudget& memory,
                                    std::shared_ptr<std::vector<LoudnessTrack>> slot_weights,
-                                   const AuralizerOptions& options)
+                                   const AuralizerOptions& options, bool has_field)
     : weights_(strategy_options_of(options).needs_list()
                    ? mean_weights(signals)
-                   : weights_over_time(input, options.voices)),
+                   : weights_over_time(input, has_field
+                                                  ? kMaxKeyframesPerFieldSample
+                                                  : keyframes_per_sample(
+                                                        static_cast<std::size_t>(options.voices)))),
       max_weights_(file == nullptr ? weights_ : max_over_instances(weights_, file->signal_maps())),
       portals_(input.portals),
       first_portal_emitter_(input.first_portal_emitter) {

@@ -46,12 +46,12 @@ bool reflects_moving_sources(const BakeFile& file, const AuralizerOptions& optio
 class SamplingPipeline {
  public:
   // From a file, whose pages have their share of `memory`, or without one from the input's sources,
-  // which are moved out of it. `slot_weights` are those of SignalWeights::slots. All references but
-  // `memory` must outlive this.
+  // which are moved out of it. With a field, samples serve more keyframes. `slot_weights` are those
+  // of SignalWeights::slots. All references but `memory` must outlive this.
   SamplingPipeline(AuralizerInput& input, const BakeFile* file, const RadiationModel& radiation,
                    std::span<const PreparedSignal> signals, const MemoryBudget& memory,
                    std::shared_ptr<std::vector<LoudnessTrack>> slot_weights,
-                   const AuralizerOptions& options);
+                   const AuralizerOptions& options, bool has_field);
   ~SamplingPipeline();
 
   Sampler& sampler() const { return *sampler_; }

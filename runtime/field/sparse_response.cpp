@@ -8,6 +8,7 @@
 #include "common/crossover.h"
 #include "common/sample_rate.h"
 #include "runtime/hrtf/hrtf_filters.h"
+#include "runtime/realtime/prefetch.h"
 #include "runtime/voices/octave_filter_bank.h"
 
 namespace clamor {
@@ -107,6 +108,8 @@ void SparseResponse::reserve(std::size_t partitions) {
 }
 
 void SparseResponse::add(std::size_t ear, std::span<const Tap> taps) {
+  float* const high = high_.rows[ear].data() + kPad * kHighFieldLanes;
+  float* const low = low_.rows[ear].data() + kPad * kLowFieldLanes;
   for (const Tap& tap : taps) {
     constexpr int kReach = kLowRate * static_cast<int>(kPad);
     assert(tap.high >= 0 && tap.low >= 0);
@@ -114,9 +117,12 @@ void SparseResponse::add(std::size_t ear, std::span<const Tap> taps) {
                last = static_cast<std::size_t>(tap.high + kReach);
     touched_[first / kHighField.partition] = 1;
     touched_[std::min(last / kHighField.partition, touched_.size() - 1)] = 1;
+    prefetch_to_write(high + (tap.high - 1) * std::ptrdiff_t{kHighFieldLanes},
+                      4 * kHighFieldLanes * sizeof(float));
+    prefetch_to_write(low + (tap.low - 1) * std::ptrdiff_t{kLowFieldLanes},
+                      3 * kLowFieldLanes * sizeof(float));
   }
-  add_taps(taps, high_.rows[ear].data() + kPad * kHighFieldLanes,
-           low_.rows[ear].data() + kPad * kLowFieldLanes);
+  add_taps(taps, high, low);
 }
 
 void SparseResponse::Layer::transform(std::size_t partition, float* spectrum) {

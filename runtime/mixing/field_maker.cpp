@@ -167,10 +167,11 @@ std::span<const SampledSource> FieldMaker::divide(std::span<const SampledSource>
   voice_numbers_ = next_numbers_;
   const bool is_first = made_ == 0;
   has_new_sample_ = has_new_sample_ || is_new;
-  if (has_new_sample_ && left_[kLateField] == 0) {
-    has_new_sample_ = false;
-    choose_voices(sample, listener, time_s);
-    take_taps(sample, listener);
+  if (left_[kLateField] == 0) {
+    if (std::exchange(has_new_sample_, false)) {
+      choose_voices(sample, listener, time_s);
+      take_taps(sample, listener);
+    }
     if (is_first) voice_numbers_ = next_numbers_;
     // A power of two keyframes, so that both parts meet again. The first sample serves one.
     const double speed_mps = std::max(length(listener.velocity_mps), taps_speed_mps());
@@ -189,13 +190,21 @@ std::span<const SampledSource> FieldMaker::divide(std::span<const SampledSource>
 // Sources that have come since the last division are voices at once, if taps were chosen.
 void FieldMaker::find_voices(std::span<const SampledSource> sample) {
   voices_.clear();
+  if (!choice_) {
+    auto at = sample.begin();
+    for (const std::uint64_t number : voice_numbers_) {
+      at = std::ranges::lower_bound(at, sample.end(), number, {}, &SampledSource::number);
+      if (at != sample.end() && at->number == number) voices_.push_back(*at);
+    }
+    return;
+  }
   auto voice = voice_numbers_.begin();
   auto tap = tap_numbers_.begin();
   for (const SampledSource& one : sample) {
     while (voice != voice_numbers_.end() && *voice < one.number) ++voice;
     while (tap != tap_numbers_.end() && *tap < one.number) ++tap;
     const bool is_voice = voice != voice_numbers_.end() && *voice == one.number;
-    const bool is_tap = !choice_ || (tap != tap_numbers_.end() && *tap == one.number);
+    const bool is_tap = tap != tap_numbers_.end() && *tap == one.number;
     if (is_voice || !is_tap) voices_.push_back(one);
   }
 }
@@ -226,26 +235,37 @@ void FieldMaker::renew(std::size_t part_index, const Listener& listener, const R
   Listener then = listener;
   if (!is_first && length(listener.velocity_mps) < kFastest_mps)
     then.position_m += every * kKeyframe_s * listener.velocity_mps;
-  const ListenerFrame frame = listener_frame(
-      then, ears_.head != nullptr || ears_.panner != nullptr ? Receivers::kOne : Receivers::kPair);
-  bool has_changed = part.frame != frame || part.reception != reception;
+  const Receivers receivers =
+      ears_.head != nullptr || ears_.panner != nullptr ? Receivers::kOne : Receivers::kPair;
+  const ListenerFrame frame = listener_frame(then, receivers);
+  bool makes_gains = part.reception != reception || needs_gains(part_index, frame);
+  bool has_changed = makes_gains || part.frame != frame;
   if (ears_.has_dense_late && part_index == kLateField)
     for (const auto& input : inputs_)
       has_changed = has_changed || input->density->lacks_passes() > 0;
-  for (const auto& input : inputs_)
-    has_changed = input->groups[part_index].advance(
-                      is_first ? 1 : static_cast<float>(every) / kTapFade_keyframes) ||
-                  has_changed;
+  for (const auto& input : inputs_) {
+    TapGroup& group = input->groups[part_index];
+    makes_gains = group.take_new_gains() || makes_gains;
+    has_changed =
+        group.advance(is_first ? 1 : static_cast<float>(every) / kTapFade_keyframes) || has_changed;
+  }
   if (!has_changed) return;
   part.frame = frame;
   part.reception = reception;
+  if (makes_gains) {
+    const double speed_mps = length(then.velocity_mps);
+    if (!is_first && speed_mps > 0)
+      then.position_m +=
+          std::min(kGainAhead_s, kGainReach_m[part_index] / speed_mps) * then.velocity_mps;
+    part.gain_frame = listener_frame(then, receivers);
+  }
+  if (makes_gains && part.eq != nullptr) part.eq->begin();
   FieldResponse& response = free_response(part);
   response.is_free.store(false, std::memory_order_relaxed);
   response.partitions.clear();
-  if (part.eq != nullptr) part.eq->begin();
   for (const auto& input : inputs_) {
     if (input->groups[part_index].used() == 0) continue;
-    add_taps_of(*input, part_index, frame, reception);
+    add_taps_of(*input, part_index, makes_gains);
     for (std::uint32_t pair = 0; pair < sparse_.size(); ++pair)
       sparse_[pair].transform([&](std::size_t delay) -> FieldSpectrum& {
         response.partitions.push_back(
@@ -262,14 +282,40 @@ void FieldMaker::renew(std::size_t part_index, const Listener& listener, const R
   keyframe.field[part_index] = &response;
 }
 
-void FieldMaker::add_taps_of(Input& input, std::size_t part, const ListenerFrame& frame,
-                             const Reception& reception) {
+// Gains of some slots of a tile.
+void FieldMaker::make_gains(Input& input, std::size_t part_index, std::size_t first,
+                            std::span<const std::uint32_t> slots) {
+  const Part& part = parts_[part_index];
+  TapGroup& group = input.groups[part_index];
+  place_voices(group.table(), *part.gain_frame, ears_.itd_table, first, first + VoiceTable::kTile);
+  make_voices(group.table(), part.gain_frame->places, slots, made_voices_.data(), first);
+  for (const std::uint32_t s : slots) {
+    const Voice& voice = made_voices_[s - first];
+    TapGroup::Gains& gains = group.gains(s);
+    gains.at = voice.gain;
+    if (ears_.head != nullptr) {
+      const DirectionMesh::Place place = ears_.head->place(voice.from, gains.direction);
+      gains.low_itd_frames = static_cast<float>(ears_.head->low_itd_frames(place));
+      hrtf_gains(part.eq->corners(place), voice.gain, signals_[input.signal].mean_square(),
+                 gains.at);
+    } else if (!part.reception.is_omnidirectional()) {
+      for (std::size_t e = 0; e < kEars; ++e) {
+        const Vec3 towards_m =
+            Vec3(group.table().position_of(s)) - part.gain_frame->ear_positions_m[e];
+        const Bands gain = part.reception.gain(static_cast<int>(e), Vec3f(towards_m));
+        for (std::size_t b = 0; b < kBandCount; ++b) gains.at[e][b] *= gain[b];
+      }
+    }
+  }
+}
+
+void FieldMaker::add_taps_of(Input& input, std::size_t part, bool makes_gains) {
   constexpr std::size_t kTile = VoiceTable::kTile;
   TapGroup& group = input.groups[part];
   VoiceTable& table = group.table();
+  const VoiceArrivals& arrivals = table.arrivals;
   const std::size_t used = group.used();
   if (ears_.has_dense_late && part == kLateField) input.density->begin();
-  place_voices(table, frame, ears_.itd_table, 0, (used + kTile - 1) / kTile * kTile);
   const double longest_frames =
       static_cast<double>((input.buffers.back()->blocks.size()) * kHighField.partition) - 4;
   std::array<std::uint32_t, kTile> slots;
@@ -277,30 +323,25 @@ void FieldMaker::add_taps_of(Input& input, std::size_t part, const ListenerFrame
     std::size_t count = 0;
     for (std::size_t s = first; s < std::min(first + kTile, used); ++s)
       if (group.presence(s) > 0) slots[count++] = static_cast<std::uint32_t>(s);
-    make_voices(table, frame.places, std::span(slots).first(count), made_voices_.data(), first);
+    if (makes_gains) make_gains(input, part, first, std::span(slots).first(count));
+    place_voices(table, *parts_[part].frame, ears_.itd_table, first, first + kTile, true);
     for (auto& taps : taps_) taps.clear();
     for (const std::uint32_t s : std::span(slots).first(count)) {
       Voice& voice = made_voices_[s - first];
-      double low_itd_frames = 0;
-      if (ears_.head != nullptr) {
-        colour(voice, input, group, part, s, low_itd_frames);
-      } else if (!reception.is_omnidirectional()) {
-        for (std::size_t e = 0; e < kEars; ++e) {
-          const Vec3 towards_m = Vec3(table.position_of(s)) - frame.ear_positions_m[e];
-          const Bands gain = reception.gain(static_cast<int>(e), Vec3f(towards_m));
-          for (std::size_t b = 0; b < kBandCount; ++b) voice.gain[e][b] *= gain[b];
-        }
-      }
-      for (double& delay_frames : voice.delay_frames)
-        delay_frames -= static_cast<double>(input.start_frames);
+      const TapGroup::Gains& gains = group.gains(s);
+      voice.gain = gains.at;
+      voice.from = {arrivals.from[0][s], arrivals.from[1][s], arrivals.from[2][s]};
+      for (std::size_t e = 0; e < kEars; ++e)
+        voice.delay_frames[e] =
+            arrivals.delay_frames[e][s] - static_cast<double>(input.start_frames);
       const bool is_late = ears_.has_dense_late && part == kLateField;
       const double pieces = is_late && table.radiation.kind[s] >= VoiceRadiation::kDiffuse
                                 ? pieces_of(voice, input)
                                 : 1;
       for (std::uint32_t k = 0; k < pieces; ++k) {
         const LateDensity::Piece piece = LateDensity::piece(s, k, pieces);
-        add_piece(voice, low_itd_frames, piece.shift_frames, group.presence(s) * piece.amplitude,
-                  longest_frames);
+        add_piece(voice, static_cast<double>(gains.low_itd_frames), piece.shift_frames,
+                  group.presence(s) * piece.amplitude, longest_frames);
       }
     }
     for (std::size_t c = 0; c < taps_.size(); ++c) sparse_[c / kEars].add(c % kEars, taps_[c]);
@@ -329,15 +370,6 @@ void FieldMaker::add_piece(const Voice& voice, double low_itd_frames, double shi
     Tap& tap = taps_[c].emplace_back(tap_at(delay_frames, low_frames, voice.gain[e]));
     for (float& band : tap.gain) band *= gain;
   }
-}
-
-// Octave gains as a head colours them.
-void FieldMaker::colour(Voice& voice, const Input& input, TapGroup& group, std::size_t part,
-                        std::uint32_t slot, double& low_itd_frames) {
-  const DirectionMesh::Place place = ears_.head->place(voice.from, group.direction(slot));
-  low_itd_frames = ears_.head->low_itd_frames(place);
-  hrtf_gains(parts_[part].eq->corners(place), voice.gain, signals_[input.signal].mean_square(),
-             voice.gain);
 }
 
 FieldResponse& FieldMaker::free_response(Part& part) {
@@ -390,11 +422,6 @@ FieldMaker::LayerSums::LayerSums(const FieldLayer& layer, double rate_hz)
     group[i] = static_cast<std::uint8_t>(4 * std::log2(std::max(frequency_hz / kLeast_hz, 1.0)));
     assert(group[i] < kGroups);
   }
-}
-
-void FieldMaker::LayerSums::clear() {
-  for (std::vector<float>* const sums : {&power, &last_power, &correlation})
-    std::ranges::fill(*sums, 0.0f);
 }
 
 void FieldMaker::LayerSums::correct(std::span<float> correction) const {

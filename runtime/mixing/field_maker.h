@@ -17,6 +17,7 @@
 // Threads: the sampler's.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -83,6 +84,9 @@ class FieldMaker {
   // Renews responses so many times less often from the next division on, 1 to kCoarsestField.
   void coarsen(std::size_t times) { coarseness_ = static_cast<int>(std::bit_floor(times)); }
 
+  // Numbers of the sources that are voices from the next division on, ascending.
+  std::span<const std::uint64_t> voices() const { return next_numbers_; }
+
   std::size_t taps() const { return tap_count_; }
 
   // Stands for what the mixer reads of signals, for loaders of sounds.
@@ -99,6 +103,10 @@ class FieldMaker {
   static constexpr std::array<double, kFieldParts> kStep_m{0.07, 0.14};
   static constexpr std::array<int, kFieldParts> kMostKeyframes{kTapFade_keyframes / 2,
                                                                kTapFade_keyframes};
+  // Gains are kept while the listener is so near the place that they are made for, which lies as
+  // far ahead, but no farther than the listener goes in kGainAhead_s; and until it turns so far.
+  static constexpr std::array<double, kFieldParts> kGainReach_m{0.2, 0.4};
+  static constexpr double kGainTurn_rad = 0.05, kGainAhead_s = 0.25;
   static constexpr double kEarly_frames = 0.1 * kSampleRate_hz;
   static constexpr float kKeepsVoice = 1.5f;  // weight of a voice over that of a tap
 
@@ -119,7 +127,7 @@ class FieldMaker {
   struct Part {
     std::vector<std::unique_ptr<FieldResponse>> responses;
     FieldResponse* last = nullptr;
-    std::optional<ListenerFrame> frame;  // of the last response
+    std::optional<ListenerFrame> frame, gain_frame;  // of the last response, and of its gains
     Reception reception;
     std::unique_ptr<DiffuseHrtfEq> eq;  // binaural
   };
@@ -129,7 +137,10 @@ class FieldMaker {
     static constexpr std::size_t kGroups = 48;
     LayerSums(const FieldLayer& layer, double rate_hz);
     SpectrumSums all() { return {power.data(), last_power.data(), correlation.data()}; }
-    void clear();
+    void clear() {
+      for (std::vector<float>* const sums : {&power, &last_power, &correlation})
+        std::ranges::fill(*sums, 0.0f);
+    }
     void correct(std::span<float> correction) const;
 
     std::vector<float> power, last_power, correlation;  // by index of a spectrum
@@ -157,13 +168,18 @@ class FieldMaker {
   double taps_speed_mps() const;
   void renew(std::size_t part, const Listener& listener, const Reception& reception,
              Keyframe& keyframe);
-  void add_taps_of(Input& input, std::size_t part, const ListenerFrame& frame,
-                   const Reception& reception);
+  bool needs_gains(std::size_t part, const ListenerFrame& frame) const {
+    const std::optional<ListenerFrame>& last = parts_[part].gain_frame;
+    return !last || length(frame.centre_m - last->centre_m) > kGainReach_m[part] ||
+           length(frame.ahead - last->ahead) > kGainTurn_rad ||
+           length(frame.up - last->up) > kGainTurn_rad;
+  }
+  void make_gains(Input& input, std::size_t part, std::size_t first,
+                  std::span<const std::uint32_t> slots);
+  void add_taps_of(Input& input, std::size_t part, bool makes_gains);
   static double pieces_of(const Voice& voice, Input& input);
   void add_piece(const Voice& voice, double low_itd_frames, double shift_frames, float amplitude,
                  double longest_frames);
-  void colour(Voice& voice, const Input& input, TapGroup& group, std::size_t part,
-              std::uint32_t slot, double& low_itd_frames);
   FieldResponse& free_response(Part& part);
   void correct(FieldResponse& response, const FieldResponse& last);
 

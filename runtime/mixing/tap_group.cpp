@@ -14,6 +14,7 @@ std::uint32_t TapGroup::take_slot() {
   }
   if (used_ == slots_.size()) {
     slots_.resize(std::max<std::size_t>(VoiceTable::kTile, 2 * slots_.size()));
+    gains_.resize(slots_.size());
     table_.resize(slots_.size());
   }
   return static_cast<std::uint32_t>(used_++);
@@ -21,6 +22,10 @@ std::uint32_t TapGroup::take_slot() {
 
 void TapGroup::update(std::uint32_t s, const SampledSource& chosen, bool is_new) {
   slots_[s].is_chosen = true;
+  const auto scale = static_cast<float>(chosen.power_scale);
+  const Bands gain = power_gain(chosen.factors);
+  bool has_changed =
+      is_new || table_.radiation.scale[s] != scale || table_.radiation.power_gain[s] != gain;
   if (is_new || chosen.moves) {
     const double frames_before = table_.geometry.emission_frames[s];
     const Vec3f place_before_m = table_.position_of(s);
@@ -31,13 +36,10 @@ void TapGroup::update(std::uint32_t s, const SampledSource& chosen, bool is_new)
                                table_.geometry.frames_per_m +
                            static_cast<double>(length(table_.position_of(s) - place_before_m));
     if (!is_new) moved_m_ = std::max(moved_m_, moved_m);
-    has_changed_ =
-        has_changed_ || is_new || moved_m > 0 || table_.radiation.power[s] != power_before;
+    has_changed = has_changed || moved_m > 0 || table_.radiation.power[s] != power_before;
   }
-  const auto scale = static_cast<float>(chosen.power_scale);
-  const Bands gain = power_gain(chosen.factors);
-  has_changed_ =
-      has_changed_ || table_.radiation.scale[s] != scale || table_.radiation.power_gain[s] != gain;
+  if (!has_changed) return;
+  has_changed_ = has_new_gains_ = true;
   table_.radiation.scale[s] = scale;
   table_.radiation.power_gain[s] = gain;
 }

@@ -4,14 +4,19 @@
 // source that comes or goes does so over kTapFade_keyframes, linearly: as a voice it goes or comes
 // by the same curve (keyframe_maker.h), and both read the same signal at the same delay.
 //
-// Threads: the sampler's. Memory: 350 bytes per tap.
+// Gains change less than delays as a listener walks, so they are kept for a while.
+//
+// Threads: the sampler's. Memory: 420 bytes per tap.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "common/bands.h"
 #include "runtime/mixing/voice_table.h"
 #include "runtime/propagation/radiation_model.h"
 #include "runtime/sampling/sampler.h"
@@ -36,13 +41,20 @@ class TapGroup {
   bool is_empty() const { return by_number_.empty(); }
   // The share of its amplitude with which a tap sounds; 0 for free slots.
   float presence(std::size_t slot) const { return slots_[slot].presence; }
-  // The triangle of the HRTF's mesh in which the tap was last.
-  std::uint32_t& direction(std::size_t slot) { return slots_[slot].direction; }
+
+  // A tap's gains at each ear, which whoever fills them in keeps for as long as they do.
+  struct Gains {
+    std::array<Bands, kEars> at{};
+    float low_itd_frames = 0;     // a head's
+    std::uint32_t direction = 0;  // the triangle of its mesh in which the tap is
+  };
+  Gains& gains(std::size_t slot) { return gains_[slot]; }
+  // Whether gains have changed for another reason than the listener since the last call.
+  bool take_new_gains() { return std::exchange(has_new_gains_, false); }
 
  private:
   struct Slot {
     float presence = 0;
-    std::uint32_t direction = 0;
     bool in_use = false, is_chosen = false;
   };
   struct Entry {
@@ -54,11 +66,12 @@ class TapGroup {
 
   VoiceTable table_;
   std::vector<Slot> slots_;
+  std::vector<Gains> gains_;  // by slot
   std::vector<std::uint32_t> free_;
   std::size_t used_ = 0;                    // slots ever used
   std::vector<Entry> by_number_, updated_;  // ascending
   double moved_m_ = 0;
-  bool has_changed_ = true;
+  bool has_changed_ = true, has_new_gains_ = true;
 };
 
 }  // namespace clamor

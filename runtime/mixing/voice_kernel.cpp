@@ -142,7 +142,7 @@ HWY_INLINE void arrive(VoiceTable& table, const SourceLanes& sources, const Path
 }
 
 void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const float* itd_table,
-                       std::size_t first, std::size_t last) {
+                       std::size_t first, std::size_t last, bool delays_only) {
   const Doubles dd;
   const Halves d;
   for (std::size_t at = first; at < last; at += hn::Lanes(d)) {
@@ -161,7 +161,7 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const f
       return emission + path.length * hn::Set(dd, table.geometry.frames_per_m);
     };
     if (listener.places == 1) {
-      arrive(table, sources, to_centre, centre_m, 0);
+      if (!delays_only) arrive(table, sources, to_centre, centre_m, 0);
       Double half_itd = hn::Zero(dd);
       if (itd_table != nullptr)
         half_itd =
@@ -176,7 +176,7 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const f
       if (moves)
         way = way_from_moving(way, promoted(load(table.geometry.mach, at)), to_centre.length);
       const Path path(way, sources);
-      arrive(table, sources, path, hn::DemoteTo(d, path.length), e);
+      if (!delays_only) arrive(table, sources, path, hn::DemoteTo(d, path.length), e);
       hn::StoreU(frames_along(path), dd, table.arrivals.delay_frames[e].data() + at);
     }
   }
@@ -313,9 +313,9 @@ HWY_EXPORT(make_voices_here);
 }  // namespace
 
 void place_voices(VoiceTable& table, const ListenerFrame& listener, const ItdTable* itd_table,
-                  std::size_t first, std::size_t last) {
+                  std::size_t first, std::size_t last, bool delays_only) {
   HWY_DYNAMIC_DISPATCH(place_voices_here)
-  (table, listener, itd_table == nullptr ? nullptr : itd_table->table(), first, last);
+  (table, listener, itd_table == nullptr ? nullptr : itd_table->table(), first, last, delays_only);
 }
 
 void make_voices(const VoiceTable& table, int places, std::span<const std::uint32_t> slots,

@@ -136,6 +136,10 @@ class VisibilityCache {
   // least `tau`. Returns false once there is nothing left to do.
   bool refresh(std::span<const Wanted> wanted, double tau);
 
+  // Between keyframes: renews the estimates of these known sources alone, for a listener who has
+  // moved, with a quarter of the rays.
+  void renew_at(const Vec3& place, std::span<const Wanted> sources);
+
   const VisibilityStatistics& statistics() const { return statistics_; }
 
  private:
@@ -184,6 +188,7 @@ class VisibilityCache {
   void mark_stale(VisibilityEntry& entry);
   bool scene_changed() const { return grid_.change_clock() > refresh_.last_change_clock + 0.5; }
   void collect_tasks(std::span<const Wanted> wanted, double tau, std::uint32_t phase, bool all);
+  void work_on(Tasks& tasks);
   void retest_lines(std::vector<Task>& tasks);
   void estimate_most_urgent(std::vector<Task>& tasks, VisibilityPrecision precision);
 

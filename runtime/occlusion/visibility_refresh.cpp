@@ -79,15 +79,35 @@ bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
   // Occluded sources are tested in their phase only, so idle means idle in every phase.
   if (tasks.empty()) return ++refresh_.idle_keyframes < phases;
   refresh_.idle_keyframes = 0;
-  retest_lines(tasks.stale);
-  estimate_most_urgent(tasks.stale, VisibilityPrecision::kMedium);
-  estimate_most_urgent(tasks.partial, VisibilityPrecision::kFine);
+  work_on(tasks);
   PredictionError& error = refresh_.prediction_error;
   if (error.count > kMinPredictions) {
     grid_.invalidate_on_change(error.sum / error.count);
     error = {};
   }
   return true;
+}
+
+void VisibilityCache::work_on(Tasks& tasks) {
+  retest_lines(tasks.stale);
+  estimate_most_urgent(tasks.stale, VisibilityPrecision::kMedium);
+  estimate_most_urgent(tasks.partial, VisibilityPrecision::kFine);
+}
+
+void VisibilityCache::renew_at(const Vec3& place, std::span<const Wanted> sources) {
+  is_at_rest_ = place == place_;
+  place_ = place;
+  ++keyframe_;
+  if (options_.exact) {
+    estimate_now(sources);
+    return;
+  }
+  rays_left_ = options_.rays_per_keyframe / 4;
+  Tasks& tasks = refresh_.tasks;
+  tasks.stale.clear();
+  tasks.partial.clear();
+  collect_tasks(sources, 0, 0, true);
+  work_on(tasks);
 }
 
 // Repeats the line tests of the sources that were updated the longest ago. An image has no line to

@@ -132,6 +132,14 @@ bool CandidateSet::apply_occlusion(double threshold) {
   return rays_left;
 }
 
+void CandidateSet::prefetch_visibility_after(std::size_t c) const {
+  const std::size_t index = c + kPrefetchDistance;
+  if (index >= candidates_.size() || inputs_.occlusion == nullptr) return;
+  if (const auto visibility = candidates_[index].visibility;
+      visibility != VisibilityCache::kUnknown)
+    inputs_.occlusion->prefetch_visibility(visibility);
+}
+
 // Applies known visibilities and lists the other candidates, highest first.
 void CandidateSet::apply_known_visibilities() {
   untested_.clear();
@@ -139,9 +147,7 @@ void CandidateSet::apply_known_visibilities() {
   highest_priorities_.clear();
   for (std::uint32_t c = 0; c < candidates_.size(); ++c) {
     const Candidate& candidate = candidates_[c];
-    if (const auto ahead = c + kPrefetchDistance; ahead < candidates_.size())
-      if (candidates_[ahead].visibility != VisibilityCache::kUnknown)
-        inputs_.occlusion->prefetch_visibility(candidates_[ahead].visibility);
+    prefetch_visibility_after(c);
     if (candidate.visibility == VisibilityCache::kUnknown)
       untested_.push_back({candidate.priority, c});
     else if (inputs_.occlusion->is_stale(candidate.visibility))
@@ -273,6 +279,16 @@ double CandidateSet::keep_highest(std::size_t count) {
   std::erase_if(candidates_, [&](const Candidate& one) { return !comes_before(one, next); });
   candidates_.push_back(next);
   return next.priority;
+}
+
+// Pools without instances mostly find sources in this order.
+void CandidateSet::sort_by_number(std::size_t count) {
+  const auto number = [this](const Candidate& candidate) {
+    const FoundSource& found = source_of(candidate);
+    return found.voice != 0 ? found.voice : found.number;
+  };
+  const auto first = std::span(candidates_).first(count);
+  if (!std::ranges::is_sorted(first, {}, number)) std::ranges::sort(first, {}, number);
 }
 
 }  // namespace clamor

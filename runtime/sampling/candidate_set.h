@@ -53,6 +53,9 @@ class CandidateSet {
   // returned. There must be more than `count`.
   double keep_highest(std::size_t count);
 
+  // Puts the first `count` candidates in the order of the numbers under which they are heard.
+  void sort_by_number(std::size_t count);
+
   // Sources whose priority reached the threshold of weigh(), occluded or not, without those that
   // the pool has culled by occlusion bounds.
   std::size_t reached() const { return reached_; }
@@ -60,6 +63,9 @@ class CandidateSet {
   std::size_t size() const { return candidates_.size(); }
   const Candidate& operator[](std::size_t index) const { return candidates_[index]; }
   const FoundSource& source_of(const Candidate& candidate) const { return found_[candidate.found]; }
+  VisibilityCache::Wanted wanted_of(const Candidate& candidate) const;
+  // Fetches what is known of a candidate some way behind this one.
+  void prefetch_visibility_after(std::size_t c) const;
   std::size_t found_count() const { return found_.size(); }
 
   // The sources whose visibility mattered, for VisibilityCache::refresh().
@@ -84,7 +90,6 @@ class CandidateSet {
   bool test_untested();
   void estimate_untested(std::size_t first, std::size_t last);
   double apply_visibility(std::uint32_t c);
-  VisibilityCache::Wanted wanted_of(const Candidate& candidate) const;
 
   SamplingInputs& inputs_;
   std::size_t reached_ = 0;

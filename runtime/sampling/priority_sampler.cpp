@@ -83,9 +83,12 @@ class PrioritySampler final : public Sampler {
     pool.begin({listener, time_s, is_cached ? &occlusion->upper_bounds() : nullptr,
                 LateBoost::strength(inputs_.voices)});
     if (occlusion != nullptr && !continues) occlusion->begin_keyframe(place);
+    const std::uint64_t late_before = occlusion != nullptr ? occlusion->statistics().late : 0;
     const auto [tau, ended_by_budget] = search_.run(*moment_);
     bounded_keyframes_ += ended_by_budget;
     publish(tau);
+    lacks_rays_ = occlusion != nullptr && occlusion->statistics().late != late_before;
+    ended_by_budget_ = ended_by_budget;
     if (bound_ == SearchBound::kBounded)
       inputs_.budget.limit(work_ahead_per_keyframe(inputs_.voices));
     pool.request_pages(tau);
@@ -96,6 +99,39 @@ class PrioritySampler final : public Sampler {
       unfinished_ = learns || ended_by_budget;
     }
     return sample_;
+  }
+
+  void renew(std::span<const std::uint64_t> numbers, const Listener& listener) override {
+    VisibilityCache* const occlusion = inputs_.occlusion;
+    if (occlusion == nullptr) return;
+    wanted_.clear();
+    renewed_.clear();
+    auto at = sample_.begin();
+    for (const std::uint64_t number : numbers) {
+      at = std::ranges::lower_bound(at, sample_.end(), number, {}, &SampledSource::number);
+      if (at == sample_.end()) break;
+      const auto index = static_cast<std::size_t>(at - sample_.begin());
+      const Candidate& chosen = candidates_[index];
+      if (at->number != number || !chosen.is_occlusion_applied) continue;
+      wanted_.push_back(candidates_.wanted_of(chosen));
+      renewed_.push_back(index);
+    }
+    occlusion->renew_at(listener.position_m, wanted_);
+    for (const std::size_t index : renewed_) {
+      SampledSource& sampled = sample_[index];
+      const FoundSource& found = candidates_.source_of(candidates_[index]);
+      sampled.source = found.source;  // straight, unless it is bent again
+      sampled.factors.detour = 1;
+      sampled.moves = false;
+      sampled.velocity_mps = {};
+      if (found.voice != 0) sampled.set_moving(found);
+      apply_occlusion(sampled, candidates_[index], listener.position_m);
+    }
+  }
+
+  bool is_settled() const override {
+    return !changed_ && !lacks_rays_ && !ended_by_budget_ && !inputs_.pool.lacks_pages() &&
+           candidates_.unheard().empty();
   }
 
   bool complete() override {
@@ -135,28 +171,32 @@ class PrioritySampler final : public Sampler {
   void publish(double tau) {
     sample_.clear();
     bent_sources_.clear();
-    for (std::size_t c = 0; c < std::min(inputs_.voices, candidates_.size()); ++c) {
+    const std::size_t count = std::min(inputs_.voices, candidates_.size());
+    candidates_.sort_by_number(count);
+    for (std::size_t c = 0; c < count; ++c) {
       const Candidate& chosen = candidates_[c];
+      candidates_.prefetch_visibility_after(c);
       const FoundSource& found = candidates_.source_of(chosen);
       const Source& source = *found.source;
       double scale = std::max(found.min_scale, tau / (chosen.weight * found.boost));
       if (const double key = inputs_.pool.missing_key(found, tau); key > 0)
         scale = std::max(scale, key / sum_of(source.power));
-      GainFactors factors{.portals = found.openness, .emitter = inputs_.emitter_power(found)};
-      if (chosen.is_occlusion_applied)
-        factors.occlusion = inputs_.occlusion->visibility(chosen.visibility);
+      const GainFactors factors{.portals = found.openness, .emitter = inputs_.emitter_power(found)};
       sample_.push_back({found.number, scale, &source, found.signal, factors,
                          chosen.priority > 0 ? std::min(1.0, tau / chosen.priority) : 1.0});
       sample_.back().weight = chosen.weight * scale;
       if (found.voice != 0) sample_.back().set_moving(found);
-      if (chosen.is_occlusion_applied && (source.is_emitter || found.voice != 0))
-        if (const auto path = inputs_.occlusion->bent_path(found.number))
-          bend(sample_.back(), *path, moment_->place_m, bent_sources_.emplace_back(source));
+      if (chosen.is_occlusion_applied) apply_occlusion(sample_.back(), chosen, moment_->place_m);
     }
-    // Pools without instances mostly find sources in this order.
-    const auto by_number = [](const auto& a, const auto& b) { return a.number < b.number; };
-    if (!std::is_sorted(sample_.begin(), sample_.end(), by_number))
-      std::sort(sample_.begin(), sample_.end(), by_number);
+  }
+
+  void apply_occlusion(SampledSource& sampled, const Candidate& chosen, const Vec3& place_m) {
+    const FoundSource& found = candidates_.source_of(chosen);
+    const Source& source = *found.source;
+    sampled.factors.occlusion = inputs_.occlusion->visibility(chosen.visibility);
+    if (!source.is_emitter && found.voice == 0) return;
+    if (const auto path = inputs_.occlusion->bent_path(found.number))
+      bend(sampled, *path, place_m, bent_sources_.emplace_back(source));
   }
 
   // In a free field the cache is not asked until a movable part is added.
@@ -177,10 +217,13 @@ class PrioritySampler final : public Sampler {
   std::optional<SamplingMoment> moment_;  // of sample_
   bool changed_ = false;                  // the number of voices or a power, since sample_
   bool unfinished_ = false;               // another call may improve sample_
-  bool may_lack_sounds_ = false;          // some sounds may not have been in memory for sample_
+  bool lacks_rays_ = false, ended_by_budget_ = false;  // the last search
+  bool may_lack_sounds_ = false;  // some sounds may not have been in memory for sample_
   std::uint64_t bounded_keyframes_ = 0;
   std::vector<SampledSource> sample_;
-  std::deque<Source> bent_sources_;  // copies that sample_ refers to
+  std::vector<VisibilityCache::Wanted> wanted_;  // scratch memory of renew()
+  std::vector<std::size_t> renewed_;             // likewise
+  std::deque<Source> bent_sources_;              // copies that sample_ refers to
 };
 
 }  // namespace

@@ -77,6 +77,14 @@ class Sampler {
   // through set_reception().
   virtual std::span<const SampledSource> sample(const Listener& listener, double time_s = 0) = 0;
 
+  // Renews the occlusion of some sources of the last sample, ascending by number, for a listener
+  // who has moved since. The sample stays where it is.
+  virtual void renew(std::span<const std::uint64_t> /*numbers*/, const Listener& /*listener*/) {}
+
+  // Whether a sample of now would differ from the last one for no other reason than that the
+  // listener has moved and time has passed.
+  virtual bool is_settled() const { return false; }
+
   // Sets the receivers' directivity from the next sample on, for samplers that weigh sources. The
   // initial one is omnidirectional.
   void set_reception(const Reception& reception) { reception_ = reception; }

@@ -240,6 +240,33 @@ TEST(OccludedListener, HearsAllVoicesWhereNothingIsOccludedHoweverCostlyAQueryIs
   EXPECT_GE(size, kVoices);
 }
 
+// The listener walks behind the wall. The sources that are named are then as loud as in a new
+// sample, and the others as before.
+TEST(RenderedOcclusion, IsRenewedForSomeSourcesBetweenSamples_NoAsan) {
+  const World world(hall_with_wall(), 300);
+  const Vec3 first(4, 1.5, 6.5), behind(13.5, 1.5, 6.5);
+  OccludedListener walking(world, world.sources, 10'000, true);
+  OccludedListener anew(world, world.sources, 10'000, true);
+  walking.power_at(first, 0);
+  anew.power_at(behind, 0);
+  const auto sample = walking.sampler().sample(first, 0);
+  const std::vector<SampledSource> before(sample.begin(), sample.end());
+  std::vector<std::uint64_t> named;
+  for (std::size_t i = 0; i < before.size(); i += 2) named.push_back(before[i].number);
+  walking.sampler().renew(named, behind);
+  const auto power_of_named = [&](std::span<const SampledSource> of) {
+    std::vector<SampledSource> all;
+    for (const SampledSource& one : of)
+      if (std::ranges::binary_search(named, one.number)) all.push_back(one);
+    return db(sum_of_bands(heard(world, all, behind)));
+  };
+  const double should_be = power_of_named(anew.sampler().sample(behind, 0));
+  EXPECT_GT(power_of_named(before), should_be + 3);
+  EXPECT_NEAR(power_of_named(sample), should_be, 1);
+  for (std::size_t i = 1; i < before.size(); i += 2)
+    EXPECT_EQ(sample[i].factors.occlusion, before[i].factors.occlusion);
+}
+
 TEST(RenderedOcclusion, FollowsTheShadowOfAWallAtAnySpeed_NoAsan) {
   const World world(hall_with_wall(), 300);
   constexpr std::size_t kVoices = 300;
