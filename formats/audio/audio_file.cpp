@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <soxr.h>
 
+#include "common/memory_size.h"
 #include "common/sample_rate.h"
 #include "formats/audio/flac_codec.h"
 #include "formats/audio/sound_stream.h"
@@ -188,7 +189,7 @@ Result<std::vector<float>> decode_flac(std::span<const std::byte> flac, std::uin
   if (stream == nullptr) return Error("is no FLAC stream");
   if (stream->channels() != 1 || stream->rate_hz() != kSampleRate_hz)
     return Error("is no FLAC stream of one channel at 48 kHz");
-  std::vector<float> samples(max_frames + 1);
+  std::vector<float> samples(memory_size(max_frames + 1));
   samples.resize(stream->read(samples));
   if (!stream->problem().empty()) return Error(fmt::format("is damaged ({})", stream->problem()));
   return samples;
@@ -209,7 +210,7 @@ Result<std::vector<std::byte>> encode_flac(std::span<const float> samples) {
   std::vector<std::byte> file;
   const auto encoder = FlacEncoder::create(
       1, kSampleRate_hz, 24, [&](std::uint64_t offset, std::span<const std::byte> bytes) {
-        file.resize(std::max<std::size_t>(file.size(), offset + bytes.size()));
+        file.resize(std::max(file.size(), memory_size(offset + bytes.size())));
         std::copy(bytes.begin(), bytes.end(), file.begin() + static_cast<std::ptrdiff_t>(offset));
         return true;
       });

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "common/memory_size.h"
 #include "common/platform/process.h"
 
 namespace clamor {
@@ -122,7 +123,7 @@ std::optional<Hdf5Table> Hdf5File::table(const char* name, std::uint64_t max_val
     values *= size;
     table.sizes.push_back(size);
   }
-  table.values.resize(values);
+  table.values.resize(memory_size(values));
   if (hdf5.read_table(id, *hdf5.native_float, kDefault, kDefault, kDefault, table.values.data()) <
       0)
     return std::nullopt;

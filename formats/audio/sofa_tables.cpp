@@ -42,13 +42,13 @@ class Bytes {
   void put(const std::vector<float>& values) {
     const std::uint64_t count = values.size();
     put(&count, sizeof count);
-    put(values.data(), count * sizeof(float));
+    put(values.data(), values.size() * sizeof(float));
   }
   bool get(std::vector<float>& values) {
     std::uint64_t count = 0;
     if (!get(&count, sizeof count) || count > (bytes_.size() - at_) / sizeof(float)) return false;
-    values.resize(count);
-    return get(values.data(), count * sizeof(float));
+    values.resize(static_cast<std::size_t>(count));
+    return get(values.data(), values.size() * sizeof(float));
   }
 
  private:

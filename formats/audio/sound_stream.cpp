@@ -37,7 +37,8 @@ class WavStream final : public SoundStream {
     if ((!is_long && !has_mark(file, 0, "RIFF")) || !has_mark(file, 8, "WAVE")) return nullptr;
     auto stream = std::make_unique<WavStream>();
     std::optional<std::uint64_t> long_bytes;
-    for (std::uint64_t at = 12; at < file.size();) {
+    for (std::uint64_t next = 12; next < file.size();) {
+      const auto at = static_cast<std::size_t>(next);
       const auto length = number_at<std::uint32_t>(file, at + 4);
       if (!length) return nullptr;
       const auto chunk = file.subspan(at + 8, std::min<std::size_t>(*length, file.size() - at - 8));
@@ -52,10 +53,10 @@ class WavStream final : public SoundStream {
           bytes = std::min<std::uint64_t>(bytes, *length);
         else if (is_long && long_bytes)
           bytes = std::min(bytes, *long_bytes);
-        stream->samples_ = file.subspan(at + 8, bytes);
+        stream->samples_ = file.subspan(at + 8, static_cast<std::size_t>(bytes));
         return stream;
       }
-      at += 8 + std::uint64_t{*length} + *length % 2;  // chunks are padded to even length
+      next += 8 + std::uint64_t{*length} + *length % 2;  // chunks are padded to even length
     }
     return nullptr;
   }

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "common/memory_size.h"
 #include "common/random.h"
 #include "common/utf8_path.h"
 #include "formats/audio/flac_codec.h"
@@ -140,7 +141,7 @@ struct WavWriter::State {
   Result<void> open_flac() {
     flac = FlacEncoder::create(shape.channels, shape.rate_hz, shape.bits,
                                [this](std::uint64_t offset, std::span<const std::byte> bytes) {
-                                 flac_error = file.write_at(offset, bytes);
+                                 flac_error = file.write_at(memory_size(offset), bytes);
                                  return flac_error.ok();
                                });
     return flac != nullptr ? Result<void>() : flac_failure();

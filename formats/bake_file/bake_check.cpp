@@ -60,7 +60,7 @@ Result<void> check_octree(const SourceOctree& octree, const BakeContents& conten
       return Error("source " + std::to_string(i) + " " + wrong);
   for (const OctreeNode& node : octree.nodes)
     for (std::size_t i = 0; i < node.source_count; ++i) {
-      const Source& source = octree.sources[node.first_source + i];
+      const Source& source = octree.sources[static_cast<std::size_t>(node.first_source) + i];
       if (!source.is_emitter &&
           !page_layout::grid_box_of(node).holds(position_code(source.position_m)))
         return Error("source " + std::to_string(node.first_source + i) + " lies outside its node");

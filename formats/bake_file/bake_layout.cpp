@@ -90,7 +90,8 @@ Result<std::size_t> ZstdDecompressor::unpack(std::span<const std::byte> frame,
   const auto size = ZSTD_getFrameContentSize(frame.data(), frame.size());
   if (size > room.size()) return Error("does not unpack to what its sources take");
   const std::size_t got =
-      ZSTD_decompressDCtx(state_->context.get(), room.data(), size, frame.data(), frame.size());
+      ZSTD_decompressDCtx(state_->context.get(), room.data(), static_cast<std::size_t>(size),
+                          frame.data(), frame.size());
   if (ZSTD_isError(got) || got != size) return Error("is not a complete zstd frame");
   return got;
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "common/memory_size.h"
 #include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_root_values.h"
@@ -108,7 +109,7 @@ Result<std::vector<Emitter>> EmitterReader::read() {
     if (root_.getEmitterNamesBytes() > max_name_bytes(file_bytes_))
       return Error("the names of its emitters claim too many bytes");
     auto list = unpacked(std::as_bytes(std::span(frame.begin(), frame.size())),
-                         root_.getEmitterNamesBytes());
+                         memory_size(root_.getEmitterNamesBytes()));
     if (!list.ok()) return list.error().in("the names of its emitters");
     names = std::move(*list);
   }

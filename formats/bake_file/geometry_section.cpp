@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "common/bounds.h"
+#include "common/memory_size.h"
 #include "common/thread_team.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/level/mesh.h"
@@ -122,7 +123,7 @@ bool is_geometry_page(const GeometryCounts& counts, std::uint64_t packed_bytes) 
 
 Result<Mesh> unpack_geometry_page(std::span<const std::byte> frame, const GeometryCounts& counts,
                                   const Vec3& low_m, std::size_t materials) {
-  const auto bytes = unpacked(frame, page_bytes(counts));
+  const auto bytes = unpacked(frame, memory_size(page_bytes(counts)));
   if (!bytes.ok()) return bytes.error();
   ColumnReader columns(*bytes);
   Mesh mesh;
@@ -173,7 +174,7 @@ Result<Mesh> unpack_whole_geometry(std::span<const std::byte> frame, const Geome
       std::uint64_t{12} * counts.vertices + std::uint64_t{14} * counts.triangles;
   if (size > kLargestRatio * frame.size())
     return Error("claims to be " + std::to_string(size) + " bytes");
-  const auto bytes = unpacked(frame, size);
+  const auto bytes = unpacked(frame, memory_size(size));
   if (!bytes.ok()) return bytes.error();
   const std::byte* at = bytes->data();
   const auto get = [&at]<class T>(T& value) {

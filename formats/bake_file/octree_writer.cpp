@@ -108,7 +108,8 @@ Result<OctreeWriter::Part> OctreeWriter::write_part(const SourceOctree& octree) 
     const std::size_t end = std::min(order.size(), first + kPagesAtOnce);
     std::vector<std::vector<std::byte>> pages(end - first);
     const auto sources_of = [&octree](const OctreeNode& node) {
-      return std::span(octree.sources).subspan(node.first_source, node.source_count);
+      return std::span(octree.sources)
+          .subspan(static_cast<std::size_t>(node.first_source), node.source_count);
     };
     team_for(first, end, [&](std::size_t i) {
       const OctreeNode& node = nodes[order[i]];

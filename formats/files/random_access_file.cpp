@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "common/memory_size.h"
 #include "common/system_reason.h"
 
 namespace clamor {
@@ -31,7 +32,7 @@ RandomAccessFile::RandomAccessFile(SuppliedBytes bytes) : supplied_(std::move(by
 Result<void> RandomAccessFile::read(std::uint64_t offset, std::uint64_t bytes,
                                     std::vector<std::byte>& into) const {
   try {
-    into.resize(bytes);
+    into.resize(memory_size(bytes));
   } catch (const std::exception&) {  // out of memory, or larger than a vector can be
     return Error("takes more memory than there is");
   }

@@ -65,7 +65,9 @@ class RandomAccessFile {
   Result<void> with(std::uint64_t offset, std::uint64_t bytes, std::vector<std::byte>& copy,
                     const Decode& decode) const {
     if (!supplied_.memory.empty() && holds(offset, bytes))
-      return decode(supplied_.memory.subspan(offset, bytes), false);
+      return decode(supplied_.memory.subspan(static_cast<std::size_t>(offset),
+                                             static_cast<std::size_t>(bytes)),
+                    false);
     if (is_mapped() && holds(offset, bytes)) {
       will_need(offset, bytes);  // one request instead of one per memory page
       const std::span mapped(mapped_.get() + offset, static_cast<std::size_t>(bytes));

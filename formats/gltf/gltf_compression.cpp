@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "common/memory_size.h"
 #include "formats/gltf/draco_codec.h"
 #include "formats/gltf/gltf_accessor.h"
 #include "formats/gltf/meshopt_codec.h"
@@ -33,7 +34,7 @@ bool is_unpacked(std::string_view attribute) {
 std::size_t needed(JsonFields& fields, std::string_view key, double high) {
   const auto value = fields.whole_number(key, 0, high);
   if (!value) fields.fail(in_quotes(key) + " is missing");
-  return value.value_or(0);
+  return memory_size(value.value_or(0));
 }
 
 double last_of(const auto& list) { return static_cast<double>(list.size()) - 1; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/memory_size.h"
 #include "runtime/propagation/source_number.h"
 
 namespace clamor {
@@ -40,12 +41,13 @@ ProbePool::ProbePool(const StoredProbes& probes, const ProbeBounds& bounds,
       unit_weights_{{bounds.weights()}},
       context_(bounds.radiation(), unit_weights_, {}, {}),
       traversal_(context_),
-      neighbours_(places_of(probes), &surfaces, moving.size()),
-      first_reflections_(surfaces, std::move(tracer), bounds, moving.size(), with_images),
+      neighbours_(places_of(probes), &surfaces, memory_size(moving.size())),
+      first_reflections_(surfaces, std::move(tracer), bounds, memory_size(moving.size()),
+                         with_images),
       images_(first_reflections_, moving),
       requests_(loader),
       copies_(probes),
-      radiators_(moving.size()) {
+      radiators_(memory_size(moving.size())) {
   for (const Tree& tree : copies_.trees())
     longest_s_ = std::max(longest_s_, static_cast<double>(tree.entry->max_delay_s));
   longest_s_ += kLongestPath_m / bounds.radiation().speed_of_sound_mps();

@@ -213,8 +213,9 @@ std::size_t PageLoader::count_that_fit(std::span<const PageRequest> by_urgency) 
   if (usage_.max_page_bytes == 0) return by_urgency.size();
   const std::uint64_t room =
       budget_.bytes > usage_.used_bytes ? budget_.bytes - usage_.used_bytes : 0;
-  std::size_t fit = room / usage_.max_page_bytes;
-  if (fit >= by_urgency.size()) return by_urgency.size();
+  auto fit = static_cast<std::size_t>(
+      std::min<std::uint64_t>(room / usage_.max_page_bytes, by_urgency.size()));
+  if (fit == by_urgency.size()) return fit;
   std::vector<double> used;  // bounds of pages that may be evicted
   for (const auto& [offset, slot] : slots_)
     if (slot.page != nullptr && !slot.stays && slot.last_use >= sample_) used.push_back(slot.bound);

@@ -47,7 +47,7 @@ Result<std::vector<double>> SignalBlockCache::read(std::size_t signal,
     const SignalBlock where = signal_block(shape.frames, number);
     const auto part = block(signal, number, cut);
     if (!part.ok()) return part.error();
-    const std::size_t skipped = static_cast<std::size_t>(at) - where.first;
+    const auto skipped = static_cast<std::size_t>(at - where.first);
     const std::size_t count = std::min((*part)->size() - skipped, frames - done);
     std::copy_n((*part)->begin() + static_cast<std::ptrdiff_t>(skipped), count,
                 samples.begin() + static_cast<std::ptrdiff_t>(done));

@@ -25,7 +25,8 @@ Result<std::unique_ptr<LiveFeed>> LiveFeed::create(int rate_hz, Pull pull) {
 std::size_t LiveFeed::write(std::span<const float> samples) noexcept {
   const std::uint64_t written = written_.load(std::memory_order_relaxed);
   const std::uint64_t waiting = written - read_.load(std::memory_order_acquire);
-  const std::size_t count = std::min<std::size_t>(samples.size(), ring_.size() - waiting);
+  const std::size_t count =
+      std::min(samples.size(), ring_.size() - static_cast<std::size_t>(waiting));
   for (std::size_t i = 0; i < count; ++i) ring_[(written + i) % ring_.size()] = samples[i];
   written_.store(written + count, std::memory_order_release);
   return count;
@@ -37,7 +38,8 @@ void LiveFeed::take(std::span<float> samples) noexcept {
     count = std::min(pull_(samples), samples.size());
   } else {
     const std::uint64_t read = read_.load(std::memory_order_relaxed);
-    count = std::min<std::size_t>(samples.size(), written_.load(std::memory_order_acquire) - read);
+    const std::uint64_t waiting = written_.load(std::memory_order_acquire) - read;
+    count = std::min(samples.size(), static_cast<std::size_t>(waiting));
     for (std::size_t i = 0; i < count; ++i) samples[i] = ring_[(read + i) % ring_.size()];
     read_.store(read + count, std::memory_order_release);
   }

@@ -17,6 +17,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "common/memory_size.h"
 #include "common/platform/posix/retry_on_eintr.h"
 #include "common/system_reason.h"
 
@@ -121,8 +122,8 @@ Result<std::vector<std::byte>> in_child_process(
   bool whole = read_all(pipe[0], &size, sizeof size, deadline);
   const bool is_too_large = whole && size > limits.max_result_bytes;
   if (whole && !is_too_large) {
-    result.resize(size);
-    whole = read_all(pipe[0], result.data(), size, deadline);
+    result.resize(memory_size(size));
+    whole = read_all(pipe[0], result.data(), result.size(), deadline);
   }
   const bool is_late = !whole && !is_too_large && Clock::now() >= deadline;
   if (is_late) ::kill(child, SIGKILL);
