@@ -37,6 +37,7 @@ struct AuralizerOptions {
   Interpolation interpolation = Interpolation::kCubic;  // see mix_kernel.h
   bool visibility = true;                               // surfaces occlude sources
   int rays = kRaysPerKeyframe;                          // per keyframe, for occlusion
+  bool portable = false;                                // the same hits on all machines
   double gain = 1;                                      // amplitude of the whole output
   bool limit = false;                                   // true peaks to kLimiterCeiling_db
   OutputFormat output;

@@ -140,7 +140,8 @@ void SamplingPipeline::add_occlusion(const AuralizerInput& input, const Radiatio
   if (!uses_occlusion(options) || (input.mesh.triangles.empty() && !has_parts)) return;
   using BuildQuality = OcclusionGeometry::BuildQuality;
   surfaces_ = std::make_unique<OcclusionGeometry>(input.mesh, input.materials,
-                                                  !options.own_threads ? BuildQuality::kHighAlone
+                                                  options.portable       ? BuildQuality::kPortable
+                                                  : !options.own_threads ? BuildQuality::kHighAlone
                                                   : options.wait_for_pages ? BuildQuality::kHigh
                                                                            : BuildQuality::kFast);
   occlusion_ = std::make_unique<VisibilityCache>(
@@ -247,7 +248,10 @@ void SamplingPipeline::add_probes(const AuralizerInput& input, const BakeFile& f
   probe_loader_ =
       make_loader(file, probe_page_fetch(file, *probe_bounds_), memory.probe_pages, options);
   if (surfaces_ == nullptr)  // nothing occludes, but first reflections come from surfaces
-    surfaces_ = std::make_unique<OcclusionGeometry>(input.mesh, input.materials);
+    surfaces_ = std::make_unique<OcclusionGeometry>(input.mesh, input.materials,
+                                                    options.portable
+                                                        ? OcclusionGeometry::BuildQuality::kPortable
+                                                        : OcclusionGeometry::BuildQuality::kHigh);
   probes_ = std::make_unique<ProbePool>(
       file.probes(), *probe_bounds_, *surfaces_,
       FirstReflectionTracer(*surfaces_, input.materials, input.air, input.portals.portals),

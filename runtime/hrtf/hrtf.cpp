@@ -8,6 +8,7 @@
 
 #include "common/crossover.h"
 #include "common/fourier.h"
+#include "common/maths.h"
 #include "common/parallel_for.h"
 #include "common/sample_rate.h"
 #include "runtime/hrtf/default_hrtf.h"
@@ -64,7 +65,7 @@ void make_smooth(std::span<const Vec3f> directions, std::vector<InterauralTimes>
     double max_s = 1, min_s = -1;
     for (std::size_t k = 0; k < directions.size(); ++k) {
       const float cosine = std::clamp(dot(directions[d], directions[k]), -1.0f, 1.0f);
-      const double apart_s = k == d ? 0 : kPerRadian_s * std::acos(static_cast<double>(cosine));
+      const double apart_s = k == d ? 0 : kPerRadian_s * acos_of(static_cast<double>(cosine));
       max_s = std::min(max_s, times[k].high_s + apart_s);
       min_s = std::max(min_s, times[k].high_s - apart_s);
     }

@@ -8,6 +8,8 @@
 #include <tuple>
 #include <utility>
 
+#include "common/maths.h"
+
 namespace clamor {
 
 namespace {
@@ -297,7 +299,7 @@ double PointsAroundEdge::apex_m() const {
 }
 
 double PointsAroundEdge::path_m(double z) const {
-  return std::hypot(r_from_m, z - z_from_m) + std::hypot(r_to_m, z - z_to_m);
+  return hypotenuse(r_from_m, z - z_from_m) + hypotenuse(r_to_m, z - z_to_m);
 }
 
 DiffractingEdges::DiffractingEdges(const Mesh& mesh) {

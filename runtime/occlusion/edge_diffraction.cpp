@@ -6,6 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "common/maths.h"
+
 namespace clamor {
 
 namespace {
@@ -84,9 +86,9 @@ class Wedge : private PointsAroundEdge {
   // The integrand without its phase, per metre.
   double density(double z) const {
     const double from_z = z - z_from_m, to_z = z - z_to_m;
-    const double m = std::hypot(r_from_m, from_z), l = std::hypot(r_to_m, to_z);
+    const double m = hypotenuse(r_from_m, from_z), l = hypotenuse(r_to_m, to_z);
     const double cosh_eta = std::max(1.0, (m * l + from_z * to_z) / (r_from_m * r_to_m));
-    const double sinh_half = std::sinh(index_ * std::acosh(cosh_eta) / 2);
+    const double sinh_half = std::sinh(index_ * arcosh(cosh_eta) / 2);
     double beta = 0;
     for (const Term& term : terms_) {
       const double sin_half = std::sin(term.phi / 2);
@@ -133,7 +135,7 @@ class EdgeIntegral {
     for (std::size_t j = 0; j < kTonesPerBand; ++j) wave_numbers_[j] = edge.wave_number(j);
   }
 
-  double t_of(double z) const { return std::asinh((z - apex_m_) / scale_m_); }
+  double t_of(double z) const { return arsinh((z - apex_m_) / scale_m_); }
   double z_of(double t) const { return apex_m_ + scale_m_ * std::sinh(t); }
 
   // Adds the part from t0 to t1.

@@ -28,7 +28,7 @@ constexpr float kRestartFraction = 1e-5f;  // of a segment, added after a hit to
 
 std::unique_ptr<EmbreeMesh> OcclusionGeometry::build_bvh(const Mesh& mesh, BuildQuality quality) {
   // Robust mode keeps rays from slipping through the edge between two triangles.
-  EmbreeMesh::Options options{.reproducible = false, .robust = true};
+  EmbreeMesh::Options options{.reproducible = quality == BuildQuality::kPortable, .robust = true};
   if (quality == BuildQuality::kFast)
     options.quality = options.geometry_quality = RTC_BUILD_QUALITY_LOW;
   options.alone = quality == BuildQuality::kHighAlone;

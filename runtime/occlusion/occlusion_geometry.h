@@ -46,8 +46,10 @@ class OcclusionGeometry {
   // kHigh builds the best BVH in the constructor. kFast takes a third of the time and builds one
   // whose rays take a third longer, until improve() swaps in the better BVH, which a thread builds
   // from its first call on. `mesh` must outlive that thread. kHighAlone is kHigh without any other
-  // thread than the caller's.
-  enum class BuildQuality { kHigh, kFast, kHighAlone };
+  // thread than the caller's. Rays of kPortable hit the same surfaces on all machines, since they
+  // run the instruction set that bakes do; of others, a ray in a million may pass an edge on either
+  // side.
+  enum class BuildQuality { kHigh, kFast, kHighAlone, kPortable };
   // Throws std::bad_alloc if Embree runs out of memory.
   OcclusionGeometry(const Mesh& mesh, std::span<const Material> materials,
                     BuildQuality quality = BuildQuality::kHigh);

@@ -39,7 +39,7 @@ LateBoost::LateBoost(double t60_s, double share) {
   for (std::size_t i = 0; i < boost_.size(); ++i) {
     const double t = std::min(static_cast<double>(i) / static_cast<double>(kStepsPerS), kUntil_s);
     // The limit keeps a dry room's value within a float.
-    const double grown = std::expm1(std::min(per_s * t, 50.0)) / (per_s * kUntil_s);
+    const double grown = (std::exp(std::min(per_s * t, 50.0)) - 1) / (per_s * kUntil_s);
     boost_[i] = static_cast<float>(std::min(share * kMixture * grown, kMaxBoost - 1));
   }
 }

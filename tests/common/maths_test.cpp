@@ -67,6 +67,9 @@ TEST(Maths, DoubleFunctionsAreWithinTheErrorStated) {
     ASSERT_NEAR(cos_of(angle), std::cos(angle), 1e-15) << angle;
     const double c = unit(random) * 2 - 1;
     ASSERT_NEAR(acos_of(c), std::acos(c), 2e-15) << c;
+    ASSERT_NEAR(hypotenuse(base, angle), std::hypot(base, angle), 1e-15 * (1 + std::abs(angle)));
+    ASSERT_NEAR(arsinh(angle), std::asinh(angle), 4e-15) << angle;
+    ASSERT_NEAR(arcosh(1 + base), std::acosh(1 + base), 1e-15) << base;
     const double close = 1 - unit(random) * 1e-9;
     ASSERT_NEAR(acos_of(close) / std::acos(close), 1, 1e-15) << close;
   }

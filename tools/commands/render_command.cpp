@@ -201,6 +201,9 @@ int run_render(std::span<const std::string> arguments, std::ostream& out, std::o
   MixArguments mix(parser, request.options);
   OutputArguments output(parser, request.options.output);
   QuietOption quiet(parser);
+  parser.flag("--portable", request.options.portable,
+              "the same samples on all machines, within -110 dB, for up to 1.7 times the CPU time: "
+              "occlusion rays run SSE4.2, as those of bakes do");
   parser.option("--format", request.format,
                 "sample format: float, 32, 24 or 16 [unset: float, or 24 for .flac]");
   parser.words("--format", {"float", "32", "24", "16"});
