@@ -13,6 +13,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <type_traits>
 
 namespace clamor {
@@ -59,9 +60,11 @@ double acos_of(double x);  // -1 to 1
 // meant for lengths in metres: squares do not overflow, and errors are below 1e-15 times
 // max(1, result).
 inline double hypotenuse(double x, double y) { return std::sqrt(x * x + y * y); }
-inline double arcosh(double x) { return std::log(x + std::sqrt((x - 1) * (x + 1))); }
+inline double arcosh(double x) {
+  return std::numbers::ln2 * log2_of(x + std::sqrt((x - 1) * (x + 1)));
+}
 inline double arsinh(double x) {
-  return std::copysign(std::log(std::abs(x) + std::sqrt(x * x + 1)), x);
+  return std::copysign(std::numbers::ln2 * log2_of(std::abs(x) + std::sqrt(x * x + 1)), x);
 }
 
 }  // namespace clamor

@@ -15,7 +15,7 @@ set -euo pipefail
 command -v x86_64-w64-mingw32-gcc-posix wine >/dev/null ||
   { echo "install gcc-mingw-w64-x86-64-posix and wine64 of Debian 12"; exit 1; }
 folder=$(mktemp -d)
-trap 'WINEPREFIX=$folder/wine wineserver -k || true; rm -rf "$folder"' EXIT
+trap 'rm -rf "$folder"' EXIT
 cd "$folder"
 apt-get -qq download mingw-w64-x86-64-dev=10.0.0-3 2>/dev/null
 dpkg -x mingw-w64-x86-64-dev_10.0.0-3_all.deb .
@@ -53,6 +53,7 @@ EOF
 x86_64-w64-mingw32-gcc-posix -O2 count.c -o count.exe -Lusr/x86_64-w64-mingw32/lib
 cc -O2 -ffp-contract=off count.c -o count -lm
 WINEPREFIX=$folder/wine WINEDEBUG=-all WINEDLLOVERRIDES='mscoree,mshtml=' wine count.exe | tr -d '\r' | sed 's/^/mingw-w64 10.0.0: /' | tee seen
+WINEPREFIX=$folder/wine wineserver -k || true
 ./count | sed 's/^/this C library: /' | tee -a seen
 cat >expected <<'EOF'
 mingw-w64 10.0.0: of 20000: sums wrong 3812 by fma, 858 by x * y + z; errors of products wrong 2108

@@ -100,7 +100,7 @@ clamor::AuralizerOptions auralizer_options(clamor_context& context,
                                 clamor::Mixing::kVoices};
   made.mixing = options.reports_voices != 0 && options.mixing == CLAMOR_MIXING_AUTO
                     ? clamor::Mixing::kVoices
-                    : kMixings[options.mixing];
+                    : kMixings[static_cast<std::size_t>(options.mixing)];
   made.memory_bytes = options.memory_bytes;
   made.gain = options.gain;
   made.limit = options.limits != 0;

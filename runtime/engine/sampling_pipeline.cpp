@@ -91,7 +91,7 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
                                    const AuralizerOptions& options, bool has_field)
     : weights_(strategy_options_of(options).needs_list()
                    ? mean_weights(signals)
-                   : weights_over_time(input, has_field
+                   : weights_over_time(input, has_field && options.moving.max_sources == 0
                                                   ? kMaxKeyframesPerFieldSample
                                                   : keyframes_per_sample(
                                                         static_cast<std::size_t>(options.voices)))),

@@ -46,7 +46,8 @@ bool reflects_moving_sources(const BakeFile& file, const AuralizerOptions& optio
 class SamplingPipeline {
  public:
   // From a file, whose pages have their share of `memory`, or without one from the input's sources,
-  // which are moved out of it. With a field, samples serve more keyframes. `slot_weights` are those
+  // which are moved out of it. With a field and no moving sources,
+  // samples serve more keyframes. `slot_weights` are those
   // of SignalWeights::slots. All references but `memory` must outlive this.
   SamplingPipeline(AuralizerInput& input, const BakeFile* file, const RadiationModel& radiation,
                    std::span<const PreparedSignal> signals, const MemoryBudget& memory,
