@@ -45,7 +45,10 @@ EdgeInAir::EdgeInAir(const OcclusionGeometry& geometry, const DiffractingEdge& e
 }
 
 double EdgeInAir::weight(double z) const {
-  const double u = z < 0 ? -z / before_m_ : z > length_m_ ? (z - length_m_) / beyond_m_ : 0;
+  // The end of an edge without an image has its whole weight, though rounding places it beyond.
+  const double image_m = z < 0 ? before_m_ : beyond_m_;
+  if (!(image_m > 0)) return 1;
+  const double u = std::max({-z, z - length_m_, 0.0}) / image_m;
   return 0.5 + 0.5 * std::cos(pi * std::min(u, 1.0));
 }
 

@@ -1,11 +1,15 @@
 #include "runtime/occlusion/diffracting_edges.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "runtime/occlusion/edge_in_air.h"
+#include "runtime/occlusion/occlusion_geometry.h"
 #include "tests/box_mesh.h"
 
 namespace clamor::testing {
@@ -64,6 +68,18 @@ TEST(DiffractingEdges, AreThoseOfTheShortestDetoursAmongAll) {
     for (std::size_t k = 0; k < found.size(); ++k)
       EXPECT_NEAR(found[k].detour_m, expected[k], 1e-5) << i;
   }
+}
+
+// Integrals over an edge end there, but for rounding, which the C library decides.
+TEST(EdgeInAir, HasItsWholeWeightAtEndsThatRoundingMoves) {
+  DiffractingEdge edge;
+  edge.to_m = {0, 0, 2};
+  edge.along = {0, 0, 1};
+  const OcclusionGeometry free_field({}, {});
+  std::uint64_t rays = 0;
+  const EdgeInAir in_air(free_field, edge, 343, rays);
+  for (const double z : {-1e-17, 0.0, 1.0, 2.0, std::nextafter(2.0, 3.0)})
+    EXPECT_EQ(in_air.weight(z), 1) << z;
 }
 
 }  // namespace
