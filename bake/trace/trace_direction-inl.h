@@ -165,6 +165,9 @@ CLAMOR_INLINE Vec3f around(float x, float y, float z, float cos_a, float turn) {
     if (!(scratch.cos_o[k] > 0)) continue;
     const bool specular = scratch.specular[k] != 0;
     photon.is_specular &= specular && !transmitted;
+    // Copies of a photon meet the same points, where one of them deposits for all, until something
+    // else than a mirror separates them.
+    if (!specular) photon.deposit_times = 1;
     if (!material.same_in_all_bands || material.transmits) {
       BandVector q = load(photon.weight);
       if (material.is_mirror) {

@@ -190,9 +190,7 @@ CLAMOR_INLINE float thinning_factor(const KernelRun& run, const KernelPhoton& ph
     const SurfaceHit& hit = hits[scratch.hit[j]];
     const KernelMaterial& material = materials[hit.material];
     const KernelRun& run = runs[photon.run];
-    // Copies of a photon meet the same point once more, where one of them deposits for all.
     const float times = photon.deposit_times;
-    photon.deposit_times = 1;
     const BandVector left = load(scratch.left[j]);
     BandVector reflected = left * load(material.reflected_fraction);
     float reflected_sum = scratch.reflected[j];

@@ -116,7 +116,7 @@ std::size_t WeightWindow::split(const WindowPhotons& at, std::size_t index, std:
   }
   const auto parts = static_cast<float>(end - first_copy + 1);
   for (float& band : photon.power) band /= parts;
-  photon.deposit_times = parts;
+  photon.deposit_times *= parts;
   for (std::size_t c = first_copy; c < end; ++c) at.photons[at.alive[c]].power = photon.power;
   return end;
 }

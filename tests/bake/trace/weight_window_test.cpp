@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <numeric>
+#include <set>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -15,16 +17,16 @@ namespace {
 
 // A closed room whose floor absorbs nine tenths and whose other surfaces a fiftieth: the powers of
 // photons drift apart.
-Level uneven_room() {
-  Level level = testing::shoebox({6, 8, 3}, testing::uniform_material(0.02f), {2, 1.5, 3});
+Level uneven_room(const Material& hard = testing::uniform_material(0.02f)) {
+  Level level = testing::shoebox({6, 8, 3}, hard, {2, 1.5, 3});
   level.materials.push_back(testing::uniform_material(0.9f));
   level.mesh = testing::box({6, 8, 3}, {0, 0, 1, 0, 0, 0});
   return level;
 }
 
 // Late power of runs of 1024 photons, per photon.
-std::vector<double> late_powers(const DecayModel& decay, double from_s, int runs) {
-  const Level level = uneven_room();
+std::vector<double> late_powers(const DecayModel& decay, double from_s, int runs,
+                                const Level& level = uneven_room()) {
   const Scene scene(level.mesh);
   TraceSettings settings;
   settings.roulette_exponent = 0.15;
@@ -55,8 +57,7 @@ double deviation(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size() - 1));
 }
 
-DecayModel decay_of_pilot() {
-  const Level level = uneven_room();
+DecayModel decay_of_pilot(const Level& level = uneven_room()) {
   return trace_pilot(Scene(level.mesh), level, {}).decay;
 }
 
@@ -85,6 +86,39 @@ TEST(WeightWindow, IsUnbiasedWithAWrongEstimateOfTheDecay_NoAsan) {
     const double error = std::hypot(deviation(plain), deviation(windowed)) / std::sqrt(kRuns);
     EXPECT_NEAR(mean(windowed), mean(plain), 5 * error) << times;
   }
+}
+
+Level room_of_mirrors() {
+  return uneven_room(testing::uniform_material(0.02f, 0.2f, kMirrorExponent));
+}
+
+// Two sources at one place and delay would have one polarity and be twice as loud as they should.
+TEST(WeightWindow, LeavesOneDepositWhereMirrorsReflectAllCopiesOfAPhoton) {
+  const Level level = room_of_mirrors();
+  const Scene scene(level.mesh);
+  TraceSettings settings;
+  settings.roulette_exponent = 0.15;
+  settings.decay = decay_of_pilot(level);
+  TracedRuns traced;
+  const PhotonRun run{0, 0, 1024};
+  PhotonTracer(scene, level, settings).trace({&run, 1}, traced);
+  std::set<std::tuple<std::uint16_t, float, float, float, float>> met;
+  for (const Deposit& deposit : traced.deposits()) {
+    const Vec3f& at_m = deposit.position_m;
+    EXPECT_TRUE(met.emplace(deposit.photon, deposit.delay_s, at_m.x, at_m.y, at_m.z).second);
+  }
+  EXPECT_GT(met.size(), 5000u);
+}
+
+TEST(WeightWindow, KeepsTheMeanOfALateDecayBetweenMirrors_NoAsan) {
+  constexpr int kRuns = 300;
+  constexpr double kFrom_s = 0.25;
+  const Level level = room_of_mirrors();
+  const auto plain = late_powers({}, kFrom_s, kRuns, level);
+  const auto windowed = late_powers(decay_of_pilot(level), kFrom_s, kRuns, level);
+  const double error = std::hypot(deviation(plain), deviation(windowed)) / std::sqrt(kRuns);
+  EXPECT_NEAR(mean(windowed), mean(plain), 5 * error);
+  EXPECT_LT(error, 0.03 * mean(plain));
 }
 
 TEST(WeightWindow, GivesARunTheSameDepositsWhateverElseIsTraced) {
