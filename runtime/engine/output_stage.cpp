@@ -11,8 +11,6 @@
 
 namespace clamor {
 
-namespace {}  // namespace
-
 Result<OutputStage> OutputStage::of(const AuralizerOptions& options, const AuralizerInput& input) {
   OutputStage stage{options.output.make_panner(), options.output.head, {}, false};
   MixMode& mode = stage.mode;

@@ -20,8 +20,8 @@ using std::numbers::inv_sqrtpi;
 using std::numbers::pi;
 
 constexpr double kFar_m = 4;
-constexpr double kReach_m = 0.05;                          // of a ray beyond the plane
-constexpr double kSamePlane_m = 0.02, kSameCosine = 0.99;  // a cosine
+constexpr double kReach_m = 0.05;  // of a ray beyond the plane
+constexpr double kSamePlane_m = 0.02, kSameCosine = 0.99;
 // The reflection fades where its place is this near to the border of the rows.
 constexpr double kBorder_m = 1;
 constexpr int kPoints = 5;  // across it
@@ -79,6 +79,15 @@ std::optional<RowsBelow> rows_below(const OcclusionGeometry& geometry, const Vec
   return below;
 }
 
+// Whether the first surface on the way is of rows that lie like these.
+bool meets_rows(const OcclusionGeometry& geometry, const RowsBelow& below, const Vec3& place_m,
+                const Vec3& to_m, std::uint64_t& rays) {
+  ++rays;
+  const auto hit = geometry.first_level_hit(Vec3f(place_m), Vec3f(to_m));
+  return hit && geometry.rows(hit->material) != nullptr &&
+         std::abs(dot(Vec3(hit->normal), below.tops.normal)) > kSameCosine;
+}
+
 // The share of points round the reflection's place that are on such rows.
 double share_of_rows(const OcclusionGeometry& geometry, const RowsBelow& below, const Vec3& place_m,
                      const Vec3& point_m, std::uint64_t& rays) {
@@ -88,11 +97,7 @@ double share_of_rows(const OcclusionGeometry& geometry, const RowsBelow& below, 
   int on = 0;
   for (int i = 0; i < kPoints; ++i) {
     const Vec3 to_m = point_m + along * (kBorder_m * (2.0 * i / (kPoints - 1) - 1));
-    ++rays;
-    const auto hit = geometry.first_level_hit(Vec3f(place_m),
-                                              Vec3f(to_m + kReach_m * normalize(to_m - place_m)));
-    on += hit && geometry.rows(hit->material) != nullptr &&
-          std::abs(dot(Vec3(hit->normal), below.tops.normal)) > kSameCosine;
+    on += meets_rows(geometry, below, place_m, to_m + kReach_m * normalize(to_m - place_m), rays);
   }
   return on / static_cast<double>(kPoints);
 }
@@ -131,14 +136,6 @@ bool are_one(const RowsBelow& a, const RowsBelow& b, const Vec3& place_m) {
          std::abs(a.tops.height_m(place_m) - b.tops.height_m(place_m)) < kSamePlane_m;
 }
 
-bool is_last_mirror(const OcclusionGeometry& geometry, const RowsBelow& below, const Vec3& image_m,
-                    const Vec3& place_m, std::uint64_t& rays) {
-  ++rays;
-  const auto hit = geometry.first_level_hit(Vec3f(place_m), Vec3f(image_m));
-  return hit && geometry.rows(hit->material) != nullptr &&
-         std::abs(dot(Vec3(hit->normal), below.tops.normal)) > kSameCosine;
-}
-
 }  // namespace
 
 Complex reflection_of_rows(const Material& material, std::size_t band, double wave_number,
@@ -168,14 +165,14 @@ Bands power_over_rows(const OcclusionGeometry& geometry, const PathEnd& from, co
     at_source.reset();
   }
   if (from.is_image()) {
-    const double ours =
-        std::max(at_place && is_last_mirror(geometry, *at_place, from.seen_m, place_m, rays)
-                     ? at_place->share
-                     : 0.0,
-                 at_source && length(at_source->tops.image_of(from.real_m) - from.seen_m) <=
-                                  image_tolerance_m(straight_m)
-                     ? at_source->share
-                     : 0.0);
+    // The share of the image that is the rows' own mirror image, and that they replace.
+    const double ours = std::max(
+        at_place && meets_rows(geometry, *at_place, place_m, from.seen_m, rays) ? at_place->share
+                                                                                : 0.0,
+        at_source && length(at_source->tops.image_of(from.real_m) - from.seen_m) <=
+                         image_tolerance_m(straight_m)
+            ? at_source->share
+            : 0.0);
     if (ours > 0) return same_in_all_bands(static_cast<float>(1 - ours));
   }
   std::array<std::optional<EdgeSound>, 2> sounds;

@@ -344,37 +344,42 @@ TEST(ReverberantSource, BeginsAtItsTimeWhereItsReflectionsAreTaps_NoAsan) {
   EXPECT_LT(difference_db(voices, field), -25);
 }
 
+// Plays a source whose signal may be replaced.
+std::unique_ptr<Auralizer> with_a_slot(Mixing mixing) {
+  AuralizerOptions options = offline(1);
+  options.voices = 6000;
+  options.visibility = false;
+  options.mixing = mixing;
+  options.moving.kinds = {};
+  options.moving.signal_slots = 1;
+  auto auralizer = Auralizer::create(with_probes().open(), options);
+  EXPECT_TRUE(auralizer.ok()) << auralizer.error().message;
+  return std::move(*auralizer);
+}
+
 // Samples that have not arrived are not read, though the mixer reads the signals of taps ahead.
 TEST(ReverberantSource, OfALiveSignalSoundsAlikeWhereItsReflectionsAreTaps_NoAsan) {
   const auto heard_live = [](Mixing mixing) {
-    AuralizerOptions options = offline(1);
-    options.voices = 6000;
-    options.visibility = false;
-    options.mixing = mixing;
-    options.moving.kinds = {};
-    options.moving.signal_slots = 1;
-    auto auralizer = Auralizer::create(with_probes().open(), options);
-    EXPECT_TRUE(auralizer.ok()) << auralizer.error().message;
-    const auto live = std::make_shared<LiveSignal>((*auralizer)->mode());
+    const auto auralizer = with_a_slot(mixing);
+    const auto live = std::make_shared<LiveSignal>(auralizer->mode());
     const Bands weights = same_in_all_bands(1);
-    (*auralizer)
-        ->set_signal(0, {std::shared_ptr<const PreparedSignal>(live, &live->signal()), nullptr,
-                         LoudnessTrack(weights, weights)});
-    (*auralizer)->set_kind(0, 0, {});
+    auralizer->set_signal(0, {std::shared_ptr<const PreparedSignal>(live, &live->signal()), nullptr,
+                              LoudnessTrack(weights, weights)});
+    auralizer->set_kind(0, 0, {});
     MovingSource source;
     source.position_m = kSourcePlace_m;
-    EXPECT_TRUE((*auralizer)->moving()->add(source).ok());
+    EXPECT_TRUE(auralizer->moving()->add(source).ok());
     const Signal whole = noise();
     std::size_t arrived = 0;
-    auto sound = heard(**auralizer, 1.2, [&](double time_s) {
+    auto sound = heard(*auralizer, 1.2, [&](double time_s) {
       while (static_cast<double>(live->end()) < (time_s + 0.04) * kSampleRate_hz) {
         live->append(std::span(whole.samples).subspan(arrived, 480));
         arrived += 480;
       }
-      (*auralizer)->moving()->commit(time_s);
+      auralizer->moving()->commit(time_s);
     });
-    EXPECT_EQ((*auralizer)->statistics().late_voices, 0u);
-    EXPECT_EQ((*auralizer)->statistics().taps > 1000, mixing == Mixing::kField);
+    EXPECT_EQ(auralizer->statistics().late_voices, 0u);
+    EXPECT_EQ(auralizer->statistics().taps > 1000, mixing == Mixing::kField);
     return sound;
   };
   const auto voices = heard_live(Mixing::kVoices), field = heard_live(Mixing::kField);
@@ -386,22 +391,14 @@ TEST(ReverberantSource, OfALiveSignalSoundsAlikeWhereItsReflectionsAreTaps_NoAsa
 // A slot's signal is replaced once nothing reads it, spectra of the field's blocks included.
 TEST(ReverberantSource, TakesANewSignalWhereItsReflectionsAreTaps_NoAsan) {
   const auto heard_after = [](Mixing mixing) {
-    AuralizerOptions options = offline(1);
-    options.voices = 6000;
-    options.visibility = false;
-    options.mixing = mixing;
-    options.moving.kinds = {};
-    options.moving.signal_slots = 1;
-    auto auralizer = Auralizer::create(with_probes().open(), options);
-    EXPECT_TRUE(auralizer.ok()) << auralizer.error().message;
-    MovingSources& moving = *(*auralizer)->moving();
+    const auto auralizer = with_a_slot(mixing);
+    MovingSources& moving = *auralizer->moving();
     std::optional<MovingHandle> playing;
     const auto play = [&](Signal signal) {
       const Bands weights = same_in_all_bands(1);
-      (*auralizer)
-          ->set_signal(0, {std::make_shared<const PreparedSignal>(signal, (*auralizer)->mode()),
-                           nullptr, LoudnessTrack(weights, weights)});
-      (*auralizer)->set_kind(0, 0, {});
+      auralizer->set_signal(0, {std::make_shared<const PreparedSignal>(signal, auralizer->mode()),
+                                nullptr, LoudnessTrack(weights, weights)});
+      auralizer->set_kind(0, 0, {});
       MovingSource source;
       source.position_m = kSourcePlace_m;
       playing = *moving.add(source);
@@ -411,13 +408,13 @@ TEST(ReverberantSource, TakesANewSignalWhereItsReflectionsAreTaps_NoAsan) {
       std::swap(other.samples[i], other.samples[i + 1]);
     play(other);
     bool is_cleared = false;
-    return heard(**auralizer, 2.4, [&](double time_s) {
+    return heard(*auralizer, 2.4, [&](double time_s) {
       if (time_s > 0.3 && playing && !is_cleared) {
         EXPECT_TRUE(moving.remove(*playing).ok());
         playing.reset();
       }
-      if (time_s > 0.9 && !std::exchange(is_cleared, true)) (*auralizer)->clear_signal(0);
-      if (is_cleared && !playing && (*auralizer)->signal_slots().is_free(0)) play(noise());
+      if (time_s > 0.9 && !std::exchange(is_cleared, true)) auralizer->clear_signal(0);
+      if (is_cleared && !playing && auralizer->signal_slots().is_free(0)) play(noise());
       moving.commit(time_s);
     });
   };

@@ -39,8 +39,8 @@ func get_leaf() -> Node3D:
 func _process(_delta: float) -> void:
 	if Engine.is_editor_hint() or get_leaf() == null:
 		return
-	var level := ClamorLevel3D.get_current()
-	if level == null or level.get_state() != ClamorLevel3D.State.OPEN:
+	var level := ClamorLevel3D._get_open()
+	if level == null:
 		return
 	var place := ClamorLevel3D.to_level(get_leaf().global_transform).orthonormalized()
 	if level._number != _level_number:

@@ -52,14 +52,14 @@ func get_emitter_name() -> String:
 func _process(_delta: float) -> void:
 	if Engine.is_editor_hint():
 		return
-	var level := ClamorLevel3D.get_current()
-	if level == null or level.get_state() != ClamorLevel3D.State.OPEN:
+	var level := ClamorLevel3D._get_open()
+	if level == null:
 		return
 	if _is_applied and level._number == _level_number:
 		return
 	_is_applied = true
 	_level_number = level._number
-	var gain := db_to_linear(volume_db) if volume_db > -80 else 0.0
+	var gain := ClamorLevel3D._gain(volume_db)
 	if not ClamorServer.set_emitter(level._number, get_emitter_name(), gain, muted):
 		push_warning("%s: %s has no emitter '%s'; it has %s." % [get_path(), level.bake.resource_path, get_emitter_name(), level.get_info().emitters])
 

@@ -61,6 +61,17 @@ static func to_level(place: Transform3D) -> Transform3D:
 	return place if level == null else level.global_transform.orthonormalized().affine_inverse() * place
 
 
+# The level that is heard now, once its bake is open, or null.
+static func _get_open() -> ClamorLevel3D:
+	var level := get_current()
+	return level if level != null and level.get_state() == State.OPEN else null
+
+
+# Amplitude of a gain; -80 dB, the end of its range, is silence.
+static func _gain(db: float) -> float:
+	return db_to_linear(db) if db > -80 else 0.0
+
+
 ## What is known of the bake: whether it is open.
 func get_state() -> State:
 	return State.CLOSED if _number == 0 else ClamorServer.get_level_state(_number) as State

@@ -69,8 +69,8 @@ func _ready() -> void:
 func _process(_delta: float) -> void:
 	if Engine.is_editor_hint():
 		return
-	var level := ClamorLevel3D.get_current()
-	if level == null or level.get_state() != ClamorLevel3D.State.OPEN:
+	var level := ClamorLevel3D._get_open()
+	if level == null:
 		return
 	var wanted := get_openness()
 	if wanted == _applied and level._number == _level_number:

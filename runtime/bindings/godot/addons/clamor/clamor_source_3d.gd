@@ -134,10 +134,10 @@ func _get_configuration_warnings() -> PackedStringArray:
 
 func _options() -> Dictionary:
 	return {
-		"gain": db_to_linear(volume_db) if volume_db > -80 else 0.0,
+		"gain": ClamorLevel3D._gain(volume_db),
 		"pitch": pitch_scale,
 		"directivity": directivity,
-		"reverberation": db_to_linear(reverberation_db) if reverberation_db > -80 else 0.0,
+		"reverberation": ClamorLevel3D._gain(reverberation_db),
 		"paused": stream_paused or _is_tree_paused,
 		"axis": -_place.basis.z,
 	}
