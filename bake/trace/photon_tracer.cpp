@@ -11,10 +11,24 @@
 #include "bake/trace/sobol.h"
 #include "common/directivity.h"
 #include "common/maths.h"
+#include "common/object_pool.h"
 #include "common/random.h"
 #include "formats/level/level.h"
 
 namespace clamor {
+
+// Buffers of a batch, kept for the next.
+struct TraceWorkspace {
+  std::vector<KernelRun> runs;
+  std::vector<KernelPhoton> photons;
+  std::vector<std::uint16_t> alive;
+  std::vector<Ray> rays;
+  std::vector<SurfaceHit> hits;
+  std::vector<std::uint32_t> run_ends;                  // in photons
+  std::vector<Bands> emitted;                           // by a photon of each run
+  std::vector<std::array<double, kBandCount>> arrived;  // by run and material
+  std::unique_ptr<ShadeScratch, DeleteScratch> scratch = make_shade_scratch();
+};
 
 namespace {
 
@@ -96,7 +110,8 @@ PhotonTracer::PhotonTracer(const Scene& scene, const Level& level, const TraceSe
       settings_(settings),
       portals_(level.portals, scene.offset_m()),
       laws_(level.materials),
-      materials_(kernel_materials(level.materials, laws_)) {
+      materials_(kernel_materials(level.materials, laws_)),
+      workspaces_(std::make_shared<ObjectPool<TraceWorkspace>>()) {
   kernel_settings_.roulette_exponent = static_cast<float>(settings.roulette_exponent);
   kernel_settings_.max_path_m = settings.longest_path_s * settings.speed_mps;
   kernel_settings_.fade_m = settings.fade_s * settings.speed_mps;
@@ -181,19 +196,6 @@ void PhotonTracer::trace(std::span<const PhotonRun> runs, TracedRuns& result) co
 
 namespace {
 
-// Buffers of a thread, kept between calls.
-struct Workspace {
-  std::vector<KernelRun> runs;
-  std::vector<KernelPhoton> photons;
-  std::vector<std::uint16_t> alive;
-  std::vector<Ray> rays;
-  std::vector<SurfaceHit> hits;
-  std::vector<std::uint32_t> run_ends;                  // in photons
-  std::vector<Bands> emitted;                           // by a photon of each run
-  std::vector<std::array<double, kBandCount>> arrived;  // by run and material
-  std::unique_ptr<ShadeScratch, DeleteScratch> scratch = make_shade_scratch();
-};
-
 // Adds a node for each photon that hits a surface.
 void record_hits(std::span<KernelPhoton> photons, std::span<const std::uint16_t> alive,
                  std::span<const SurfaceHit> hits, std::vector<PathNode>& nodes) {
@@ -221,7 +223,8 @@ std::vector<ArrivedPower> met_of(std::span<const std::array<double, kBandCount>>
 }  // namespace
 
 void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& result) const {
-  static thread_local Workspace work;
+  const auto borrowed = workspaces_->borrow();
+  TraceWorkspace& work = *borrowed;
   work.runs.clear();
   work.photons.clear();
   work.alive.clear();

@@ -38,6 +38,9 @@ namespace clamor {
 
 struct Emitter;
 struct Level;
+struct TraceWorkspace;
+template <class T>
+class ObjectPool;  // common/object_pool.h
 
 struct TraceSettings {
   std::uint64_t seed = 1;
@@ -154,6 +157,7 @@ class PhotonTracer {
   std::vector<KernelMaterial> materials_;
   std::vector<std::uint64_t> emitter_keys_;  // keys of the random numbers
   std::array<double, kBandCount> power_emitted_{};
+  std::shared_ptr<ObjectPool<TraceWorkspace>> workspaces_;
 };
 
 // Power that an emitter radiates in all directions, in the units of Source::power.

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "common/material.h"
+#include "common/object_pool.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/bake_root_reader.h"
@@ -84,6 +85,7 @@ struct BakeFile::State {
   BakeRootContents root;
   std::vector<Emitter> emitters_with_portals;  // if there are virtual ones
   mutable PageParents parents;
+  ObjectPool<PageReader> readers;
 };
 
 template <class Decode>
@@ -215,23 +217,22 @@ BakeBytes BakeFile::bytes() const {
   return bytes;
 }
 
-Result<void> BakeFile::read_page(const PageEntry& entry, PageDecoder& decoder, PageColumns& columns,
+Result<void> BakeFile::read_page(const PageEntry& entry, PageReader& reader,
                                  PageLinks& links) const {
   const auto failed = [&](const Error& error) {
     return damaged(state_->path + ": the page of " + std::to_string(entry.page.bytes()) +
                    " bytes at " + std::to_string(entry.page.offset) + " " + error.message);
   };
-  thread_local std::vector<std::byte> copy;  // reused, because pages are read by the thousand
   const FileSection where{entry.page.offset, entry.page.bytes(), entry.page.hash};
   const PageContext around{state_->root.trees, state_->root.signal_maps.size(),
                            state_->root.emitters.size()};
   const auto done =
-      state_->decode(where, copy, [&](std::span<const std::byte> bytes) -> Result<void> {
+      state_->decode(where, reader.copy, [&](std::span<const std::byte> bytes) -> Result<void> {
         const auto frame = bytes.first(entry.page.packed_bytes);
-        columns.count = 0;
+        reader.columns.count = 0;
         if (!frame.empty())
-          if (const auto decoded = decoder.decode(
-                  entry, frame, source_emitters(), state_->root.materials.size(), columns,
+          if (const auto decoded = reader.decoder.decode(
+                  entry, frame, source_emitters(), state_->root.materials.size(), reader.columns,
                   entry.of_probe ? stored_first_legs(state_->root.portals) : 0);
               !decoded.ok())
             return decoded;
@@ -247,13 +248,10 @@ void BakeFile::will_need(const PageEntry& entry) const {
 }
 
 Result<OctreePage> BakeFile::read_page(const PageEntry& entry) const {
-  // Reused, because constructing them takes longer than decoding a page.
-  thread_local PageDecoder decoder;
-  thread_local const auto columns = std::make_unique<PageColumns>();
+  const auto reader = state_->readers.borrow();
   OctreePage page;
-  if (const auto done = read_page(entry, decoder, *columns, page.links); !done.ok())
-    return done.error();
-  page.sources = sources_of(*columns);
+  if (const auto done = read_page(entry, *reader, page.links); !done.ok()) return done.error();
+  page.sources = sources_of(reader->columns);
   return page;
 }
 

@@ -28,9 +28,8 @@ struct Provenance;
 struct Signal;
 class SignalEnvelope;
 
-class PageDecoder;
 class RandomAccessFile;
-struct PageColumns;
+struct PageReader;
 struct SuppliedBytes;  // formats/files/random_access_file.h
 
 // Sizes of the parts of a file.
@@ -110,9 +109,8 @@ class BakeFile {
   // source_emitters().
   Result<OctreePage> read_page(const PageEntry& entry) const;
 
-  // Decodes a page into columns, almost without allocating, for readers of many pages.
-  Result<void> read_page(const PageEntry& entry, PageDecoder& decoder, PageColumns& columns,
-                         PageLinks& links) const;
+  // Decodes a page into reader.columns, almost without allocating, for readers of many pages.
+  Result<void> read_page(const PageEntry& entry, PageReader& reader, PageLinks& links) const;
 
   // Hints the kernel to prefetch the page. May block on the disk.
   void will_need(const PageEntry& entry) const;

@@ -103,15 +103,15 @@ class Reader {
 
   Result<void> read_one(const Waiting& next) {
     PageLinks links;
-    if (const auto done = file_.read_page(next.entry, decoder_, *columns_, links); !done.ok())
-      return done;
-    for (std::size_t i = 0; i < columns_->count; ++i) {
-      Source source = next.tree->placement.place(columns_->source(i));
+    if (const auto done = file_.read_page(next.entry, *reader_, links); !done.ok()) return done;
+    const PageColumns& columns = reader_->columns;
+    for (std::size_t i = 0; i < columns.count; ++i) {
+      Source source = next.tree->placement.place(columns.source(i));
       if (source.emitter >= file_.source_emitters().size())
         return Error(file_.path() +
                      ": an instance plays an emitter that does not exist. Bake again.");
       if (is_silent_[source.emitter]) continue;
-      std::uint32_t signal = file_.source_emitters()[columns_->emitter[i]].signal;
+      std::uint32_t signal = file_.source_emitters()[columns.emitter[i]].signal;
       if (!next.tree->signals.empty()) signal = next.tree->signals[signal];
       source.emitter = playing(source.emitter, signal);
       all_.sources.push_back(source);
@@ -161,8 +161,7 @@ class Reader {
   std::deque<PlacedTree> placed_;
   std::vector<Waiting> waiting_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> added_;
-  PageDecoder decoder_;
-  const std::unique_ptr<PageColumns> columns_ = std::make_unique<PageColumns>();
+  const std::unique_ptr<PageReader> reader_ = std::make_unique<PageReader>();
 };
 
 }  // namespace

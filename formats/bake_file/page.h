@@ -81,6 +81,13 @@ class PageDecoder {
   std::unique_ptr<PageWorkspace> workspace_;
 };
 
+// The buffers of a reader of pages, which takes longer to make than to read a page with.
+struct PageReader {
+  PageDecoder decoder;
+  PageColumns columns;
+  std::vector<std::byte> copy;  // of bytes that might change while they are read
+};
+
 // Decodes the contents of a frame into sources, for occasional use.
 Result<std::vector<Source>> decode_page(const NodeSummary& node, std::span<const std::byte> page,
                                         std::span<const Emitter> emitters, std::size_t materials);

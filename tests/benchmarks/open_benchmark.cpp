@@ -144,8 +144,7 @@ void pages_of_file(benchmark::State& state) {
     const auto order = [&](const PageEntry& e) { return shuffled ? e.page.hash : e.page.offset; };
     return order(a) < order(b);
   });
-  PageDecoder decoder;
-  const auto columns = std::make_unique<PageColumns>();
+  const auto reader = std::make_unique<PageReader>();
   PageLinks links;
   double took_s = 0, from_disk_mb = 0, private_mb = 0, shared_mb = 0;
   for (auto _ : state) {
@@ -158,7 +157,7 @@ void pages_of_file(benchmark::State& state) {
     for (std::size_t i = 0; i < entries.size(); ++i) {
       constexpr std::size_t kAhead = 8;
       if (i + kAhead < entries.size()) file->will_need(entries[i + kAhead]);
-      if (!file->read_page(entries[i], decoder, *columns, links).ok())
+      if (!file->read_page(entries[i], *reader, links).ok())
         return state.SkipWithError("a page cannot be read");
     }
     state.PauseTiming();
