@@ -110,6 +110,7 @@ clamor::AuralizerOptions auralizer_options(clamor_context& context,
   made.wait_for_pages = options.offline != 0;
   made.tracks_head = options.offline == 0;
   made.own_threads = !context.caller_updates;
+  if (context.caller_updates) made.first_sounds_s = 0;  // the loudest; updates load the others
   made.thread_hooks = context.thread_hooks;
   made.report = context.report;
   made.sampler_period_s = context.update_period_s;

@@ -285,8 +285,11 @@ bool SoundLoader::wait(double longest_s) {
     update_needs();
     return !shared.pieces.lacks_needed_now();
   };
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begun = Clock::now();
   while (shared.threads.empty() && !complete())
-    if (!load_next(lock)) return false;
+    if (!load_next(lock) || Clock::now() - begun > std::chrono::duration<double>(longest_s))
+      return complete();
   if (longest_s < std::numeric_limits<double>::infinity())
     return shared.arrival.wait_for(lock, std::chrono::duration<double>(longest_s), complete);
   shared.arrival.wait(lock, complete);

@@ -80,7 +80,7 @@ class SoundLoader {
   bool all_ready() const;
   // Waits until all pieces that are read now are resident or have failed (true), or until the time
   // limit. With a strict budget, progress may need a mark_quiescent() once there was one. Without
-  // threads it loads them itself, without a time limit.
+  // threads it loads them itself, the loudest first, and one at least.
   bool wait(double longest_s);
 
   // For a loader without threads: loads the most urgent piece now; false if there is none. On any

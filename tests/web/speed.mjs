@@ -1,10 +1,12 @@
-// speed.mjs: how long WebAssembly and the library of this machine take for the same voices.
+// speed.mjs: how long the library of this machine, WebAssembly in node, the same in Chromium and Web Audio's PannerNode
+// with its HRTF take for the same voices.
 //
-// usage: node speed.mjs PACKAGE LIBCLAMOR.so BAKE [VOICES [SECONDS]]
+// usage: node speed.mjs PACKAGE LIBCLAMOR.so BAKE [VOICES [SECONDS]], in the folder of the bake
 import {execFileSync} from "node:child_process";
-import {readFileSync} from "node:fs";
+import {readdirSync, readFileSync} from "node:fs";
 import {dirname, join} from "node:path";
 import {fileURLToPath, pathToFileURL} from "node:url";
+import {visit} from "./browsers.mjs";
 
 const [folder, library, bake, voices = 1000, seconds = 4] = process.argv.slice(2);
 const root = join(dirname(fileURLToPath(import.meta.url)), "..", "..");
@@ -73,3 +75,29 @@ console.log(`${voices} binaural voices, a listener who walks, ${seconds} s`);
 row("this machine", native);
 row("WebAssembly", wasm);
 console.log(`${"ratio".padEnd(14)}${(wasm.mixing_ms / native.mixing_ms).toFixed(2).padStart(8)}${(wasm.updates_ms / native.updates_ms).toFixed(2).padStart(32)}`);
+
+// CPU time of a process and all that it has started.
+function tree_cpu_ms(root) {
+  const stats = readdirSync("/proc").filter((name) => /^\d+$/.test(name)).flatMap((pid) => {
+    try {
+      const text = readFileSync(`/proc/${pid}/stat`, "latin1");
+      const fields = text.slice(text.lastIndexOf(")") + 2).split(" ");
+      return [{pid: Number(pid), parent: Number(fields[1]), ms: 10 * (Number(fields[11]) + Number(fields[12]))}];
+    } catch {
+      return [];  // it has ended
+    }
+  });
+  const sum = (pid) => stats.filter(({parent}) => parent === pid)
+    .reduce((ms, child) => ms + sum(child.pid), stats.find((one) => one.pid === pid)?.ms ?? 0);
+  return sum(root);
+}
+
+const at = {};
+await visit("chromium", folder, `speed.html#${voices},${seconds},${bake}`, (name, browser) => {
+  at[name] = tree_cpu_ms(browser.pid);
+});
+const chromium_ms = at.clamor - at.begin, panners_ms = at.panners - at.begin_panners;
+const node_ms = wasm.mixing_ms + wasm.updates_ms;
+const percent = (ms) => `${(100 * ms / (1000 * seconds)).toFixed(1)} % of a core`;
+console.log(`Chromium, all its processes: ${percent(chromium_ms)}, ${(chromium_ms / node_ms).toFixed(2)} of node`);
+console.log(`PannerNode, HRTF, as many that stand still: ${percent(panners_ms)}, ${(panners_ms / chromium_ms).toFixed(2)} of Clamor`);

@@ -47,11 +47,12 @@ export class Native {
     if (result !== "int32_t") return result === "const char*" ? this.module.UTF8ToString(code) : code;
     const written = outputs.map(({kind, at}) => this.read(kind, at));
     const error = outputs.at(-1)?.kind === "clamor_error" ? written.pop() : null;
-    if (code < 0) {
-      const text = error?.sentence || this.module.UTF8ToString(this.module._clamor_result_text(code));
-      throw Object.assign(new Error(text), {code});
-    }
+    if (code < 0) throw this.failure(code, error?.sentence);
     return written.length > 1 ? written : written[0];
+  }
+
+  failure(code, sentence) {
+    return Object.assign(new Error(sentence || this.module.UTF8ToString(this.module._clamor_result_text(code))), {code});
   }
 
   // Copies an array of floats or bytes into memory that the caller frees by release().
@@ -80,6 +81,35 @@ export class Native {
     }
   }
 
+  // Opens a bake of `size` bytes whose read(offset, into) fills a Uint8Array at once, or throws. What it throws,
+  // `log` is told.
+  open_with(context, bake, name = "the level", log = console.warn) {
+    this.bakes ??= new Map();
+    this.reader ??= this.module.addFunction((user, offset, count, into) => {
+      const {bake: opened, log: told} = this.bakes.get(user);
+      try {
+        opened.read(Number(offset), this.module.HEAPU8.subarray(into, into + Number(count)));
+        return 0;
+      } catch (error) {
+        told(error.message);
+        return 1;
+      }
+    }, "iijji");
+    this.closer ??= this.module.addFunction((user) => {
+      this.bakes.get(user).bake.is_closed = true;
+      this.bakes.delete(user);
+    }, "vi");
+    const user = this.users = (this.users ?? 0) + 1;
+    this.bakes.set(user, {bake, log});
+    try {
+      return this.call("clamor_open_level_with", context,
+        {name, size: BigInt(bake.size), user, read: this.reader, release: this.closer});
+    } catch (error) {
+      this.bakes.delete(user);
+      throw error;
+    }
+  }
+
   // A mono sound of a Float32Array.
   add_sound(context, samples, options) {
     const at = this.keep(samples);
@@ -87,6 +117,22 @@ export class Native {
       return this.call("clamor_add_sound", context, at, BigInt(samples.length), options);
     } finally {
       this.release(at);
+    }
+  }
+
+  // The voices of a listener with reports_voices in its newest keyframe, each a clamor_voice.
+  voices(context, listener, most = 4096) {
+    const {size} = structures.clamor_voice;
+    const voices = this.module._malloc(most * size);
+    this.used = this.scratch;
+    const asked = this.pass("clamor_voices", {capacity: most, voices});
+    try {
+      const code = this.module._clamor_get_voices(context, listener, asked);
+      if (code < 0) throw this.failure(code);
+      const count = Math.min(this.read("clamor_voices", asked).count, most);
+      return Array.from({length: count}, (_, i) => this.read("clamor_voice", voices + i * size));
+    } finally {
+      this.release(voices);
     }
   }
 

@@ -21,6 +21,7 @@ export interface ListenerOptions {
   limits?: 0 | 1;
   memory_bytes?: bigint;
   lead_s?: number;
+  reports_voices?: 0 | 1;
 }
 
 export interface SourceOptions {
@@ -44,6 +45,17 @@ export interface Statistics {
   failures: bigint;
   unseen_sources: number;
   missed: number;
+}
+
+// `direction` is x right, y up, -z ahead of the listener.
+export interface Voice {
+  slot: number;
+  starts: number;
+  sound: bigint;
+  level_sound: number;
+  direction: number[];
+  delay_s: number;
+  band_gains: number[];
 }
 
 export class ClamorContext {
@@ -70,12 +82,14 @@ export interface ClamorLevel {
 export interface ClamorListener {
   readonly node: AudioWorkletNode;
   readonly channels: number;
+  readonly latency_s: number;
   connect(destination: AudioNode, output?: number, input?: number): AudioNode;
   disconnect(): void;
   move(position_m: Vector, orientation?: Quaternion): void;
   enter(level: ClamorLevel): Promise<void>;
   prepare(seconds: number, poses?: {time_s: number; position_m: Vector; orientation: Quaternion}[]): Promise<void>;
   statistics(): Promise<Statistics>;
+  voices(): Promise<Voice[]>;
   close(): void;
 }
 

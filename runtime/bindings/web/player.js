@@ -11,6 +11,7 @@
 // fail, `onlog` hears of it.
 
 const kOutputs = {binaural: 0, loudspeakers: 1, ambisonics: 2, receivers: 3};
+const kSharedLead_s = 0.04, kPostedLead_s = 0.08, kKeyframe_s = 0.02;
 const kBesideUs = (file) => new URL(file, import.meta.url);
 
 const wakes_up = (audio) => typeof OfflineAudioContext === "undefined" || !(audio instanceof OfflineAudioContext);
@@ -32,7 +33,8 @@ export class ClamorContext {
     return context;
   }
 
-  // A bake: its address, or its bytes in an ArrayBuffer.
+  // A bake: its address, of which only the parts that are needed are fetched if the server gives ranges, or its bytes in
+  // an ArrayBuffer.
   async open(source, name = typeof source === "string" ? source : "the level") {
     const address = typeof source === "string" ? new URL(source, globalThis.document?.baseURI).href : source;
     return new ClamorLevel(this, await this.ask("open", address, name));
@@ -40,16 +42,16 @@ export class ClamorContext {
 
   // Options: position_m and orientation; output ("binaural", "loudspeakers" with `layout`, "ambisonics",
   // "receivers"); voices, gain, limits and memory_bytes of clamor_listener_options; lead_s, how far the
-  // Worker renders ahead.
-  async listen(level, {position_m = [0, 0, 0], orientation = [0, 0, 0, 1], output = "binaural", lead_s = 0.08,
-    ...options} = {}) {
+  // Worker renders ahead: less where it shares memory with the worklet.
+  async listen(level, {position_m = [0, 0, 0], orientation = [0, 0, 0, 1], output = "binaural",
+    lead_s = globalThis.crossOriginIsolated ? kSharedLead_s : kPostedLead_s, ...options} = {}) {
     if (!(output in kOutputs)) throw new RangeError(`there is no output ${output}`);
     const {port1, port2} = new MessageChannel();
     const {listener, channels} = await this.ask("listen", level.handle, {
       output: kOutputs[output], rate_hz: this.audio.sampleRate, pose: {position_m, orientation},
       offline: wakes_up(this.audio) ? 0 : 1, ...options,
     }, {port: port1, lead_frames: Math.ceil(lead_s * this.audio.sampleRate)});
-    return new ClamorListener(this, listener, channels, port2);
+    return new ClamorListener(this, {handle: listener, channels, latency_s: lead_s + kKeyframe_s}, port2);
   }
 
   // A sound of an AudioBuffer (its first channel), or of samples and their rate.
@@ -149,8 +151,9 @@ class ClamorLevel {
 }
 
 class ClamorListener {
-  constructor(context, handle, channels, port) {
-    Object.assign(this, {context, handle, channels, missed: 0, queued: 0});
+  // `latency_s` is how long after move() it is heard, at most, beside that of the device.
+  constructor(context, {handle, channels, latency_s}, port) {
+    Object.assign(this, {context, handle, channels, latency_s, missed: 0, queued: 0});
     this.node = new AudioWorkletNode(context.audio, "clamor-listener",
       {numberOfInputs: 0, outputChannelCount: [channels]});
     this.node.port.onmessage = ({data}) => Object.assign(this, data);
@@ -190,6 +193,11 @@ class ClamorListener {
   async statistics() {
     const counted = await this.context.ask("clamor_get_listener_statistics", this.handle);
     return {...counted, missed: this.missed};
+  }
+
+  // What is heard, of a listener with {reports_voices: 1}: an array of clamor_voice.
+  voices() {
+    return this.context.ask("voices", this.handle);
   }
 
   close() {

@@ -4,39 +4,76 @@
 // function of clamor.h, whose context it adds, or one of `own`.
 import createClamor from "./clamor.mjs";
 import {Native} from "./native.js";
+import {RemoteBake} from "./remote_bake.js";
 
 const kBlockFrames = 512;
 const kLoadingSeconds = 0.004;  // for pages and sounds, at each block
+const kMostHeldBlocks = 6;  // without an update, where blocks are late
 
 let native, context;
 let changed = false;  // since the last commit
 const feeds = new Map();
+const remote_bakes = new Set();
+const log = (sentence) => postMessage({log: sentence});
 
-// Renders what one listener hears and posts it to its worklet, `lead_frames` ahead of what was played.
+// Renders what one listener hears, `lead_frames` ahead of what its worklet has played, into memory that both share or
+// into blocks that are posted.
 class Feed {
   constructor(listener, {port, channels, lead_frames, offline}) {
-    Object.assign(this, {listener, port, channels, lead_frames, offline, sent: 0, played: 0});
+    Object.assign(this, {listener, port, channels, lead_frames, offline, sent: 0, played: 0, since_update: kMostHeldBlocks});
     this.planes = native.module._malloc(4 * (kBlockFrames + 1) * channels);
     this.table = this.planes + 4 * kBlockFrames * channels;
     for (let i = 0; i < channels; ++i)
       native.view.setUint32(this.table + 4 * i, this.planes + 4 * kBlockFrames * i, true);
+    this.reserve(lead_frames + kBlockFrames);
     port.onmessage = ({data}) => {
       this.played = data;
       this.pump();
+      for (const bake of remote_bakes) bake.read_ahead();
     };
   }
 
+  // Makes room for that many frames between here and the worklet.
+  reserve(frames) {
+    const capacity = 2 ** Math.ceil(Math.log2(frames));
+    if (globalThis.crossOriginIsolated && !this.offline) {
+      this.ring = new Float32Array(new SharedArrayBuffer(4 * this.channels * capacity));
+      this.state = new Int32Array(new SharedArrayBuffer(4));
+    }
+    this.capacity = capacity;
+    this.port.postMessage({capacity, channels: this.channels, ring: this.ring, state: this.state});
+  }
+
   pump() {
-    while (this.sent - this.played < this.lead_frames) this.send();
+    while (this.ahead < this.lead_frames) this.send();
+  }
+
+  get ahead() {
+    return (this.sent - this.played) | 0;  // the worklet counts in 32 bits
   }
 
   send() {
     if (this.offline) this.make_keyframes();
-    else update(kLoadingSeconds);
+    else this.keep_up();
     native.module._clamor_render_planar(context, this.listener, this.table, kBlockFrames);
-    const block = native.module.HEAPF32.slice(this.planes / 4, this.planes / 4 + kBlockFrames * this.channels);
-    this.port.postMessage({block, channels: this.channels}, [block.buffer]);
+    const planes = native.module.HEAPF32.subarray(this.planes / 4, this.planes / 4 + kBlockFrames * this.channels);
+    if (this.ring) {
+      for (let i = 0; i < this.channels; ++i)
+        this.ring.set(planes.subarray(i * kBlockFrames, (i + 1) * kBlockFrames),
+          i * this.capacity + this.sent % this.capacity);
+      Atomics.store(this.state, 0, this.sent + kBlockFrames | 0);
+    } else {
+      const block = planes.slice();
+      this.port.postMessage({block}, [block.buffer]);
+    }
     this.sent += kBlockFrames;
+  }
+
+  // Where it is late, listeners rather hear the last keyframe for a moment than nothing.
+  keep_up() {
+    if (this.ahead < this.lead_frames / 2 && ++this.since_update < kMostHeldBlocks) return;
+    this.since_update = 0;
+    update(kLoadingSeconds);
   }
 
   // Offline, the pose of each keyframe is the last one whose time has come.
@@ -72,20 +109,16 @@ function names(level, count, call) {
 
 const own = {
   async create({wasm, options, url}) {
-    const log = (sentence) => postMessage({log: sentence});
     native = new Native(await createClamor({locateFile: () => url, wasmBinary: wasm}));
     const told = native.module.addFunction((_, text) => log(native.module.UTF8ToString(text)), "vpp");
     context = native.call("clamor_create", {caller_updates: 1, log: told, ...options});
   },
 
   async open(source, name) {
-    let bytes = source;
-    if (typeof source === "string") {
-      const answer = await fetch(source);
-      if (!answer.ok) throw new Error(`${source}: the server answers ${answer.status} ${answer.statusText}`);
-      bytes = await answer.arrayBuffer();
-    }
-    const level = native.open(context, bytes, name);
+    const bake = typeof source === "string" ? await RemoteBake.open(source) : source;
+    const is_remote = bake instanceof RemoteBake;
+    const level = is_remote ? native.open_with(context, bake, name, log) : native.open(context, bake, name);
+    if (is_remote) remote_bakes.add(bake);
     const info = native.call("clamor_get_level_info", context, level);
     const parts = names(level, info.parts, "clamor_get_level_part");
     return {
@@ -112,7 +145,12 @@ const own = {
   prepare(listener, frames, poses) {
     const feed = feeds.get(listener);
     feed.poses = poses;
+    feed.reserve(frames + kBlockFrames);
     while (feed.sent < frames) feed.send();
+  },
+
+  voices(listener) {
+    return native.voices(context, listener);
   },
 
   end(listener) {

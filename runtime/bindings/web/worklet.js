@@ -1,52 +1,64 @@
-// worklet.js: the audio thread's side: plays the blocks of worker.js, and hands it those of other nodes.
+// worklet.js: the audio thread's side: plays what worker.js renders, and hands it what other nodes give.
 
+const kToldFrames = 512;  // so often the Worker hears what has played
+
+// Reads a ring of planes, of a power of two frames, which the Worker writes itself where it can share memory; otherwise
+// its blocks are written here. Frames are counted in 32 bits.
 class ClamorListenerProcessor extends AudioWorkletProcessor {
   constructor() {
     super();
-    this.blocks = [];
-    this.received = 0;  // frames
-    this.at = 0;      // in the first block
-    this.played = 0;  // frames
-    this.missed = 0;  // quanta without sound, since a block was late
+    this.state = new Int32Array(1);  // frames that are written
+    this.capacity = this.played = this.told = this.missed = 0;  // missed: quanta without sound, since a block was late
     this.port.onmessage = ({data}) => {
       if (data === "ends") this.ends = true;
-      else if (data === "how much") this.port.postMessage({queued: this.received});
+      else if (data === "how much") this.port.postMessage({queued: this.written});
       else this.connect(data);
     };
   }
 
+  get written() {
+    return Atomics.load(this.state, 0);
+  }
+
   connect(port) {
     this.feed = port;
-    port.onmessage = ({data: {block, channels}}) => {
-      this.blocks.push(block);
-      this.received += block.length / channels;
-    };
+    port.onmessage = ({data}) => (data.block ? this.write(data.block) : this.hold(data));
+  }
+
+  hold({capacity, channels, ring, state}) {
+    if (capacity <= this.capacity) return;
+    const before = this.ring;
+    this.ring = ring ?? new Float32Array(channels * capacity);
+    for (let i = 0; before && i < channels; ++i)  // nothing has played yet
+      this.ring.set(before.subarray(i * this.capacity, (i + 1) * this.capacity), i * capacity);
+    this.state = state ?? this.state;
+    Object.assign(this, {capacity, channels});
+  }
+
+  write(block) {
+    const frames = block.length / this.channels;
+    const at = this.written & (this.capacity - 1);
+    for (let i = 0; i < this.channels; ++i)
+      this.ring.set(block.subarray(i * frames, (i + 1) * frames), i * this.capacity + at);
+    Atomics.add(this.state, 0, frames);
   }
 
   process(_, [output]) {
     const frames = output[0].length;
-    const channels = output.length;
-    for (let done = 0; done < frames;) {
-      const block = this.blocks[0];
-      if (!block) {
-        if (this.played > 0) this.port.postMessage({missed: ++this.missed});
-        break;
-      }
-      const block_frames = block.length / channels;
-      const count = Math.min(frames - done, block_frames - this.at);
-      for (let i = 0; i < channels; ++i) {
-        const begin = i * block_frames + this.at;
-        output[i].set(block.subarray(begin, begin + count), done);
-      }
-      done += count;
-      this.at += count;
-      this.played += count;
-      if (this.at === block_frames) {
-        this.blocks.shift();
-        this.at = 0;
-        this.feed.postMessage(this.played);
-      }
+    const count = Math.min(frames, (this.written - this.played) | 0);
+    for (let done = 0; done < count;) {
+      const at = this.played & (this.capacity - 1);
+      const part = Math.min(count - done, this.capacity - at);
+      output.forEach((plane, i) => {
+        const begin = i * this.capacity + at;
+        plane.set(this.ring.subarray(begin, begin + part), done);
+      });
+      done += part;
+      this.played = (this.played + part) | 0;
     }
+    if (count < frames && this.has_played) this.port.postMessage({missed: ++this.missed});
+    this.has_played ||= count > 0;
+    if (((this.played - this.told) | 0) >= kToldFrames) this.feed.postMessage(this.told = this.played);
     return !this.ends;
   }
 }
