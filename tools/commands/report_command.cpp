@@ -173,7 +173,7 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
   if (!document.ok()) return fail(document.error());
   std::string page = page_of_document(*document, std::string(kViewScript) + kReportScript);
   if (!options.player.empty()) {
-    const auto scripts = listening_scripts(options.player, options.level);
+    const auto scripts = listening_scripts(options.player, options.level, options.other);
     if (!scripts.ok()) return fail(scripts.error());
     page.insert(page.rfind("</body>"), *scripts);
   }

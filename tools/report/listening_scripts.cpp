@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <initializer_list>
 #include <string_view>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -40,7 +41,8 @@ std::string element(const std::string& id, std::string_view text) {
 
 }  // namespace
 
-Result<std::string> listening_scripts(const std::string& player, const std::string& bake) {
+Result<std::string> listening_scripts(const std::string& player, const std::string& bake,
+                                      const std::string& other) {
   const auto modules = [&](std::initializer_list<const char*> names) -> Result<std::string> {
     std::string text;
     for (const char* name : names) {
@@ -50,7 +52,8 @@ Result<std::string> listening_scripts(const std::string& player, const std::stri
     }
     return text;
   };
-  auto worker = modules({"clamor.mjs", "declarations.js", "native.js", "worker.js"});
+  auto worker =
+      modules({"clamor.mjs", "declarations.js", "native.js", "remote_bake.js", "worker.js"});
   if (!worker.ok()) return worker;
   auto worklet = modules({"worklet.js"});
   if (!worklet.ok()) return worklet;
@@ -58,11 +61,15 @@ Result<std::string> listening_scripts(const std::string& player, const std::stri
   if (!page.ok()) return page;
   const auto wasm = read_whole_file(player + "/clamor.wasm");
   if (!wasm.ok()) return wasm.error();
-  const auto baked = read_whole_file(bake);
-  if (!baked.ok()) return baked.error();
-  return element("worker", *worker) + element("worklet", *worklet) +
-         element("wasm", column(*wasm)) + element("bake", column(*baked)) +
-         "<script type=\"module\">\n" + *page + kListenScript + "</script>";
+  std::string elements =
+      element("worker", *worker) + element("worklet", *worklet) + element("wasm", column(*wasm));
+  for (const auto& [id, path] : {std::pair("bake", bake), std::pair("other", other)}) {
+    if (path.empty()) continue;
+    const auto baked = read_whole_file(path);
+    if (!baked.ok()) return baked.error();
+    elements += element(id, column(*baked));
+  }
+  return elements + "<script type=\"module\">\n" + *page + kListenScript + "</script>";
 }
 
 }  // namespace clamor

@@ -8,7 +8,9 @@
 
 namespace clamor {
 
-// `player` is the folder of the npm package, as `tools/bundle --wasm` or npm leave it.
-Result<std::string> listening_scripts(const std::string& player, const std::string& bake);
+// `player` is the folder of the npm package, as `tools/bundle --wasm` or npm leave it. `other` is
+// another bake, to be heard at the same places, or "".
+Result<std::string> listening_scripts(const std::string& player, const std::string& bake,
+                                      const std::string& other);
 
 }  // namespace clamor

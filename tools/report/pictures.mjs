@@ -8,8 +8,7 @@ const browser = await chromium.launch({
   args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]});
 const page = await browser.newPage({viewport: {width: 1000, height: 900}});
 await page.goto(pathToFileURL(file).href);
-await page.waitForFunction(() => window.clamorView.occluders !== null);
-await page.locator("#heard p").first().waitFor();
+await page.waitForFunction(() => window.clamorView !== undefined);
 await page.waitForTimeout(300);  // the last frame
 await page.locator(".view").screenshot({path: folder + "/report_view.png"});
 await page.locator("figure").first().screenshot({path: folder + "/report_parameters.png"});

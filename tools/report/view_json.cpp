@@ -5,17 +5,13 @@
 #include <map>
 #include <numeric>
 #include <set>
-#include <tuple>
 
 #include "bake/mesh/mesh_preparation.h"
 #include "common/bounds.h"
-#include "common/reflection.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/baked_portals.h"
 #include "formats/bake_file/source_octree.h"
 #include "formats/level/movable_part.h"
-#include "runtime/propagation/late_boost.h"
-#include "runtime/propagation/signal_weights.h"
 #include "tools/analysis/json_values.h"
 #include "tools/report/bake_overview.h"
 
@@ -82,73 +78,55 @@ OrderedJson mesh_of(const Room& room, const Boundsf& extent, std::size_t max_tri
   return json;
 }
 
-// The laws by which surfaces reflect, as the sampler has them (common/reflection.h).
-OrderedJson laws_of(const std::vector<Material>& materials) {
-  const ReflectionLaws laws{std::span<const Material>(materials)};
-  OrderedJson list = OrderedJson::array(), lobes = OrderedJson::object();
-  for (std::size_t m = 0; m < materials.size(); ++m) {
-    OrderedJson one = {{"name", materials[m].name}, {"absorption", materials[m].absorption}};
-    OrderedJson scattering = OrderedJson::array(), exponents = OrderedJson::array();
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      scattering.push_back(laws.scattering(m, b));
-      const PhongLobe* const lobe = laws.lobe(m, b);
-      const double exponent = lobe != nullptr ? lobe->exponent() : 0;
-      exponents.push_back(exponent);
-      const std::string key = std::to_string(exponent);
-      if (lobe == nullptr || lobes.contains(key)) continue;
-      std::vector<float> albedo;
-      constexpr int kCells = 256;
-      for (int k = 0; k <= kCells; ++k)
-        albedo.push_back(static_cast<float>(lobe->albedo(std::pow(k / double{kCells}, 2))));
-      lobes[key] = {
-          {"exponent", exponent}, {"mean", lobe->mean_albedo()}, {"albedo", column(albedo)}};
-    }
-    one["scattering"] = scattering;
-    one["exponents"] = exponents;
-    list.push_back(std::move(one));
-  }
-  OrderedJson found = OrderedJson::array();
-  for (auto& [key, lobe] : lobes.items()) found.push_back(std::move(lobe));
-  return {{"materials", list}, {"lobes", found}};
+OrderedJson materials_of(const std::vector<Material>& materials) {
+  OrderedJson list = OrderedJson::array();
+  for (const Material& material : materials)
+    list.push_back({{"name", material.name}, {"absorption", material.absorption}});
+  return list;
 }
 
-// Emitters that differ in more than their place: what a source needs to know of its own.
+// Emitters by name, without the number of each.
 class EmitterKinds {
  public:
   std::uint16_t kind_of(const Emitter& emitter) {
     const auto next = static_cast<std::uint16_t>(list_.size());
-    const auto [found, is_new] = known_.try_emplace(
-        {without_number(emitter.name), emitter.signal, emitter.gain, emitter.directivity}, next);
-    if (is_new)
-      list_.push_back({{"name", std::get<0>(found->first)},
-                       {"signal", emitter.signal},
-                       {"gain", emitter.gain},
-                       {"directivity", emitter.directivity}});
+    const auto [found, is_new] = known_.try_emplace(without_number(emitter.name), next);
+    if (is_new) list_.push_back({{"name", found->first}});
     return found->second;
   }
   OrderedJson json() const { return list_; }
 
  private:
-  std::map<std::tuple<std::string, std::uint32_t, double, Bands>, std::uint16_t> known_;
+  std::map<std::string, std::uint16_t> known_;
   OrderedJson list_ = OrderedJson::array();
 };
 
-struct SourceFlags {
-  static constexpr std::uint8_t kEmitter = 1, kImage = 2;
-};
+// The reflections that the view holds: at most `count` of highest key, as indices of Room::sources.
+std::vector<std::size_t> held_sources(const Room& room, std::size_t count) {
+  std::vector<std::size_t> held;
+  for (std::size_t i = 0; i < room.sources.size(); ++i)
+    if (!room.sources[i].is_image && !room.sources[i].is_emitter) held.push_back(i);
+  if (held.size() <= count) return held;
+  const auto key = [&](std::size_t i) { return octree_key(room.sources[i]); };
+  std::nth_element(
+      held.begin(), held.begin() + static_cast<std::ptrdiff_t>(count), held.end(),
+      [&](std::size_t a, std::size_t b) { return key(a) != key(b) ? key(a) > key(b) : a < b; });
+  held.resize(count);
+  std::sort(held.begin(), held.end());
+  return held;
+}
 
 OrderedJson sources_of(const Room& room, std::size_t count, EmitterKinds& kinds) {
-  const HeldSources held = held_sources(room, count);
-  std::vector<float> places, delays, us, radii;
-  std::vector<std::uint8_t> powers, flags;
+  const std::vector<std::size_t> held = held_sources(room, count);
+  std::vector<float> places, delays;
+  std::vector<std::uint8_t> powers;
   std::vector<std::uint16_t> materials, of_kind;
   float top = 0;
-  for (const std::size_t i : held.index)
+  for (const std::size_t i : held)
     for (const float power : room.sources[i].power) top = std::max(top, power);
-  const auto add = [&](std::size_t i) {
+  for (const std::size_t i : held) {
     const Source& source = room.sources[i];
-    for (const Vec3f& vector : {source.position_m, source.normal, source.mirror})
-      put(places, vector);
+    put(places, source.position_m);
     for (const float power : source.power) {
       // Half decibels below the highest power, as the file has them; 255 is silence.
       const double step =
@@ -156,31 +134,18 @@ OrderedJson sources_of(const Room& room, std::size_t count, EmitterKinds& kinds)
       powers.push_back(static_cast<std::uint8_t>(std::min(step, 255.0)));
     }
     delays.push_back(source.delay_s);
-    us.push_back(source.u);
-    radii.push_back(source.patch_radius_m);
     materials.push_back(source.material);
     of_kind.push_back(kinds.kind_of(
         room.playing[room.playing_of.size() > i ? room.playing_of[i] : source.emitter]));
-    flags.push_back(static_cast<std::uint8_t>((source.is_emitter ? SourceFlags::kEmitter : 0) |
-                                              (source.is_image ? SourceFlags::kImage : 0)));
-  };
-  for (const std::size_t i : held.index) add(i);
-  std::size_t images = 0;
-  for (std::size_t i = 0; i < room.sources.size(); ++i)
-    if (room.sources[i].is_image) add(i), ++images;
-  return {{"total", room.file->source_count()},
-          {"held", held.index.size()},
-          {"images", images},
-          {"missingKey", held.missing_key},
+  }
+  return {{"total", room.file->source_count() - room.emitters().size()},
+          {"held", held.size()},
           {"top", top},
           {"places", column(places)},
           {"powers", column(powers)},
           {"delays", column(delays)},
-          {"us", column(us)},
-          {"radii", column(radii)},
           {"materials", column(materials)},
-          {"kinds", column(of_kind)},
-          {"flags", column(flags)}};
+          {"kinds", column(of_kind)}};
 }
 
 OrderedJson emitters_of(const Room& room, std::size_t max_emitters, EmitterKinds& kinds) {
@@ -303,34 +268,6 @@ OrderedJson map_of(const FloorMap& map) {
 
 }  // namespace
 
-HeldSources held_sources(const Room& room, std::size_t count) {
-  HeldSources held;
-  held.missing_key = room.missing_key;
-  for (std::size_t i = 0; i < room.sources.size(); ++i)
-    if (!room.sources[i].is_image) held.index.push_back(i);
-  if (held.index.size() <= count) return held;
-  const auto key = [&](std::size_t i) { return octree_key(room.sources[i]); };
-  const auto last = held.index.begin() + static_cast<std::ptrdiff_t>(count);
-  std::nth_element(held.index.begin(), last, held.index.end(), [&](std::size_t a, std::size_t b) {
-    return key(a) != key(b) ? key(a) > key(b) : a < b;
-  });
-  held.missing_key = std::max(held.missing_key, static_cast<double>(key(*last)));
-  held.index.resize(count);
-  std::sort(held.index.begin(), held.index.end());
-  return held;
-}
-
-Result<std::vector<Bands>> loudest_weights(const BakeFile& file) {
-  std::vector<TimedEnvelope> envelopes;
-  for (std::size_t s = 0; s < file.signal_count(); ++s) {
-    auto envelope = file.read_envelope(s);
-    if (!envelope.ok()) return envelope.error();
-    const SignalInfo info = file.signal(s);
-    envelopes.push_back({std::move(*envelope), info.frames, info.loop});
-  }
-  return make_signal_weights(envelopes).by_signal;
-}
-
 Result<OrderedJson> view_json(const Room& room, std::span<const LevelFinding> findings,
                               const FloorMap& map, std::span<const Vec3> listeners_m,
                               const ViewLimits& limits) {
@@ -338,22 +275,12 @@ Result<OrderedJson> view_json(const Room& room, std::span<const LevelFinding> fi
   const Boundsf extent = extent_of(room);
   EmitterKinds kinds;
   OrderedJson json;
-  const Air& air = file.settings().air;
   json["origin"] = as_json(file.origin_m());
   json["low"] = as_json(Vec3(extent.low_m));
   json["high"] = as_json(Vec3(extent.high_m));
-  json["speed"] = speed_of_sound_mps(air);
-  json["airLoss"] = air_loss_per_m(air);
   json["bandsHz"] = kBandCentres_hz;
-  auto weights = loudest_weights(file);
-  if (!weights.ok()) return weights.error();
-  json["weights"] = *weights;
-  const LateBoost boost(file.statistics().decay, file.source_count());
-  std::vector<float> boosts;
-  for (int ms = 0; ms <= 300; ++ms) boosts.push_back(boost.at(static_cast<float>(ms + 0.5) / 1000));
-  json["lateBoost"] = column(boosts);
   json["mesh"] = mesh_of(room, extent, limits.triangles);
-  json["laws"] = laws_of(file.materials());
+  json["materials"] = materials_of(file.materials());
   json["sources"] = sources_of(room, limits.sources, kinds);
   json["emitters"] = emitters_of(room, limits.emitters, kinds);
   json["kinds"] = kinds.json();

@@ -1,11 +1,9 @@
-// view_json.h: what the page's view of a level draws and chooses from, as JSON.
+// view_json.h: what the page's view of a level draws, as JSON.
 #pragma once
 
 #include <cstddef>
 #include <span>
-#include <vector>
 
-#include "common/bands.h"
 #include "common/result.h"
 #include "tools/analysis/json_values.h"
 #include "tools/report/floor_map.h"
@@ -16,7 +14,7 @@ namespace clamor {
 
 // Upper bounds of what is drawn: a page of 5 MB. Where a level has more, the page says so.
 struct ViewLimits {
-  std::size_t sources = 24'576;    // those of highest key: the octree's top
+  std::size_t sources = 24'576;    // reflections of highest key: the octree's top
   std::size_t triangles = 54'000;  // the largest
   std::size_t nodes = 2048;        // whole depths, from the top down
   std::size_t emitters = 20'000;
@@ -26,16 +24,5 @@ struct ViewLimits {
 Result<OrderedJson> view_json(const Room& room, std::span<const LevelFinding> findings,
                               const FloorMap& map, std::span<const Vec3> listeners_m,
                               const ViewLimits& limits = {});
-
-// The sources that the view holds: at most `count` of highest key, unscaled, and the highest key
-// that is missing. Image sources are not among them.
-struct HeldSources {
-  std::vector<std::size_t> index;  // into Room::sources
-  double missing_key = 0;
-};
-HeldSources held_sources(const Room& room, std::size_t count);
-
-// Loudness weights of each signal at its loudest (sampler.h), as the view takes them.
-Result<std::vector<Bands>> loudest_weights(const BakeFile& file);
 
 }  // namespace clamor

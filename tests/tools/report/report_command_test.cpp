@@ -1,6 +1,7 @@
 // Tests clamor report as its user runs it.
 #include <filesystem>
 #include <regex>
+#include <span>
 
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
@@ -8,6 +9,7 @@
 #include "tests/box_level.h"
 #include "tests/tools/drawn_page.h"
 #include "tests/tools/report/reported_room.h"
+#include "tools/analysis/json_values.h"
 
 namespace clamor::testing {
 namespace {
@@ -57,6 +59,38 @@ TEST_F(ReportCommand, WritesOneFileThatAsksTheNetworkForNothing) {
   EXPECT_THAT(shown, HasSubstr("&lt;/script&gt;&lt;b&gt;</th>"));
   for (const char* const no_figure : {"undefined", "NaN", "Infinity", "null"})
     EXPECT_EQ(shown.find(no_figure), std::string::npos) << no_figure;
+}
+
+// A stand-in for the package of tools/bundle --wasm, whose parts can be told apart in the page.
+TEST_F(ReportCommand, ListenEmbedsThePlayerAndTheBakes) {
+  const Folder player;
+  for (const char* const name : {"clamor.mjs", "declarations.js", "native.js", "remote_bake.js",
+                                 "worker.js", "worklet.js", "player.js"})
+    player.write(name, std::string("import {x} from \"./other.js\";\nexport const of = \"") + name +
+                           "\" + import.meta.url;\nexport default x;\n");
+  player.write("clamor.wasm", std::string(30'000, 'w'));
+  const auto silent_bytes = read(page()).size();
+  const ReportedRoom other(shoebox({5, 3, 4}, uniform_material(0.4f), {2, 1, 1}), 300, 2000);
+  const std::string html = read(page({"--listen", player.path(), "--compare", other.path()}));
+  for (const char* const id : {"worker", "worklet", "wasm", "bake", "other"})
+    EXPECT_NE(html.find(std::string("id=\"listen-") + id + "\">"), std::string::npos);
+  for (const char* const name : {"clamor.mjs", "remote_bake.js", "worklet.js", "player.js"})
+    EXPECT_NE(html.find(std::string("const of = \"") + name + "\" + location.href;"),
+              std::string::npos);
+  for (const char* const of_modules : {"import {", "export const", "export default", "import.meta"})
+    EXPECT_EQ(html.find(of_modules), std::string::npos) << of_modules;
+  const std::string bake = read(reported_->path());
+  const auto bytes = std::as_bytes(std::span(bake));
+  EXPECT_NE(html.find(column(std::vector(bytes.begin(), bytes.end()))), std::string::npos);
+  EXPECT_LT(read(page({"--listen", player.path()})).size(),
+            silent_bytes + (bake.size() + 30'000) * 4 / 3 + 100'000);
+
+  std::filesystem::remove(player / "clamor.wasm");
+  const Outcome without =
+      clamor({"report", reported_->path(), "-o", player / "page.html", "--listen", player.path()});
+  EXPECT_NE(without.code, 0);
+  EXPECT_THAT(without.err, HasSubstr("clamor.wasm"));
+  EXPECT_FALSE(std::filesystem::exists(player / "page.html"));
 }
 
 TEST_F(ReportCommand, SaysTheFiguresOfImpulse_NoAsan) {

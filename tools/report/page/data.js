@@ -11,30 +11,18 @@ const words = (base64) => new Uint16Array(bytesOf(base64));
 
 function readLevel(level) {
   const mesh = level.mesh, sources = level.sources;
-  level.lateBoost = floats(level.lateBoost);
   mesh.vertices = words(mesh.vertices);
   mesh.materials = words(mesh.materials);
   mesh.corners = mesh.corners32 !== undefined ? new Uint32Array(bytesOf(mesh.corners32)) : words(mesh.corners16);
   mesh.positions = new Float32Array(mesh.vertices.length);  // metres
   for (let i = 0; i < mesh.vertices.length; ++i)
     mesh.positions[i] = mesh.low[i % 3] + mesh.vertices[i] / 65535 * mesh.size[i % 3];
-  for (const lobe of level.laws.lobes) lobe.albedo = floats(lobe.albedo);
-  for (const material of level.laws.materials)
-    material.lobes = material.exponents.map((p) => level.laws.lobes.find((lobe) => lobe.exponent === p) ?? null);
-  for (const name of ["places", "delays", "us", "radii"]) sources[name] = floats(sources[name]);
+  for (const name of ["places", "delays"]) sources[name] = floats(sources[name]);
   for (const name of ["materials", "kinds"]) sources[name] = words(sources[name]);
-  sources.flags = new Uint8Array(bytesOf(sources.flags));
   const steps = new Uint8Array(bytesOf(sources.powers));
   sources.powers = new Float64Array(steps.length);
   for (let i = 0; i < steps.length; ++i)
     sources.powers[i] = steps[i] === 255 ? 0 : sources.top * 10 ** (-steps[i] / 20);
-  // The emitter table defines an emitter's power.
-  for (let i = 0; i < sources.flags.length; ++i)
-    if (sources.flags[i] !== 0) {
-      const kind = level.kinds[sources.kinds[i]];
-      for (let b = 0; b < 8; ++b)
-        sources.powers[8 * i + b] = kind.gain ** 2 * 4 * Math.PI / (kind.directivity[b] + 1);
-    }
   level.emitters.places = floats(level.emitters.places);
   level.emitters.kinds = words(level.emitters.kinds);
   level.nodes.boxes = floats(level.nodes.boxes ?? "");

@@ -39,10 +39,12 @@ class Listening {
     this.clamor = await ClamorContext.create(this.audio, {
       worker: workerOf("listen-worker"), urls: {worklet: scriptOf("listen-worklet")}, wasm: await bytesOf("listen-wasm"),
       onlog: (sentence) => { this.status.textContent = sentence; }});
-    const level = await this.clamor.open(await bytesOf("listen-bake"), document.title);
-    const ears = await this.clamor.listen(level, {...this.pose(), limits: 1});
+    const bakes = ["listen-bake", "listen-other"].filter((id) => document.getElementById(id) !== null);
+    this.levels = await Promise.all(bakes.map(async (id) => this.clamor.open(await bytesOf(id), document.title)));
+    const ears = await this.clamor.listen(this.levels[0], {...this.pose(), limits: 1, reports_voices: 1});
     ears.connect(this.audio.destination);
-    this.offerDoors(level);
+    this.offerDoors();
+    if (this.levels.length > 1) this.offer("the other bake", false, (is_other) => ears.enter(this.levels[is_other]));
     return ears;
   }
 
@@ -65,21 +67,29 @@ class Listening {
     while (this.audio.state === "running") {
       const {voices, missed} = await this.ears.statistics();
       this.status.textContent = `${voices} voices, for headphones` + (missed > 0 ? `; ${missed} blocks came late` : "");
+      const {right} = this.view.camera.axes();  // and ahead of the listener is (right z, 0, -right x)
+      this.view.showHeard((await this.ears.voices()).map(({direction: [x, y, z], band_gains, delay_s}) => ({delay_s,
+        toward: [x * right[0] - z * right[2], y, x * right[2] + z * right[0]],
+        level_db: 10 * Math.log10(band_gains.reduce((sum, gain) => sum + gain * gain, 1e-30))})));
       await new Promise((resolve) => { setTimeout(resolve, 1000); });
     }
   }
 
-  offerDoors(level) {
-    level.portals.forEach((portal, number) => {
-      const label = document.createElement("label"), box = document.createElement("input");
-      Object.assign(box, {type: "checkbox", checked: true});
-      box.addEventListener("change", () => level.setPortal(number, box.checked ? 1 : 0));
-      label.append(box, `${portal.name} is open`);
-      this.status.before(label);
-    });
+  offer(text, checked, change) {
+    const label = document.createElement("label"), box = document.createElement("input");
+    Object.assign(box, {type: "checkbox", checked});
+    box.addEventListener("change", () => change(box.checked ? 1 : 0));
+    label.append(box, text);
+    this.status.before(label);
+  }
+
+  offerDoors() {
+    this.levels[0].portals.forEach(({name}) => this.offer(`${name} is open`, true, (openness) => {
+      for (const level of this.levels) if (level.portals.some((portal) => portal.name === name)) level.setPortal(name, openness);
+    }));
   }
 }
 
 document.getElementById("heard").insertAdjacentHTML("beforebegin",
-  '<fieldset><legend>Sound</legend><button type="button" id="listen">Listen</button> <span id="listen-status" role="status"></span></fieldset>');
+  '<fieldset><legend>Sound</legend><button type="button" id="listen">Listen</button> <span class="note" id="listen-status" role="status"></span></fieldset>');
 window.clamorListening = new Listening(window.clamorView, document.getElementById("listen"), document.getElementById("listen-status"));

@@ -1,9 +1,10 @@
 "use strict";
-// view.js: the level in three dimensions, and the sources that a listener in it hears.
+// view.js: the level in three dimensions, its sources, and a listener in it. What the listener hears is shown if the
+// page sounds (listen.js).
 
 const kPalette = [[194, 79, 0], [0, 105, 171], [0, 128, 93], [176, 86, 139], [47, 143, 201], [178, 123, 0], [122, 79, 191], [128, 96, 34]];
 const kLayers = [
-  ["surfaces", "surfaces", true, null], ["sources", "sources", false, null], ["chosen", "chosen", true, null],
+  ["surfaces", "surfaces", true, null], ["sources", "sources", true, null],
   ["emitters", "emitters", true, [194, 79, 0]], ["openings", "openings", true, [200, 30, 45]], ["gaps", "thin gaps", false, [224, 150, 0]],
   ["duplicates", "twice there", true, [132, 60, 190]], ["probes", "probes", false, [0, 150, 136]], ["portals", "portals", true, [60, 110, 220]], ["doors", "movable parts", true, [0, 128, 93]],
   ["octree", "octree", false, null], ["map", "map", false, null]];
@@ -14,20 +15,31 @@ function cornerOf(part, k) {
   return ["u", "v", "w"].reduce((at, side, bit) => add(at, times(part[side], (k >> bit) & 1 ? 1 : -1)), part.centre);
 }
 
+// Whether a face that is turned to `from` lies between two places (Moeller and Trumbore, 1997).
+function isHidden(mesh, from, to) {
+  const {positions, corners} = mesh, way = minus(to, from), at = (i) => positions.subarray(3 * corners[i], 3 * corners[i] + 3);
+  for (let i = 0; i < corners.length; i += 3) {
+    const a = at(i), u = minus(at(i + 1), a), v = minus(at(i + 2), a), h = outer(way, v), turned = inner(u, h);
+    if (turned < 1e-12) continue;
+    const s = minus(from, a), q = outer(s, u), x = inner(s, h) / turned, y = inner(way, q) / turned, t = inner(v, q) / turned;
+    if (x >= 0 && y >= 0 && x + y <= 1 && t > 0 && t < 1) return true;
+  }
+  return false;
+}
+
 class View {
   constructor(level) {
     this.level = level;
     this.place = (level.listeners[0] ?? times(add(level.low, level.high), 0.5)).slice();
     this.layers = Object.fromEntries(kLayers.map(([key, , shown]) => [key, shown]));
-    this.occluders = null;
     this.focus = null;
     this.camera = new Camera(level.low, level.high);
     this.canvas = document.getElementById("canvas");
     this.stage = document.getElementById("stage");
     this.fitted = false;
     this.longest = Math.max(1e-3, level.sources.delays.reduce((a, b) => Math.max(a, b), 0));
-    const held = Array.from(level.sources.delays).filter((_, i) => level.sources.flags[i] === 0).sort((a, b) => a - b);
-    this.late = Math.max(1e-3, held[Math.floor(0.97 * held.length)] ?? 0);  // the end of the scale
+    const delays = level.sources.delays.slice().sort();
+    this.late = Math.max(1e-3, delays[Math.floor(0.97 * delays.length)] ?? 0);  // the end of the scale
     this.loudest = this.powerRange();
     this.fillControls();
     try {
@@ -46,20 +58,15 @@ class View {
       window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { this.paintMesh(); this.redraw(); });
       window.addEventListener("beforeprint", () => this.drawNow());
     }
+    this.openRoof();
     this.moved();
     this.tellShown();
-    // Sorting the triangles takes a moment that the first picture need not wait for.
-    setTimeout(() => {
-      this.occluders = new Occluders(level.mesh);
-      this.openRoof();
-      this.moved();
-    }, 30);
   }
 
   // Cuts off what lies above the listener if it hides him.
   openRoof() {
-    const cut = this.get("cut"), {low, high} = this.level, size = high[1] - low[1];
-    if (this.drawing === null || this.occluders.isFree(this.camera.eye(), this.place, 0, 1, true)) return;
+    const cut = this.get("cut"), {low, high, mesh} = this.level, size = high[1] - low[1];
+    if (this.drawing === null || !isHidden(mesh, this.camera.eye(), this.place)) return;
     cut.value = Math.min(1000, Math.round(1000 * (this.place[1] + Math.max(1.2, 0.12 * size) - low[1]) / size));
   }
 
@@ -81,7 +88,7 @@ class View {
   powerRange() {
     const s = this.level.sources;
     let top = -Infinity;
-    for (let i = 0; i < s.flags.length; ++i) if (s.flags[i] === 0) top = Math.max(top, this.powerDb(i, -1));
+    for (let i = 0; i < s.delays.length; ++i) top = Math.max(top, this.powerDb(i, -1));
     return top;
   }
 
@@ -131,7 +138,7 @@ class View {
     depth.max = Math.max(0, this.level.nodes.shown - 1);
     depth.value = Math.min(2, depth.max);
     for (const id of ["colour", "band", "delay-from", "delay-to", "power"])
-      this.get(id).addEventListener("input", () => { this.paintSources(); this.moved(); });
+      this.get(id).addEventListener("input", () => { this.paintSources(); this.redraw(); });
     surface.addEventListener("input", () => { this.paintMesh(); this.legend(); this.redraw(); });
     this.get("cut").addEventListener("input", () => this.redraw());
     depth.addEventListener("input", () => { this.layers.octree = this.get("layer-octree").checked = true; this.paintNodes(); this.redraw(); });
@@ -140,7 +147,6 @@ class View {
       input.value = this.inWorld(i).toFixed(1);
       input.addEventListener("change", () => { this.place[i] = (Number(input.value) || 0) - this.level.origin[i]; this.moved(); });
     });
-    for (const id of ["voices", "occlusion"]) this.get(id).addEventListener("change", () => this.moved());
     this.get("controls").addEventListener("submit", (event) => event.preventDefault());
     for (const button of document.querySelectorAll("[data-finding]"))
       button.addEventListener("click", () => this.show(Number(button.dataset.finding)));
@@ -151,14 +157,12 @@ class View {
 
   tellShown() {
     const {sources, mesh, nodes, emitters} = this.level, parts = [];
-    parts.push(sources.held < sources.total - sources.images
-      ? `The view holds the ${grouped(sources.held)} of ${grouped(sources.total)} sources of highest power over u: the octree's top, a fair sample of all. The choice is made among them.`
-      : `The view holds all ${grouped(sources.held)} sources.`);
-    if (sources.images > 0) parts.push(`${grouped(sources.images)} image sources (early reflections by mirrors) are not among those chosen here: whether they are heard takes their mirrors.`);
+    parts.push(sources.held < sources.total
+      ? `The view holds the ${grouped(sources.held)} of ${grouped(sources.total)} reflections of highest power over u: the octree's top, a fair sample of all.`
+      : `The view holds all ${grouped(sources.held)} reflections.`);
     if (mesh.corners.length / 3 < mesh.total) parts.push(`It draws the ${grouped(mesh.corners.length / 3)} largest of ${grouped(mesh.total)} triangles.`);
     if (nodes.shown < nodes.depths) parts.push(`Octree nodes are there for the first ${nodes.shown} of ${nodes.depths} depths.`);
     if (emitters.places.length / 6 < emitters.total) parts.push(`It shows ${grouped(emitters.places.length / 6)} of ${grouped(emitters.total)} emitters.`);
-    parts.push("Sources are hidden or seen in a straight line, without the diffraction that the player has.");
     this.get("shown").textContent = parts.join(" ");
   }
 
@@ -184,10 +188,10 @@ class View {
 
   paintMesh() {
     if (this.drawing === null) return;
-    const {mesh, laws} = this.level, mode = this.get("surface").value, dark = this.isDark();
+    const {mesh, materials} = this.level, mode = this.get("surface").value, dark = this.isDark();
     const plain = dark ? [112, 118, 126] : [196, 194, 188];
     const used = [...new Set(mesh.materials)].sort((a, b) => a - b);
-    const ofMaterial = laws.materials.map((material, m) => {
+    const ofMaterial = materials.map((material, m) => {
       if (mode === "plain") return plain;
       if (mode === "material") return kPalette[used.indexOf(m) % kPalette.length].map((c) => Math.round(0.55 * c + 0.45 * plain[0]));
       return scaleColour(material.absorption[Number(mode)] / this.mostAbsorbed(Number(mode)));
@@ -204,7 +208,7 @@ class View {
   }
 
   // The highest absorption of a material in an octave: the end of the scale.
-  mostAbsorbed(band) { return Math.max(0.01, ...this.level.laws.materials.map((material) => material.absorption[band])); }
+  mostAbsorbed(band) { return Math.max(0.01, ...this.level.materials.map((material) => material.absorption[band])); }
 
   // Tells of a source whether the filters let it pass.
   filter() {
@@ -222,7 +226,7 @@ class View {
         : kPalette[(mode === "material" ? s.materials[i] : s.kinds[i]) % kPalette.length];
   }
 
-  placeOf(i) { return this.level.sources.places.subarray(9 * i, 9 * i + 3); }
+  placeOf(i) { return this.level.sources.places.subarray(3 * i, 3 * i + 3); }
 
   paintSources() {
     if (this.drawing === null) return;
@@ -231,8 +235,8 @@ class View {
     if (this.stale) return;
     const s = this.level.sources, passes = this.filter(), colourOf = this.colours(), band = Number(this.get("band").value);
     const places = [], shades = [], sizes = [];
-    for (let i = 0; i < s.flags.length; ++i) {
-      if (s.flags[i] !== 0 || !passes(i)) continue;
+    for (let i = 0; i < s.delays.length; ++i) {
+      if (!passes(i)) continue;
       places.push(...this.placeOf(i));
       shades.push(...colourOf(i), 120);
       sizes.push(1.3 + 0.035 * Math.max(0, this.powerDb(i, band) - this.loudest + 40));
@@ -321,7 +325,7 @@ class View {
     const paper = getComputedStyle(this.stage).backgroundColor.match(/[\d.]+/g).slice(0, 3).map((c) => c / 255);
     const on = (layer) => this.layers[layer] ? [layer] : [];
     this.drawing.draw(this.camera, {paper, cut, heights: [this.level.low[1], this.level.high[1] + 1e-3], names: [
-      ...on("surfaces"), ...on("map"), ...on("octree"), ...on("sources"), ...(this.layers.chosen ? ["rays", "chosen"] : []), ...on("portals"), ...on("doors"),
+      ...on("surfaces"), ...on("map"), ...on("octree"), ...on("sources"), "heard", ...on("portals"), ...on("doors"),
       ...on("probes"), ...on("gaps"), ...on("duplicates"), ...(this.layers.openings ? ["opening-lines", "openings"] : []), ...on("emitters"), "focus", "listener", "ring"]});
     this.placeLabels();
   }
@@ -370,55 +374,30 @@ class View {
   }
 
   moved() {
-    if (this.choosing === true) return;
-    this.choosing = true;
-    requestAnimationFrame(() => { this.choosing = false; this.chooseNow(); });
-  }
-
-  chooseNow() {
-    const level = this.level, voices = Math.min(4000, Math.max(1, Number(this.get("voices").value) || 1));
-    const hides = this.get("occlusion").checked && this.occluders !== null;
-    this.choice = choose(level, this.place, voices, hides ? sightTo(level, this.occluders, this.place) : null);
-    const bands = new Float64Array(8), shares = [0, 0, 0];
-    let first = Infinity, all = 0;
-    for (const one of this.choice.chosen) {
-      const o = 9 * one.index, at = level.sources.places;
-      one.distance = Math.hypot(this.place[0] - at[o], this.place[1] - at[o + 1], this.place[2] - at[o + 2]);
-      one.arrives = level.sources.delays[one.index] + one.distance / level.speed;
-      first = Math.min(first, one.arrives);
-      one.heard = one.weight * one.scale;
-      all += one.heard;
-    }
-    for (const one of this.choice.chosen) shares[(level.sources.flags[one.index] & kEmitter) !== 0 ? 0 : one.arrives - first < 0.08 ? 1 : 2] += one.heard / all;
-    const percent = (x) => `${(100 * x).toFixed(0)} %`, {chosen, hidden, tau} = this.choice;
-    const exact = chosen.filter((one) => one.scale === 1).length;
-    const text = [
-      chosen.length === 0 ? "Nothing is heard here." : `${chosen.length} of ${grouped(level.sources.held)} sources chosen${hides ? `, ${hidden} passed over behind surfaces` : ""}; ${exact} of them exactly, the others scaled up.`,
-      chosen.length === 0 ? "" : `Direct sound ${percent(shares[0])}, first 80 ms ${percent(shares[1])}, later ${percent(shares[2])} of the loudness.`];
-    clearTimeout(this.telling);
-    this.telling = setTimeout(() => { this.get("heard").innerHTML = text.map((line) => `<p>${line}</p>`).join(""); }, 120);
-    this.get("heard").dataset.chosen = chosen.map((one) => one.index).join();
-    this.get("heard").dataset.tau = tau;
-    this.fillTable(all);
+    this.tellPlace();
     if (this.drawing === null) return;
-    const passes = this.filter(), colourOf = this.colours();
-    const drawn = chosen.filter((one) => level.sources.flags[one.index] === 0 && passes(one.index));
-    this.drawing.points("chosen", drawn.map((one) => ({place: this.placeOf(one.index), colour: colourOf(one.index), size: 7})), {onTop: false});
-    const strongest = [...chosen].sort((a, b) => b.heard - a.heard).slice(0, 60), top = strongest[0]?.heard ?? 1;
-    this.drawing.lines("rays", strongest.map((one) => ({from: this.place, to: this.placeOf(one.index), colour: kListener, alpha: Math.round(40 + 190 * Math.sqrt(one.heard / top))})));
     this.drawing.points("listener", [{place: this.place, colour: kListener, size: 11}]);
     this.drawing.points("ring", [{place: this.place, colour: kListener, size: 26}], {ring: 0.78});
     this.redraw();
   }
 
-  fillTable(all) {
-    const level = this.level, rows = [...this.choice.chosen].sort((a, b) => b.heard - a.heard).slice(0, 15).map((one) => {
-      const i = one.index, emits = (level.sources.flags[i] & kEmitter) !== 0;
-      return [emits ? level.kinds[level.sources.kinds[i]].name : level.laws.materials[level.sources.materials[i]].name,
-        emits ? "emitter" : "reflection", (1000 * one.arrives).toFixed(1), one.distance.toFixed(2), (10 * Math.log10(one.heard / all)).toFixed(1), one.scale.toFixed(1)];
-    });
-    this.get("chosen").innerHTML = tableHtml({
-      title: `Strongest sources at ${this.place.map((x, i) => this.inWorld(i).toFixed(1)).join(", ")} m`,
-      columns: ["from", "kind", "arrives (ms)", "distance (m)", "share (dB)", "scaled by"], rows});
+  // What the floor map says of the place.
+  tellPlace() {
+    const far = (cell) => Math.hypot(...minus(cell.slice(3, 6), this.place)), {cells} = this.level.map;
+    const nearest = cells.reduce((best, cell) => (best !== null && far(best) <= far(cell) ? best : cell), null);
+    const known = nearest === null ? [] : Object.entries(kMapped).map(([key, {name, unit, digits}]) => [name, nearest[7][key][4], unit, digits])
+      .filter(([, value]) => value !== null).map(([name, value, unit, digits]) => `${name} ${value.toFixed(digits)} ${unit}`);
+    this.get("heard").textContent = known.length === 0 ? "" : `At 1 kHz, ${far(nearest).toFixed(1)} m from here: ${known.join(", ")}.`;
+  }
+
+  // Lines from the listener to where each voice comes from: {toward, level_db, delay_s}, the longer the louder.
+  showHeard(voices) {
+    this.heard = voices;
+    if (this.drawing === null) return;
+    const loudest = Math.max(...voices.map((voice) => voice.level_db)), first = Math.min(...voices.map((voice) => voice.delay_s));
+    const length = (voice) => 0.15 * this.camera.extent * Math.max(0, 1 + (voice.level_db - loudest) / 40);
+    this.drawing.lines("heard", voices.map((voice) => ({from: this.place, to: add(this.place, times(voice.toward, length(voice))),
+      colour: scaleColour((voice.delay_s - first) / this.late), alpha: 200})));
+    this.redraw();
   }
 }
