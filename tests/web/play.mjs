@@ -110,6 +110,7 @@ const open = (i) => {
   const level = i % 2 ? native.open(world, whole, "room.clamor") : native.open_with(world, parts, "room.clamor");
   native.call("clamor_create_listener", world, level, {voices: 200});
   native.call("clamor_update", world, 0);
+  assert(native.add_sound(world, new Float32Array(4410), {rate_hz: 44100}));  // which is resampled
   native.call("clamor_destroy", world);
 };
 for (let i = 0; i < 4; ++i) open(i);
