@@ -113,13 +113,13 @@ struct Auralizer::State {
               output.hrtf, onset_signals(input, slots.slots()),
               output.mode.field ? KeyframeMaker::Fade{kTapFade_keyframes, true}
                                 : KeyframeMaker::Fade{}),
-        field(output.mode.field
-                  ? std::make_unique<FieldMaker>(
-                        radiation, PlayableSignals(store.signals(), slots.playable()),
-                        FieldMaker::Ears{output.mode, output.hrtf.get(), maker.itd_table(),
-                                         output.panner.get(), options.has_dense_late},
-                        output.chooses_taps)
-                  : nullptr),
+        field(output.mode.field ? std::make_unique<FieldMaker>(
+                                      radiation, PlayableSignals(store.signals(), slots.playable()),
+                                      FieldMaker::Ears{output.mode, output.hrtf.get(),
+                                                       maker.itd_table(), output.panner.get(),
+                                                       options.has_dense_late, output.field_voices},
+                                      output.chooses_taps)
+                                : nullptr),
         pacing(options, pipeline.sampler().capacity(), schedule.spacing(),
                schedule.spacing().least > 1 ? kKeyframesToSettle : 1),
         receivers(options.output.receivers),

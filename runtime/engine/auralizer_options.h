@@ -31,7 +31,8 @@ enum class Mixing : std::uint8_t { kAuto, kField, kVoices };
 struct AuralizerOptions {
   int voices = 2000;  // size of a sample
   Mixing mixing = Mixing::kVoices;
-  bool has_dense_late = false;  // a field spreads late taps where they are few (late_density.h)
+  bool has_dense_late = false;     // a field spreads late taps where they are few (late_density.h)
+  std::size_t field_voices = 256;  // a field's loudest sources, which are mixed as voices
   // Null: priority sampling. Others are in tools/strategies.
   std::shared_ptr<const SamplingStrategy> strategy{};
   Interpolation interpolation = Interpolation::kCubic;  // see mix_kernel.h

@@ -12,7 +12,11 @@
 namespace clamor {
 
 Result<OutputStage> OutputStage::of(const AuralizerOptions& options, const AuralizerInput& input) {
-  OutputStage stage{options.output.make_panner(), options.output.head, {}, false};
+  OutputStage stage{options.output.make_panner(),
+                    options.output.head,
+                    {},
+                    false,
+                    std::max<std::size_t>(options.field_voices, 1)};
   MixMode& mode = stage.mode;
   mode.interpolation = options.interpolation;
   mode.head = stage.hrtf != nullptr;
@@ -42,7 +46,7 @@ KeyframeMaker::Receivers OutputStage::receivers() const {
 // Voices that fade out count too. Three samples' worth is full only when the listener jumps about.
 std::size_t OutputStage::slots(std::size_t sources) const {
   const bool has_few = mode.field && !chooses_taps;
-  return 3 * (has_few ? std::min(kFieldVoices, sources) : sources);
+  return 3 * (has_few ? std::min(field_voices, sources) : sources);
 }
 
 }  // namespace clamor

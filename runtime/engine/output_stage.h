@@ -26,6 +26,7 @@ struct OutputStage {
   std::shared_ptr<const Hrtf> hrtf;      // or null
   MixMode mode;
   bool chooses_taps = false;  // of a field: all sources may be voices (tap_choice.h)
+  std::size_t field_voices;   // of a field
 };
 
 }  // namespace clamor

@@ -104,10 +104,10 @@ void FieldMaker::choose_voices(std::span<const SampledSource> sample, const List
     const bool is_voice = voice != next_numbers_.end() && *voice == one.number;
     ranked_.push_back({one.weight * static_cast<double>(is_voice ? kKeepsVoice : 1), one.number});
   }
-  if (ranked_.size() > kFieldVoices) {
-    std::nth_element(ranked_.begin(), ranked_.begin() + kFieldVoices, ranked_.end(),
-                     std::greater<>());
-    ranked_.resize(kFieldVoices);
+  if (ranked_.size() > ears_.voices) {
+    std::nth_element(ranked_.begin(), ranked_.begin() + static_cast<std::ptrdiff_t>(ears_.voices),
+                     ranked_.end(), std::greater<>());
+    ranked_.resize(ears_.voices);
   }
   next_numbers_.clear();
   for (const auto& [weight, number] : ranked_) next_numbers_.push_back(number);

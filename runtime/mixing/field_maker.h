@@ -1,6 +1,6 @@
 // field_maker.h: divides a sample into voices and taps, and makes the responses of the taps.
 //
-// The kFieldVoices loudest sources of a sample are voices, which glide from keyframe to keyframe;
+// The loudest sources of a sample are voices (Ears::voices), which glide from keyframe to keyframe;
 // all others are taps of a response per signal (sparse_response.h), which is made anew now and then
 // and convolved with the signal by the mixer (field_mixer.h). So a tap costs nothing per sample of
 // sound, and nothing at all while listener and sample rest.
@@ -44,7 +44,6 @@
 
 namespace clamor {
 
-inline constexpr std::size_t kFieldVoices = 256;
 // From so many sources on a field is cheaper than voices.
 inline constexpr int kLeastField = 4000;
 inline constexpr int kTapFade_keyframes = 4;
@@ -63,6 +62,7 @@ class FieldMaker {
     const ItdTable* itd_table = nullptr;
     const Panner* panner = nullptr;
     bool has_dense_late = false;  // spreads late taps where they are few (late_density.h)
+    std::size_t voices = 0;       // so many sources of a sample are voices instead
   };
 
   // References and `signals` must outlive this. `chooses_taps`: not all sources suit as taps

@@ -10,7 +10,7 @@ namespace clamor {
 
 namespace {
 
-constexpr std::uint32_t kSignals = 13, kSignalFrames = kBenchSignalFrames;
+constexpr std::uint32_t kSignals = kBenchSignals, kSignalFrames = kBenchSignalFrames;
 
 double random_unit(std::uint32_t voice, std::uint32_t use) {
   return unit(philox(11, {voice, use, 0, 0})[0]);
@@ -25,7 +25,9 @@ std::uint32_t signal_of(std::uint32_t voice, std::uint32_t count) {
   return static_cast<std::uint32_t>(std::uint64_t{voice} * kSignals / count);
 }
 
-const std::vector<PreparedSignal>& prepared(const MixMode& mode) {
+}  // namespace
+
+const std::vector<PreparedSignal>& bench_signals(const MixMode& mode) {
   static std::vector<std::pair<MixMode, std::vector<PreparedSignal>>> kept;
   for (const auto& [kept_mode, signals] : kept)
     if (kept_mode.interpolation == mode.interpolation &&
@@ -37,12 +39,10 @@ const std::vector<PreparedSignal>& prepared(const MixMode& mode) {
 }
 
 // Loading the HRTF takes half a second, so it is done once.
-const std::shared_ptr<const Hrtf>& default_head() {
+const std::shared_ptr<const Hrtf>& bench_head() {
   static const std::shared_ptr<const Hrtf> kHead = *Hrtf::read("");
   return kHead;
 }
-
-}  // namespace
 
 const std::vector<std::vector<float>>& bench_samples() {
   static const auto kSamples = [] {
@@ -58,7 +58,7 @@ const std::vector<std::vector<float>>& bench_samples() {
 KernelVoices::KernelVoices(const MixMode& mode, std::uint32_t count, BenchVoiceKind are, int frames)
     : mode_(mode),
       frames_(frames),
-      wrap_(prepared(mode)[0].wrap()),
+      wrap_(bench_signals(mode)[0].wrap()),
       reference_(std::make_unique<ReferenceBuses>()) {
   paths_.reserve(std::size_t{kEars} * count);
   for (std::uint32_t v = 0; v < count; ++v)
@@ -69,7 +69,7 @@ KernelVoices::KernelVoices(const MixMode& mode, std::uint32_t count, BenchVoiceK
       const double range = are == BenchVoiceKind::kStaticInL1 ? 1000 : kSignalFrames;
       const double at =
           random_unit(v, 4) * range + 20 * random_unit(v, 5 + static_cast<std::uint32_t>(e));
-      prepared(mode)[signal_of(v, count)].place(static_cast<std::int64_t>(at * 0x1p32), path);
+      bench_signals(mode)[signal_of(v, count)].place(static_cast<std::int64_t>(at * 0x1p32), path);
     }
   const std::uint32_t fine =
       mode.head ? std::min(count, static_cast<std::uint32_t>(mode.narrowband_voices)) : 0;
@@ -114,8 +114,8 @@ MixerVoices::MixerVoices(const MixMode& mode, std::uint32_t count)
               : mode.pairs == 1
                   ? nullptr
                   : make_loudspeaker_panner(*find_layout(mode.pairs == 3 ? "5.1" : "7.1.4"))),
-      head_(mode.head ? default_head() : nullptr),
-      mixer_(prepared(mode), count, mode, panner_.get(), head_.get()),
+      head_(mode.head ? bench_head() : nullptr),
+      mixer_(bench_signals(mode), count, mode, panner_.get(), head_.get()),
       block_(static_cast<std::size_t>(mixer_.channels()) * kBenchFrames) {
   for (std::uint32_t k = 0; k < 2; ++k) {
     keyframes_[k].voices.reserve(count);

@@ -18,6 +18,7 @@
 
 namespace clamor {
 
+inline constexpr std::uint32_t kBenchSignals = 13;
 inline constexpr int kBenchFrames = 256;
 inline constexpr int kBenchSignalFrames = 2 * kSampleRate_hz;
 
@@ -76,6 +77,10 @@ class MixerVoices {
   std::size_t next_ = 1;
   double energy_ = 0;
 };
+
+// The signals, prepared for a mode, and the head of binaural ones.
+const std::vector<PreparedSignal>& bench_signals(const MixMode& mode);
+const std::shared_ptr<const Hrtf>& bench_head();
 
 // Voices for OpenAL Soft, equal to those above, at one of two moments.
 const std::vector<std::vector<float>>& bench_samples();

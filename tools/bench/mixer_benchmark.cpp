@@ -246,8 +246,10 @@ Result<MixerBenchmark> measure_mixer(const BenchRequest& request,
   for (const MixMode& mode : bench_modes()) result.profiles.push_back({mode, profiled});
 
   const auto runs = static_cast<std::size_t>(request.runs);
-  const std::size_t all =
-      result.figures.size() + runs * result.profiles.size() + result.against_openal.size();
+  for (const MixMode& mode : field_modes())
+    for (const std::uint32_t taps : request.voices) result.fields.push_back({mode, taps});
+  const std::size_t all = result.figures.size() + runs * result.profiles.size() +
+                          result.fields.size() + result.against_openal.size();
   std::size_t done = 0;
   const auto step = [&] { progress(static_cast<double>(++done) / static_cast<double>(all)); };
   for (MixerTiming& figure : result.figures) {
@@ -263,6 +265,11 @@ Result<MixerBenchmark> measure_mixer(const BenchRequest& request,
       time_profile(profile, request.seconds);
       step();
     }
+  for (FieldTiming& figure : result.fields) {
+    if (!time_field(figure, request.seconds, request.runs))
+      return Error("while timing, no tap was heard.");
+    step();
+  }
   for (OpenalTiming& figure : result.against_openal) {
     if (!time_openal(figure, like_openal(figure.output), request))
       return Error("while timing, OpenAL Soft was silent.");

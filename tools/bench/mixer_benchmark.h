@@ -13,6 +13,7 @@
 //              the kernel against OpenAL Soft's rendering alone. Moving: the mixer against OpenAL
 //              Soft with its sources moved at every keyframe. Signals are in the caches; figures
 //              are medians over the rounds.
+//   field      taps of a field beside them (bench_field.h): renewal and convolution
 #pragma once
 
 #include <cstdint>
@@ -22,6 +23,7 @@
 
 #include "common/result.h"
 #include "runtime/voices/mix_kernel.h"
+#include "tools/bench/bench_field.h"
 #include "tools/bench/openal_voices.h"
 
 namespace clamor {
@@ -89,8 +91,9 @@ struct MixerBenchmark {
   // For the instruction set in use: first the mode that is compared with OpenAL Soft, at each
   // number of voices, then each mode.
   std::vector<KernelProfile> profiles;
-  OpenalLibrary openal;     // without a version if it is not installed
-  std::string openal_head;  // the HRTF that it used; empty if it has none
+  std::vector<FieldTiming> fields;  // sorted as field_modes(), then by taps
+  OpenalLibrary openal;             // without a version if it is not installed
+  std::string openal_head;          // the HRTF that it used; empty if it has none
   std::vector<OpenalTiming> against_openal;
 };
 

@@ -157,6 +157,23 @@ void print_profiles(const MixerBenchmark& figures, std::ostream& out) {
   }
 }
 
+void print_fields(const MixerBenchmark& figures, std::ostream& out) {
+  out << fmt::format(
+             "\nTaps of a field instead of voices: {} signals with responses of a second, for a "
+             "listener who walks at 1.5 m/s.\nrenewal: of one tap at one ear, in ns. convolution: "
+             "of a signal's response at one ear, in % of a core. all: in % of a\ncore. real time: "
+             "as many taps as would take all of it.\n",
+             kBenchSignals)
+      << kNameColumns
+      << fmt::format("{:>7}{:>9}{:>13}{:>8}{:>11}\n", "K", "renewal", "convolution", "all",
+                     "real time");
+  for (const FieldTiming& field : figures.fields)
+    out << name_of(field.mode)
+        << fmt::format("{:>7}{:>9.1f}{:>11.2f} %{:>6.1f} %{:>11}\n", grouped(field.taps),
+                       field.renewal_ns, 100 * field.convolution_s, 100 * field.cpu_s,
+                       grouped(field.real_time_taps()));
+}
+
 void print_openal(const MixerBenchmark& figures, std::ostream& out) {
   const OpenalLibrary& openal = figures.openal;
   if (openal.version.empty()) {
@@ -208,6 +225,7 @@ void print_tables(const MixerBenchmark& figures, const std::vector<std::uint32_t
                   out);
   print_by_instructions(figures, out);
   print_profiles(figures, out);
+  print_fields(figures, out);
   print_openal(figures, out);
 }
 
@@ -253,6 +271,14 @@ OrderedJson to_json(const MixerBenchmark& figures) {
                                 {"still_ns", profile.still_ns},
                                 {"usual_ns", profile.usual_ns},
                                 {"mixer_ns", profile.mixer_ns}});
+  json["fields"] = OrderedJson::array();
+  for (const FieldTiming& field : figures.fields)
+    json["fields"].push_back({{"output", output_of(field.mode)},
+                              {"taps", field.taps},
+                              {"renewal_ns_per_tap_and_ear", field.renewal_ns},
+                              {"convolution_s_per_signal_and_ear", field.convolution_s},
+                              {"cpu_s", field.cpu_s},
+                              {"real_time_taps", field.real_time_taps()}});
   json["openal"] = nullptr;
   const OpenalLibrary& openal = figures.openal;
   if (openal.version.empty()) return json;
@@ -281,8 +307,7 @@ int run_bench(std::span<const std::string> arguments, std::ostream& out, std::os
       "whole "
       "mixer and its kernel alone, for each mixing mode; the kernel's share of the core's peak and "
       "where the rest of its time goes; the double-precision reference; other instruction sets; "
-      "and "
-      "OpenAL Soft on the same voices. Takes a few minutes.",
+      "taps of a field; and OpenAL Soft on the same voices. Takes a few minutes.",
       "clamor bench mixer --voices 2000");
   parser.positional("WHAT", what, "mixer");
   parser.words("WHAT", {"mixer"});

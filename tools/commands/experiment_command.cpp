@@ -22,15 +22,16 @@ struct Known {
   const char* name;
   Experiment* run;
 };
-constexpr std::array<Known, 9> kExperiments = {{{"stadium", stadium_experiment},
-                                                {"violin", violin_experiment},
-                                                {"octave-bands", octave_bands_experiment},
-                                                {"convergence", convergence_experiment},
-                                                {"walk", walk_experiment},
-                                                {"motion", motion_experiment},
-                                                {"probes", probes_experiment},
-                                                {"seeds", seeds_experiment},
-                                                {"room", room_experiment}}};
+constexpr std::array<Known, 10> kExperiments = {{{"stadium", stadium_experiment},
+                                                 {"violin", violin_experiment},
+                                                 {"octave-bands", octave_bands_experiment},
+                                                 {"convergence", convergence_experiment},
+                                                 {"walk", walk_experiment},
+                                                 {"field", field_experiment},
+                                                 {"motion", motion_experiment},
+                                                 {"probes", probes_experiment},
+                                                 {"seeds", seeds_experiment},
+                                                 {"room", room_experiment}}};
 
 void add_options(Arguments& parser, ExperimentOptions& options, std::optional<Listener>& listener) {
   parser.listener("--listener", listener,
@@ -87,6 +88,7 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
       "together\n"
       "  convergence   loudness and error against k over many seeds; time per keyframe\n"
       "  walk          share of the sample exchanged per metre, and loudness meanwhile\n"
+      "  field         error against CPU time for voices, for taps and for both\n"
       "  motion        ten minutes of walking, running and flying: clicks, loudness, keyframe "
       "times\n"
       "  probes        reflections through probes against bakes of --readings places\n"
@@ -99,8 +101,8 @@ int run_experiment(std::span<const std::string> arguments, std::ostream& out, st
       "other seeds.",
       "clamor experiment stadium stadium.clamor -o report");
   parser.positional("experiment", name,
-                    "stadium, violin, octave-bands, convergence, walk, motion, probes, seeds or "
-                    "room");
+                    "stadium, violin, octave-bands, convergence, walk, field, motion, probes, "
+                    "seeds or room");
   parser.positional("bake", options.level, "the bake file; for room, the description");
   parser.option("-o,--output", folder, "folder to write to");
   parser.required("-o");

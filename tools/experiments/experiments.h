@@ -43,7 +43,8 @@ struct ExperimentOptions {
 // Experiments print their progress to `err`.
 using Experiment = Result<ReportPage>(const ExperimentOptions& options, std::ostream& err);
 Experiment stadium_experiment, violin_experiment, octave_bands_experiment, convergence_experiment,
-    walk_experiment, probes_experiment, seeds_experiment, motion_experiment, room_experiment;
+    walk_experiment, field_experiment, probes_experiment, seeds_experiment, motion_experiment,
+    room_experiment;
 
 // Part of the motion experiment: time per keyframe.
 Result<ReportTable> keyframe_times(const ExperimentOptions& options, std::ostream& err);

@@ -58,7 +58,7 @@ TEST_P(Experiment, WritesAPageThatNeedsNothingElseAndItsTables) {
 
 INSTANTIATE_TEST_SUITE_P(Each, Experiment,
                          ::testing::Values("stadium", "violin", "octave-bands", "convergence",
-                                           "walk", "motion"),
+                                           "walk", "motion", "field"),
                          [](const auto& one) {
                            std::string name = one.param;
                            std::replace(name.begin(), name.end(), '-', '_');
