@@ -2,6 +2,7 @@
 // data.js: the level that C++ wrote into the page (view_json.cpp), as typed arrays.
 
 function bytesOf(base64) {
+  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(base64).buffer;  // ten times as fast
   const text = atob(base64), bytes = new Uint8Array(text.length);
   for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
   return bytes.buffer;

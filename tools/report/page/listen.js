@@ -1,9 +1,8 @@
 // listen.js: sounds a report: the player of @clamor/player with the bake of the page, whose listener is the
 // view's. The head looks where the view looks.
 
-// The text or the bytes of an element that the page carries.
+// The text of an element that the page carries.
 const carried = (id) => document.getElementById(id).textContent;
-const bytesOf = async (id) => (await fetch("data:application/octet-stream;base64," + carried(id))).arrayBuffer();
 // In a page from a disk, Chromium's Worker takes a Blob, and its worklet a data: URL.
 const workerOf = (id) => new Worker(URL.createObjectURL(new Blob([carried(id)], {type: "text/javascript"})));
 const scriptOf = (id) => "data:text/javascript," + encodeURIComponent(carried(id));
@@ -37,10 +36,10 @@ class Listening {
   async begin() {
     this.status.textContent = "Reading the bake …";
     this.clamor = await ClamorContext.create(this.audio, {
-      worker: workerOf("listen-worker"), urls: {worklet: scriptOf("listen-worklet")}, wasm: await bytesOf("listen-wasm"),
+      worker: workerOf("listen-worker"), urls: {worklet: scriptOf("listen-worklet")}, wasm: bytesOf(carried("listen-wasm")),
       onlog: (sentence) => { this.status.textContent = sentence; }});
     const bakes = ["listen-bake", "listen-other"].filter((id) => document.getElementById(id) !== null);
-    this.levels = await Promise.all(bakes.map(async (id) => this.clamor.open(await bytesOf(id), document.title)));
+    this.levels = await Promise.all(bakes.map((id) => this.clamor.open(bytesOf(carried(id)), document.title)));
     const ears = await this.clamor.listen(this.levels[0], {...this.pose(), limits: 1, reports_voices: 1});
     ears.connect(this.audio.destination);
     this.offerDoors();
