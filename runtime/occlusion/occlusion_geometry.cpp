@@ -24,6 +24,16 @@ constexpr float kAmbiguous_m = 0.0045f;
 constexpr int kMaxCrossings = 32;          // a path through more surfaces is silent
 constexpr float kRestartFraction = 1e-5f;  // of a segment, added after a hit to leave the surface
 
+// Where a segment crosses a plane. Embree's own fraction has the processor's approximate
+// reciprocal, which AMD and Intel round apart.
+float crossing(const OccluderPlane& plane, const Vec3f& from_m, const Vec3f& to_m) {
+  const Vec3 normal(plane.normal), from(from_m);
+  const double falling = dot(normal, from - Vec3(to_m));
+  if (falling == 0) return 0;
+  const double height_m = dot(normal, from) - static_cast<double>(plane.offset_m);
+  return static_cast<float>(std::clamp(height_m / falling, 0.0, 1.0));
+}
+
 }  // namespace
 
 std::unique_ptr<EmbreeMesh> OcclusionGeometry::build_bvh(const Mesh& mesh, BuildQuality quality) {
@@ -93,8 +103,9 @@ std::uint32_t OcclusionGeometry::first_triangle(const Vec3f& from_m, const Vec3f
     return kNone;
   }
   const RTCRayHit ray = embree_->first_hit(from_m, to_m - from_m, near, 1);
-  near = ray.ray.tfar;
-  return ray.hit.geomID == RTC_INVALID_GEOMETRY_ID ? kNone : ray.hit.primID;
+  const bool is_hit = ray.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+  near = is_hit ? crossing(planes_[ray.hit.primID], from_m, to_m) : 1;
+  return is_hit ? ray.hit.primID : kNone;
 }
 
 // The first surface of the mesh.

@@ -35,6 +35,18 @@ TEST(OcclusionGeometry, IsBlockedByASurfaceFromEitherSideAndByNoOther) {
   EXPECT_FALSE(geometry.first_surface(left, {1, 3, 2}));
 }
 
+// To the last bit: the reciprocal that Embree multiplies by is another one on another processor.
+TEST(OcclusionGeometry, FindsTheCrossingOfAWallByDivision) {
+  const OcclusionGeometry geometry(testing::box({4, 4, 3}), std::vector<Material>(1));
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3f from(2, 2, 1.5f);
+    const Vec3f to(4.5f + 0.007f * static_cast<float>(i), 2, 1.5f);
+    const auto hit = geometry.first_hit(from, to);
+    ASSERT_TRUE(hit);
+    EXPECT_EQ(hit->fraction, static_cast<float>(2 / (static_cast<double>(to.x) - 2))) << to.x;
+  }
+}
+
 TEST(OcclusionGeometry, OfAFreeFieldOccludesNothing) {
   const OcclusionGeometry geometry(Mesh{}, {});
   EXPECT_TRUE(geometry.empty());
