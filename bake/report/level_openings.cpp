@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <utility>
 
 #include "bake/trace/diffuse_directions.h"
 #include "common/bounds.h"
@@ -46,6 +47,17 @@ struct Walks {
   double legs_m = 0;
 };
 
+// The first hit from a surface that a ray along `incoming` has reached. In an acute corner, the
+// point in front of one wall may lie behind the other: a ray that meets nothing is tried again from
+// a point of the incoming ray, which is on the near side of both.
+std::optional<Hit> next_hit(const Scene& scene, const Hit& at, const Vec3& incoming,
+                            const Vec3& direction) {
+  const auto hit = scene.intersect(scene.away_from_surface(at.point_m, at.normal), direction);
+  if (hit) return hit;
+  const double back_m = scene.offset_m() / std::max(1e-9, -dot(incoming, at.normal));
+  return scene.intersect(at.point_m - incoming * std::min(back_m, 0.5 * at.distance_m), direction);
+}
+
 Walks walk(const Scene& scene, const Level& level, std::span<const Vec3> starts_m) {
   Walks walks;
   for (std::uint32_t i = 0; i < kOpeningWalks && !starts_m.empty(); ++i) {
@@ -53,9 +65,9 @@ Walks walk(const Scene& scene, const Level& level, std::span<const Vec3> starts_
     RandomBits bits = philox(kOpeningKey, {i, 0, 0, 0});
     Vec3 direction = on_sphere(1 - 2 * unit(bits[0]), unit(bits[1]));
     double power = 1;
+    auto hit = scene.intersect(from, direction);
     for (std::uint32_t leg = 1; leg <= kMaxWalk && power > kMinPower; ++leg) {
       ++walks.rays;
-      const auto hit = scene.intersect(from, direction);
       if (!hit) {
         walks.escapes.push_back({from, direction, power, leg == 1});
         break;
@@ -66,8 +78,9 @@ Walks walk(const Scene& scene, const Level& level, std::span<const Vec3> starts_
       }
       power *= reflected(level.materials[hit->material]);
       bits = philox(kOpeningKey, {i, leg, 0, 0});
-      direction = diffuse_direction(hit->normal, bits);
+      const Vec3 incoming = std::exchange(direction, diffuse_direction(hit->normal, bits));
       from = scene.away_from_surface(hit->point_m, hit->normal);
+      hit = next_hit(scene, *hit, incoming, direction);
     }
   }
   return walks;

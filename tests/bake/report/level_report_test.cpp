@@ -45,6 +45,15 @@ TEST(LevelReport, CallsABoxClosedAndKnowsItsVolumeAndMeanFreePath) {
   EXPECT_THAT(report_warnings(report), IsEmpty());
 }
 
+TEST(LevelReport, CallsAnAtticClosedWhoseRoofMeetsItsFloorAtAnAcuteAngle) {
+  Level attic = shoebox({6, 2, 8}, uniform_material(0.02f), {3, 0.5, 1});
+  for (Vec3f& corner : attic.mesh.vertices_m)
+    if (corner.y > 0) corner.x = 3 + 0.01f * (corner.x - 3);
+  const LevelReport report = prepare_level(attic);
+  EXPECT_EQ(report.openings.escaped, 0u);
+  EXPECT_GT(report.openings.rays, 100'000u);
+}
+
 TEST(LevelReport, EscapedShareOfBlackWallsIsTheSolidAngleOfTheOpening) {
   // From the centre of a cube each side covers a sixth of all directions. Four standard deviations
   // for 2048 rays.
