@@ -50,7 +50,8 @@ std::optional<std::string> BakeRequest::complaint() const {
                         *whole_number(*probe_sources) > kMaxProbeSources))
     return "--probe-sources " + in_quotes(*probe_sources) + " is not a whole number from 1 to " +
            std::to_string(kMaxProbeSources);
-  if (seed && !whole_number(*seed)) return "--seed " + in_quotes(*seed) + " is not a whole number";
+  if (seed && !whole_number(*seed))
+    return "--seed " + in_quotes(*seed) + " is not a whole number from 0 to 999999999999999999";
   if (!(simplify_m >= 0 && simplify_m <= 10)) return "--simplify must lie between 0 and 10 metres";
   if (instances != "on" && instances != "off")
     return "--instances " + in_quotes(instances) + " is neither on nor off";

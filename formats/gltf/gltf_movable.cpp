@@ -81,12 +81,14 @@ class MovableSearch {
 
   void warn_of_unused(ImportReport& report) const {
     std::vector<std::string> names;
-    for (const GltfNode& node : scene_.nodes) names.push_back(node.name);
+    for (const GltfNode& node : scene_.nodes)
+      if (!node.name.empty()) names.push_back(node.name);
     for (std::size_t g = 0; g < globs_.size(); ++g)
       if (!is_used_[g])
-        report.warnings.push_back(
-            fmt::format("the sidecar's movable '{}' matches no node; the nearest is '{}'",
-                        globs_[g], nearest_name(globs_[g], names)));
+        report.warnings.push_back(fmt::format(
+            "the sidecar's movable '{}' matches no node; {}", globs_[g],
+            names.empty() ? "none has a name"
+                          : "the nearest is " + in_quotes(nearest_name(globs_[g], names))));
   }
 
  private:

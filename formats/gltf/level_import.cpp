@@ -426,6 +426,7 @@ Result<ImportedLevel> import_level(const std::string& path, const ImportOptions&
     return ok.error().in(path);
 
   report_sounds(*scene, level, report);
+  std::ranges::move(warnings_of_far_portals(level), std::back_inserter(report.warnings));
   if (const auto ok = check_places(level); !ok.ok()) return ok.error().in(path);
   imported.inputs = folder.inputs();
   imported.files = folder.files();

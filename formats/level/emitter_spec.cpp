@@ -191,12 +191,12 @@ Result<double> parse_gain(std::string_view text, double greatest) {
         fmt::format("{} could be decibels or a factor; write {}dB or x{}.", what, digits, digits));
   }
   const double gain = !value ? -1 : in_db ? power(10, *value / 20) : *value;
-  if (!(gain >= 0 && gain <= greatest))
+  if (!(gain >= 0 && gain <= greatest * (1 + 1e-9)))  // 200 dB may be rounded to more than 1e10
     return Error(
         fmt::format("{} must be decibels of at most {:.0f}, as in -6dB, or a factor from 0 to "
                     "{:.0f}, as in x0.5.",
                     what, 20 * log2_of(greatest) / log2_of(10.0), greatest));
-  return gain;
+  return std::min(gain, greatest);
 }
 
 Result<EmitterSpec> parse_emitter(std::string_view text) {

@@ -48,4 +48,26 @@ Result<void> check_surfaces(const Level& level) {
   return {};
 }
 
+std::vector<std::string> warnings_of_far_portals(const Level& level) {
+  Bounds bounds;
+  const auto add = [&bounds](const Mesh& mesh) {
+    for (const Vec3f& corner_m : mesh.vertices_m) bounds.add(Vec3(corner_m));
+  };
+  add(level.mesh);
+  for (const MovablePart& part : level.movable_parts) add(placed(part.mesh, part.rest_pose));
+  for (const Emitter& emitter : level.emitters) bounds.add(emitter.position_m);
+  for (const Vec3& probe_m : level.probes_m) bounds.add(probe_m);
+  std::vector<std::string> warnings;
+  for (const Portal& portal : level.portals) {
+    const double reach_m = length(portal.half_u_m) + length(portal.half_v_m);
+    if (bounds.is_empty() || bounds.distance2_m2(portal.centre_m) <= reach_m * reach_m) continue;
+    const Vec3 at_m = portal.centre_m + level.origin_m;
+    warnings.push_back(
+        fmt::format("portal '{}' at {:.6g},{:.6g},{:.6g} lies outside the level, so no sound "
+                    "passes it; is its place in metres, in the frame of the glTF scene?",
+                    portal.name, at_m.x, at_m.y, at_m.z));
+  }
+  return warnings;
+}
+
 }  // namespace clamor

@@ -1,5 +1,8 @@
-// level_places.h: checks that everything in a level is near enough to its origin.
+// level_places.h: checks that everything in a level is where it can matter.
 #pragma once
+
+#include <string>
+#include <vector>
 
 #include "common/result.h"
 
@@ -14,5 +17,9 @@ Result<void> check_places(const Level& level);
 // An Error where a surface lies that far away. Levels of applications need it; the vertices of
 // files are checked as they are read.
 Result<void> check_surfaces(const Level& level);
+
+// Warnings of portals that lie beyond all that sounds, reflects or moves, so that no path passes
+// them: their places are in another unit or frame than the level.
+std::vector<std::string> warnings_of_far_portals(const Level& level);
 
 }  // namespace clamor

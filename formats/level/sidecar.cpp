@@ -16,7 +16,7 @@ constexpr double kMaxWhole = 9007199254740992.0;  // 2^53, the limit of exact in
 Result<ImportedSettings> read_settings(const Json& json) {
   ImportedSettings settings;
   JsonFields fields(json, "settings");
-  settings.photons = fields.whole_number("photons", 1, kMaxWhole);
+  settings.photons = fields.whole_number("photons", 1, 4e9);
   settings.seed = fields.whole_number("seed", 0, kMaxWhole);
   if (const Json* air = fields.any("air")) {
     const auto read = read_air(*air, "settings: air");
@@ -144,7 +144,7 @@ Result<PortalSpec> read_portal(const Json& json, std::size_t index) {
   if (!at) fields.fail("'at' is missing: give [x, y, z] in metres, its centre");
   const auto facing = fields.vector("facing", kMaxEmitterCoordinate_m);
   if (!facing || !(length(*facing) > 0))
-    fields.fail("'facing' is missing: give the direction that sound passes in, as in [1, 0, 0]");
+    fields.fail("'facing' is missing or zero: give the direction that sound passes in, as in [1, 0, 0]");
   const auto size = fields.numbers("size");
   constexpr double kMinSide_m = 0.01, kMaxSide_m = 1e5;
   if (!size || size->size() != 2 ||

@@ -1,7 +1,6 @@
-#include "formats/gltf/gltf_marks.h"
-
 #include <gmock/gmock.h>
 
+#include "formats/gltf/gltf_marks.h"
 #include "tests/formats/level_builder.h"
 
 namespace clamor::testing {
@@ -218,6 +217,22 @@ TEST_F(CoupledPortals, NameTheirPartsInTheMarksOfANode) {
   const Level imported = level();
   ASSERT_EQ(imported.portals.size(), 1u);
   EXPECT_TRUE(imported.portals[0].parts.empty());
+}
+
+TEST_F(Portals, AreWarnedOfWhereNoSoundCanPassThem) {
+  triangle();
+  const auto warnings_at = [this](const std::string& at) {
+    write("level.acoustics.json",
+          R"({"portals": [{"name": "Gate", "size": [1, 1], "facing": [0, 0, 1], "at": )" + at +
+              "}]}");
+    const auto imported = import();
+    EXPECT_TRUE(imported.ok());
+    return portal_warnings(*imported);
+  };
+  EXPECT_TRUE(warnings_at("[0.5, 0.5, 0]").empty());
+  const auto warnings = warnings_at("[50, 50, 0]");
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_THAT(warnings[0], HasSubstr("'Gate' at 50,50,0 lies outside the level"));
 }
 
 TEST_F(Portals, ChangeTheInputHash) {

@@ -29,6 +29,8 @@ TEST(EmitterSpecs, AcceptGainsInDecibelsOrAsFactorsButNoBareNumbers) {
   EXPECT_DOUBLE_EQ(*parse_gain("20dB"), 10);
   EXPECT_DOUBLE_EQ(*parse_gain("-20 DB"), 0.1);
   EXPECT_DOUBLE_EQ(*parse_gain("40db"), 100);
+  EXPECT_EQ(*parse_gain("200dB", 1e10), 1e10);
+  EXPECT_FALSE(parse_gain("200.1dB", 1e10).ok());
   EXPECT_DOUBLE_EQ(*parse_gain("x2"), 2);
   EXPECT_DOUBLE_EQ(*parse_gain("X0.5"), 0.5);
   const auto alone = parse_gain("6");
