@@ -76,7 +76,7 @@ Result<void> MovingScript::read_source(const Json& json, const std::string& wher
   scripted.reverberation = reverberation_db > -200 ? std::pow(10, reverberation_db / 20) : 0;
   scripted.directivity = values.number("directivity", 0, 1e4).value_or(0);
   scripted.from_s = values.number("from_s", 0, kMaxTime_s).value_or(0);
-  scripted.until_s = values.number("until_s", 0, kMaxTime_s).value_or(kMaxTime_s);
+  scripted.until_s = values.number("until_s", scripted.from_s, kMaxTime_s).value_or(kMaxTime_s);
   const Json* const walk = values.any("path");
   if (walk == nullptr) values.fail("'path' is missing");
   if (const auto ok = values.result_without_unknown(); !ok.ok()) return ok.error();

@@ -30,11 +30,13 @@ std::string counted(std::uint64_t count, const char* thing) {
 void print_energy(const BakeContents& contents, std::ostream& err) {
   const BakeStatistics& statistics = contents.statistics;
   const double photons = static_cast<double>(std::max<std::uint64_t>(1, statistics.photons_traced));
-  const std::string bounces = statistics.bounces == 0
-                                  ? "which hit nothing"
-                                  : fmt::format("{:.1f} bounces each, {:.2f} m apart",
-                                                static_cast<double>(statistics.bounces) / photons,
-                                                statistics.mean_free_path_m);
+  const double apart_m = statistics.mean_free_path_m;
+  const std::string apart = apart_m > 0 ? fmt::format(", {:.2f} m apart", apart_m) : "";
+  const std::string bounces =
+      statistics.bounces == 0
+          ? "which hit nothing"
+          : fmt::format("{:.1f} bounces each{}", static_cast<double>(statistics.bounces) / photons,
+                        apart);
   fmt::print(err, "  traced   {}, {}; {:.1f} % escaped with {}\n",
              counted(statistics.photons_traced, "photon"), bounces,
              100 * static_cast<double>(statistics.photons_escaped) / photons,
@@ -48,8 +50,8 @@ std::string band_name(std::size_t band) {
 
 // Prints T30 per band and its error.
 void print_decay(const DecaySummary& decay, std::ostream& err) {
-  if (std::all_of(decay.t30_s.begin(), decay.t30_s.end(), [](float s) { return s == 0; })) {
-    fmt::print(err, "  decay    too dry for a T30\n");
+  if (has_no_t30(decay)) {
+    fmt::print(err, "  decay    {}\n", kNoT30);
     return;
   }
   std::string bands, times, errors;

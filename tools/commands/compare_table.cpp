@@ -43,14 +43,11 @@ std::string place_of(const MeasureInfo& info, const DifferencePoint& point) {
 
 std::string compare_help() {
   std::string text =
-      "Prints which differences between a recording B and the reference A are audible: one row "
-      "per\n"
-      "measure, where it differs most (octave, ERB band, moment, ear), against the "
-      "just-noticeable\n"
+      "Prints which differences between a recording B and the reference A are audible: one row per "
+      "measure, where it differs most (octave, ERB band, moment, ear), against the just-noticeable "
       "difference (JND). One or two channels; other sample rates are resampled to 48 kHz; the "
-      "shorter\n"
-      "recording is padded with silence. Exit code 0 when they could be compared, whatever the "
-      "result.\n\n"
+      "shorter recording is padded with silence. Exit code 0 when they could be compared, whatever "
+      "the result.\n\n"
       "Measures, in programmes (p) and impulse responses (r):\n";
   for (const MeasureInfo& info : kMeasures) {
     const char* const kind = !info.only_in                           ? "p r"
@@ -60,18 +57,18 @@ std::string compare_help() {
     text += info.jnd ? fmt::format("; JND {} ({})\n", jnd_text(info, *info.jnd), info.jnd_source)
                      : fmt::format("; JND {}\n", info.jnd_source);
   }
-  return text + R"(
-A crowd or late reverberation is a random texture: two exact renderings differ by chance, and a
-difference below the 95th percentile of chance passes. The best yardstick is a folder of exact
-renderings with other phases, --rolls. Without one, --null N draws N pairs of stationary noise with
-the power of A per frequency, moment and ear: right for rain or surf, too strict for a crowd of a
-few looped sounds, whose interference does not average out.
-
-A room in which nothing moves is a fixed filter. With --dry SIGNAL, the signal that both recordings
-play, 'changes with time' is the part of each recording that the best fixed filter of 1.25 s cannot
-produce from that signal, in dB relative to the whole (-60: none). An exact rendering is below
--50 dB; above -25 dB, the room audibly follows the music. It takes about as long as both recordings.
-)";
+  return text +
+         "\nA crowd or late reverberation is a random texture: two exact renderings differ by "
+         "chance, and a difference below the 95th percentile of chance passes. The best yardstick "
+         "is a folder of exact renderings with other phases, --rolls. Without one, --null N draws "
+         "N pairs of stationary noise with the power of A per frequency, moment and ear: right for "
+         "rain or surf, too strict for a crowd of a few looped sounds, whose interference does not "
+         "average out.\n"
+         "\nA room in which nothing moves is a fixed filter. With --dry SIGNAL, the signal that "
+         "both recordings play, 'changes with time' is the part of each recording that the best "
+         "fixed filter of 1.25 s cannot produce from that signal, in dB relative to the whole "
+         "(-60: none). An exact rendering is below -50 dB; above -25 dB, the room audibly follows "
+         "the music. It takes about as long as both recordings.\n";
 }
 
 std::string verdict_on(const Difference& difference, const NullDistribution* null) {

@@ -390,9 +390,9 @@ int run_farm_plan(std::span<const std::string> arguments, std::ostream& out, std
                 "number of shards; four for each process keep all busy to the end");
   parser.required("--shards");
   words.scheduler.add_options(parser);
-  parser.option("--threads", plan.threads, {1, 1024}, "threads of each shard [1]");
+  parser.option("--threads", plan.threads, {1, 1024}, "threads of each shard");
   parser.option("--merge-at-once", plan.merged_at_once, {2, static_cast<int>(kMaxShards)},
-                "merge more shards than these in two steps [256]");
+                "merge more shards than these in two steps");
   parser.bytes("--memory", plan.memory_bytes, "limit of the merge, as in 500MB or 2GB");
   parser.option("--until", words.until,
                 "an error, as in 0.5dB: bake in rounds until the energy decay is known that well; "

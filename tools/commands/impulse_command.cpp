@@ -115,7 +115,7 @@ class Measurement {
 
     const std::size_t frames =
         options_.seconds > 0
-            ? static_cast<std::size_t>(std::lround(options_.seconds * kSampleRate_hz))
+            ? static_cast<std::size_t>(std::max(1L, std::lround(options_.seconds * kSampleRate_hz)))
             : whole_response_frames(arrivals);
     const std::size_t first = first_response_frame(arrivals);
     if (first > 0)

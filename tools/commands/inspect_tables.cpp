@@ -125,7 +125,7 @@ void print_sound(const BakeFile& file, const BakeOverview& overview, const Order
                  std::ostream& out) {
   fmt::print(out, "\n{}\n", band_header("acoustics"));
   const DecaySummary& decay = file.statistics().decay;
-  if (decay.places > 0 && is_too_dry(decay)) out << "  too dry for a T30\n";
+  if (decay.places > 0 && has_no_t30(decay)) out << "  " << kNoT30 << '\n';
   for (const BandRow& line : acoustic_rows(file, overview))
     out << row(line.title, line.texts, std::identity()) << '\n';
   const OrderedJson& materials = bake["decay"]["materials"];

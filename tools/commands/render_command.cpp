@@ -44,6 +44,8 @@ struct RenderRequest {
 Result<void> interpret(const Arguments& parser, RenderRequest& request) {
   if (request.listener.has_value() != request.walk_path.empty())
     return Error("give either --listener X,Y,Z or --walk PATH.json");
+  if (parser.given("--seconds") && request.seconds * kSampleRate_hz < 1)
+    return Error("--seconds must be at least one sample, 1/48000");
   const auto samples = sample_format(request.format, request.output);
   if (!samples.ok()) return Error("--format: " + samples.error().message);
   request.samples = *samples;
@@ -123,22 +125,25 @@ void print_summary(const RenderRequest& request, const RenderSink& sink, std::ui
                    std::ostream& err) {
   const std::string taps =
       statistics.taps > 0 ? fmt::format(" and {} taps", grouped(statistics.taps)) : "";
-  fmt::print(err, "wrote {}: {:.2f} s, {} voices{}, peak {:.1f} dBFS, RMS {:.1f} dBFS, {}\n",
-             request.output, request.seconds, statistics.voices, taps, decibels(sink.peak()),
-             decibels(sink.rms()), in_real_times(request.seconds / sink.seconds()));
+  fmt::print(err, "wrote {}: {:.2f} s, {} voice{}{}, peak {:.1f} dBFS, RMS {:.1f} dBFS, {}\n",
+             request.output, request.seconds, statistics.voices, statistics.voices == 1 ? "" : "s",
+             taps, decibels(sink.peak()), decibels(sink.rms()),
+             in_real_times(request.seconds / sink.seconds()));
   if (!output_note.empty()) fmt::print(err, "{}\n", output_note);
   if (statistics.limited.frames > 0)
     fmt::print(err, "the limiter worked on {:.1f} % of the frames, by up to {:.1f} dB\n",
-               100 * static_cast<double>(statistics.limited.frames) / static_cast<double>(frames),
+               100 * static_cast<double>(std::min(statistics.limited.frames, frames)) /
+                   static_cast<double>(frames),
                -decibels(static_cast<double>(statistics.limited.min_gain)));
 }
 
-void print_warnings(const RenderRequest& request, const RenderSink& sink,
+// The last block is mixed whole, so that more frames may clip or be limited than are written.
+void print_warnings(const RenderRequest& request, const RenderSink& sink, std::uint64_t frames,
                     const AuralizerStatistics& statistics, std::ostream& err) {
   if (statistics.clipped_frames > 0)
     print_warning(
         err, fmt::format("{} frames exceed full scale; --gain {:.0f}dB avoids clipping",
-                         statistics.clipped_frames,
+                         std::min(statistics.clipped_frames, frames),
                          std::floor(decibels(request.options.gain) - decibels(sink.peak()) - 0.1)));
   if (statistics.bad_voices > 0)
     print_warning(err, fmt::format("{} voices were silenced because a value in them was not finite",
@@ -158,7 +163,7 @@ Result<void> render_to_file(RenderRequest& request, const MixArguments& mix,
   StageNotice notice(notes);
   notice.begin("preparing the level's surfaces");
   auto auralizer = Auralizer::create(std::make_shared<const BakeFile>(std::move(*file)), options);
-  if (!auralizer.ok()) return auralizer.error().in(request.level);
+  if (!auralizer.ok()) return auralizer.error();
   const OutputFormat& format = options.output;
   auto wav = WavWriter::create(request.output, format.channels(), kSampleRate_hz, request.samples,
                                format.speakers());
@@ -177,7 +182,7 @@ Result<void> render_to_file(RenderRequest& request, const MixArguments& mix,
   if (const auto finished = wav->finish(); !finished.ok()) return finished;
   print_summary(request, sink, frames, (*auralizer)->statistics(), output.default_output_note(),
                 notes);
-  print_warnings(request, sink, (*auralizer)->statistics(), err);
+  print_warnings(request, sink, frames, (*auralizer)->statistics(), err);
   return {};
 }
 

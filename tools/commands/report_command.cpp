@@ -77,6 +77,17 @@ Result<OrderedJson> document_of(const ReportOptions& options, std::ostream& err)
   const Room& room = (*opened)->room;
   auto excitation = excitation_of(room, options.emitter);
   if (!excitation.ok()) return excitation.error();
+  std::unique_ptr<OpenRoom> other;
+  std::optional<RoomMeter> other_meter;
+  if (!options.other.empty()) {
+    notice.begin("reading the other bake");
+    auto second = open_room(options.other);
+    if (!second.ok()) return second.error();
+    other = std::move(*second);
+    auto other_excitation = excitation_of(other->room, options.emitter);
+    if (!other_excitation.ok()) return other_excitation.error();
+    other_meter.emplace(other->room, *other_excitation);
+  }
   ReportContents contents;
   notice.begin("finding the floor");
   contents.map = floor_grid(room, kMapCells);
@@ -100,19 +111,9 @@ Result<OrderedJson> document_of(const ReportOptions& options, std::ostream& err)
         contents.map);
     contents.map_at_first = meter.quick(listeners_m[0] - origin_m, kMapSources);
   }
-  std::unique_ptr<OpenRoom> other;
-  std::optional<RoomMeter> other_meter;
-  if (!options.other.empty()) {
-    notice.begin("reading the other bake");
-    auto second = open_room(options.other);
-    if (!second.ok()) return second.error();
-    other = std::move(*second);
-    auto other_excitation = excitation_of(other->room, options.emitter);
-    if (!other_excitation.ok()) return other_excitation.error();
-    other_meter.emplace(other->room, *other_excitation);
+  if (other_meter)
     contents.other =
         measure_at(options, *other_meter, listeners_m, "  the other bake", notice, err);
-  }
   notice.begin("writing the page");
   return report_document(contents);
 }
@@ -166,17 +167,17 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
     return fail(right.error());
   std::ostream& notes = quiet.notes(err);
   const Progress whole(notes, "");
+  const auto scripts = options.player.empty()
+                           ? Result<std::string>(std::string())
+                           : listening_scripts(options.player, options.level, options.other);
+  if (!scripts.ok()) return fail(scripts.error());
   const auto document = [&] {
     const ExitOnSignal stop("report");
     return document_of(options, notes);
   }();
   if (!document.ok()) return fail(document.error());
   std::string page = page_of_document(*document, std::string(kViewScript) + kReportScript);
-  if (!options.player.empty()) {
-    const auto scripts = listening_scripts(options.player, options.level, options.other);
-    if (!scripts.ok()) return fail(scripts.error());
-    page.insert(page.rfind("</body>"), *scripts);
-  }
+  page.insert(page.rfind("</body>"), *scripts);
   const Interrupt until_written;
   auto file = AtomicFile::create(options.output);
   if (!file.ok()) return fail(file.error());

@@ -27,6 +27,35 @@ struct Arguments::State {
   std::vector<std::function<Result<void>()>> interpreters;
 };
 
+namespace {
+
+std::optional<double> number(std::string_view text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (problem != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+    return std::nullopt;
+  return value;
+}
+
+// What CLI11 says of words that make no command, as a sentence about an option or a word.
+std::string described(const CLI::ParseError& error, const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options())
+    if (option->get_items_expected_max() == 1 && option->count() > 1)
+      return option->get_name() + " is given " + std::to_string(option->count()) +
+             " times; give it once";
+  const std::string text = error.what();
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr)
+    return text.substr(0, text.find(':')) + " needs a value";
+  if (const auto words = app.remaining(); !words.empty())
+    return in_quotes(words.front()) + " is one word too many";
+  return text;
+}
+
+}  // namespace
+
 Arguments::Arguments(const std::string& command, const std::string& purpose,
                      const std::string& example)
     : state_(std::make_unique<State>()) {
@@ -63,6 +92,10 @@ void Arguments::option(const std::string& name, T& value, const std::string& hel
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   else if constexpr (std::is_arithmetic_v<T> || std::is_same_v<T, std::string>)
     option->capture_default_str();
+  if constexpr (std::is_same_v<T, double> || std::is_same_v<T, std::optional<double>>)
+    option->check([](const std::string& word) {
+      return number(word) ? "" : in_quotes(word) + " is not a number";
+    });
 }
 template void Arguments::option(const std::string&, std::string&, const std::string&);
 template void Arguments::option(const std::string&, std::optional<std::string>&,
@@ -161,7 +194,7 @@ CommandDescription Arguments::description() const {
     for (const std::string& name : option->get_snames()) described.names.push_back("-" + name);
     for (const std::string& name : option->get_lnames()) described.names.push_back("--" + name);
     if (option->get_items_expected_max() > 0) described.value = option->get_type_name();
-    described.usual = option->get_default_str();
+    if (!option->get_required()) described.usual = option->get_default_str();
     described.help = option->get_description();
     if (const auto found = state_->words.find(option->get_name()); found != state_->words.end())
       described.words = found->second;
@@ -178,17 +211,6 @@ CommandDescription Arguments::description() const {
 }
 
 namespace {
-
-std::optional<double> number(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  double value = 0;
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (problem != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-    return std::nullopt;
-  return value;
-}
 
 // "--listener 3 1.7 2 is X,Y,Z with commas: ..." if an option is followed by three numbers; or "".
 std::string numbers_without_commas(std::span<const std::string> words) {
@@ -229,7 +251,7 @@ std::optional<int> Arguments::parse(std::span<const std::string> words, std::ost
     // an option is missing or that a word is left over.
     for (const std::string& reason : {numbers_without_commas(words), unknown_option()})
       if (!reason.empty()) return bad_usage(err, reason);
-    return bad_usage(err, error.what());
+    return bad_usage(err, described(error, state_->app));
   }
 }
 
@@ -267,14 +289,14 @@ int Arguments::end(std::ostream& err, const Result<void>& done) const {
 
 Result<Listener> parse_listener(const std::string& text) {
   const Error wrong("listener " + in_quotes(text) +
-                    " is not X,Y,Z or X,Y,Z,YAW or X,Y,Z,YAW,PITCH (metres, degrees), "
+                    " is not X,Y,Z or X,Y,Z,YAW or X,Y,Z,YAW,PITCH (metres, degrees, up to 1e9), "
                     "as in 0,1.7,3,90");
   std::vector<double> values;
   std::string_view rest = text;
   while (true) {
     const auto comma = rest.find(',');
     const auto value = number(rest.substr(0, comma));
-    if (!value) return wrong;
+    if (!value || std::abs(*value) > 1e9) return wrong;
     values.push_back(*value);
     if (comma == std::string_view::npos) break;
     rest.remove_prefix(comma + 1);

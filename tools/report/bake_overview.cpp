@@ -184,7 +184,7 @@ std::vector<MaterialGroup> groups_of(std::span<const Material> materials) {
   return groups;
 }
 
-bool is_too_dry(const DecaySummary& decay) {
+bool has_no_t30(const DecaySummary& decay) {
   return std::all_of(decay.t30_s.begin(), decay.t30_s.end(), [](float s) { return s == 0; });
 }
 
@@ -204,7 +204,7 @@ std::vector<BandRow> acoustic_rows(const BakeFile& file, const BakeOverview& ove
   const auto any = [](const Bands& bands) {
     return *std::max_element(bands.begin(), bands.end()) > 0;
   };
-  if (statistics.decay.places > 0 && !is_too_dry(statistics.decay))
+  if (statistics.decay.places > 0 && !has_no_t30(statistics.decay))
     add_row("T30, s", statistics.decay.t30_s,
             [](float t30_s) { return t30_s > 0 ? fmt::format("{:.2f}", t30_s) : "-"; });
   add_row("power emitted, dB", statistics.power_emitted, power);
@@ -223,6 +223,9 @@ std::string band_title(std::size_t band) {
 std::vector<MakingLine> making_lines(const BakeFile& file, const BakeOverview& overview) {
   const BakeSettings& settings = file.settings();
   const BakeStatistics& statistics = file.statistics();
+  const double free_path_m = statistics.mean_free_path_m;
+  const std::string free_path =
+      free_path_m > 0 ? fmt::format("mean free path {:.2f} m, ", free_path_m) : "";
   return {
       {"by",
        overview.command.empty() ? "an application, through libclamor_bake" : overview.command},
@@ -233,9 +236,9 @@ std::vector<MakingLine> making_lines(const BakeFile& file, const BakeOverview& o
       {"air", fmt::format("{} C, {} % humidity, {} kPa: sound travels at {:.1f} m/s",
                           settings.air.temperature_c, settings.air.humidity_percent,
                           settings.air.pressure_kpa, speed_of_sound_mps(settings.air))},
-      {"traced", fmt::format("{}, {}, mean free path {:.2f} m, {:.1f} % escaped with {}",
+      {"traced", fmt::format("{}, {}, {}{:.1f} % escaped with {}",
                              counted(statistics.photons_traced, "photon"),
-                             counted(statistics.bounces, "bounce"), statistics.mean_free_path_m,
+                             counted(statistics.bounces, "bounce"), free_path,
                              100 * escaped_share(statistics),
                              in_words(lost_power(statistics, file.materials())))},
   };

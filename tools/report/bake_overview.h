@@ -57,9 +57,10 @@ struct BandRow {
   std::array<std::string, kBandCount> texts;
 };
 
-// Decay times and powers: "T30, s", "power emitted, dB" and so on. No T30 where it is too dry.
+// Decay times and powers: "T30, s", "power emitted, dB" and so on. No T30 where none is known.
 std::vector<BandRow> acoustic_rows(const BakeFile& file, const BakeOverview& overview);
-bool is_too_dry(const DecaySummary& decay);
+bool has_no_t30(const DecaySummary& decay);
+inline constexpr const char* kNoT30 = "no T30: too dry, too open, or too few photons";
 
 // "63 Hz", "1 kHz".
 std::string band_title(std::size_t band);

@@ -77,6 +77,15 @@ TEST(MovingScript, NamesTheErrorInAFile) {
   EXPECT_NE(script.error().message.find("source 1"), std::string::npos) << script.error().message;
 }
 
+TEST(MovingScript, RefusesASourceThatEndsBeforeItBegins) {
+  const std::string path = written(R"({ "sources": [ { "from_s": 5, "until_s": 2, "path": {
+      "points": [ { "time_s": 0, "position_m": [0, 1, 0] } ] } } ] })");
+  const auto script = MovingScript::read(path);
+  std::filesystem::remove(path);
+  ASSERT_FALSE(script.ok());
+  EXPECT_NE(script.error().message.find("'until_s'"), std::string::npos) << script.error().message;
+}
+
 // A script from elsewhere must not be able to open arbitrary files as sounds.
 TEST(MovingScript, ReadsOnlySoundsInItsOwnFolder) {
   const std::filesystem::path root =

@@ -220,6 +220,22 @@ TEST(BadInput, NumbersOutOfRangeAreBadUsageThatNamesTheRange) {
   expect_sentence(clamor({"play", file, "--device", "none", "--frames", "8"}), 2, "16 and 8192");
 }
 
+TEST(BadInput, WordsThatMakeNoCommandAreNamed) {
+  const Folder folder;
+  const auto expect = [&](std::vector<std::string> words, const std::string& sentence) {
+    words.insert(words.begin(), {"render", folder / "none.clamor", "--listener", "0,0,0"});
+    expect_sentence(clamor(words), 2, sentence);
+  };
+  expect({"-o", "o.wav", "--seconds", "few"}, "--seconds: 'few' is not a number;");
+  expect({"-o", "o.wav", "--seconds", ""}, "--seconds: '' is not a number;");
+  expect({"-o", "o.wav", "--seconds", "0"}, "at least one sample");
+  expect({"-o", "o.wav", "--gain", "0dB", "--gain", "1dB"}, "--gain is given 2 times;");
+  expect({"-o"}, "--output needs a value;");
+  expect({"-o", "o.wav", "p.wav"}, "'p.wav' is one word too many;");
+  expect_sentence(clamor({"render", "x.clamor", "-o", "o.wav", "--listener", "0,1e10,0"}), 2,
+                  "1e9");
+}
+
 // An Error ends in a full stop, but a usage error continues after it.
 TEST(BadInput, StrategiesThatDoNotExistAreNamedInASentenceThatGoesOn) {
   const auto outcome = clamor({"render", "x.clamor", "-o", "x.wav", "--strategy", "priorty"});
