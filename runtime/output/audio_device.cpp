@@ -1,5 +1,6 @@
-// audio_device.cpp: lists and opens the devices of all APIs. ALSA is reached through RtAudio 5 or
-// 6, which is visible only here; PulseAudio and JACK have their own files.
+// audio_device.cpp: lists and opens the devices of all APIs. ALSA, or WASAPI on Windows, is reached
+// through RtAudio 5 or 6, which is visible only here; PulseAudio and JACK have their own files,
+// which a build without CLAMOR_HAS_SOUND_SERVERS lacks.
 //
 // RtAudio 5 throws and numbers devices from 0; RtAudio 6 returns error codes and uses opaque ids.
 // showWarnings(false) keeps warnings from standard error, and in RtAudio 6 from the error callback
@@ -31,8 +32,13 @@ namespace {
 constexpr unsigned kBuffers = 4;
 constexpr auto kAfterError = std::chrono::milliseconds(5);
 
+#ifdef CLAMOR_HAS_SOUND_SERVERS
 constexpr RtAudio::Api kApi = RtAudio::LINUX_ALSA;
 constexpr const char* kApiName = "alsa";
+#else
+constexpr RtAudio::Api kApi = RtAudio::WINDOWS_WASAPI;
+constexpr const char* kApiName = "wasapi";
+#endif
 
 // Silences ALSA, which reports every card that it does not find to standard error. libasound is a
 // dependency of RtAudio and not ours, so its function is looked up by name.
@@ -214,8 +220,9 @@ thread_local DeviceOutput* DeviceOutput::calling_ = nullptr;
 thread_local bool DeviceOutput::attempting_ = false;
 
 // Opens the device through RtAudio. Null on failure, with the reason in `problem`.
-std::unique_ptr<AudioOutput> open_alsa(const OutputDevice& device, const OutputRequest& request,
-                                       OutputCallback callback, std::string& problem) {
+std::unique_ptr<AudioOutput> open_by_rtaudio(const OutputDevice& device,
+                                             const OutputRequest& request, OutputCallback callback,
+                                             std::string& problem) {
   problem = "it is gone";
   for (const Found& found : find_devices()) {
     if (found.device.name != device.name) continue;
@@ -232,10 +239,12 @@ class SoundDevices final : public OutputDriver {
  public:
   std::vector<OutputDevice> devices(const std::string& api) override {
     std::vector<OutputDevice> devices;
+#ifdef CLAMOR_HAS_SOUND_SERVERS
     if (api.empty() || api == "pulse")
       std::ranges::move(pulse_devices(), std::back_inserter(devices));
     if (api.empty() || api == "jack")
       std::ranges::move(jack_devices(), std::back_inserter(devices));
+#endif
     if (api.empty() || api == kApiName)
       for (const Found& found : find_devices()) devices.push_back(found.device);
     return devices;
@@ -245,9 +254,11 @@ class SoundDevices final : public OutputDriver {
                                             const OutputRequest& request,
                                             OutputCallback callback) override {
     std::string problem;
-    const auto open_of = device.api == "pulse"  ? open_pulse
-                         : device.api == "jack" ? open_jack
-                                                : open_alsa;
+    auto open_of = open_by_rtaudio;
+#ifdef CLAMOR_HAS_SOUND_SERVERS
+    if (device.api == "pulse") open_of = open_pulse;
+    if (device.api == "jack") open_of = open_jack;
+#endif
     std::unique_ptr<AudioOutput> output = open_of(device, request, callback, problem);
     if (output != nullptr) return output;
     return device_error(device.full_name(), "cannot play " + std::to_string(request.channels) +

@@ -46,7 +46,7 @@ class AudioOutput {
 inline constexpr unsigned kMinChannels = 2;  // of a device; those with fewer are not listed
 
 struct OutputDevice {
-  std::string api;   // "pulse", "jack", "alsa"
+  std::string api;   // "pulse", "jack", "alsa", "wasapi"
   std::string name;  // as the API calls it; the second of two equal names ends in " #2"
   int output_channels = 0;
   std::vector<unsigned> rates_hz;
@@ -79,7 +79,7 @@ class OutputDriver {
                                                     OutputCallback callback) = 0;
 };
 
-// The driver for PulseAudio, JACK and ALSA.
+// The driver for PulseAudio, JACK and ALSA, or for WASAPI.
 std::shared_ptr<OutputDriver> sound_devices();
 
 // An output that calls back in real time and discards the sound.

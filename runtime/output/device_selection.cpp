@@ -51,10 +51,11 @@ const OutputDevice& preferred(const Devices& devices) {
 struct ApiName {
   const char *name, *is_missing;
 };
-constexpr std::array<ApiName, 3> kApiNames = {
+constexpr std::array<ApiName, 4> kApiNames = {
     {{"pulse", "no PulseAudio server is running; start one"},
      {"jack", "no JACK server is running; start one"},
-     {"alsa", "ALSA finds no sound card; connect one"}}};
+     {"alsa", "ALSA finds no sound card; connect one"},
+     {"wasapi", "WASAPI finds no sound card; connect one"}}};
 
 }  // namespace
 

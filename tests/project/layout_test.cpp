@@ -79,6 +79,20 @@ TEST(Layout, TakesNoFunctionThatRoundsByTheCpuWhereBytesAreMade) {
     }
 }
 
+// On Windows, destructors of thread_local objects run when their memory is freed already
+// (common/object_pool.h), so none but pointers and flags are thread_local.
+TEST(Layout, KeepsNothingWithADestructorForEachThread) {
+  const std::regex trivial(R"(thread_local (bool|\w+\*) )");
+  for (const std::string folder : {"bake", "common", "formats", "runtime", "tools"})
+    for (const std::string& file : files_in(folder)) {
+      if (!is_code(file)) continue;
+      for (const std::string& line : lines_of(read_text(kRoot / file)))
+        EXPECT_TRUE(line.find("thread_local ") == std::string::npos ||
+                    std::regex_search(line, trivial))
+            << file << ": " << line;
+    }
+}
+
 // Paths of one machine. Each is written in two halves, so that this file does not match.
 TEST(Layout, NamesNoPathOfOneMachine) {
   const std::vector<std::string> places = {

@@ -26,7 +26,7 @@ function(clamor_static target)
   install(FILES ${library} DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 endfunction()
 
-if(NOT CLAMOR_SANITIZE)
+if(NOT CLAMOR_SANITIZE AND NOT WIN32)
   set(shared_parts $<TARGET_FILE:clamor_formats> $<TARGET_FILE:clamor_common> ${CLAMOR_BUNDLED_ARCHIVES})
   clamor_static(libclamor $<TARGET_FILE:clamor_runtime> ${shared_parts})
   if(CLAMOR_BUNDLED)
@@ -54,6 +54,7 @@ if(CLAMOR_PROGRAM OR CLAMOR_BUNDLED)
 endif()
 install(TARGETS ${installed_libraries} EXPORT clamor
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT development
+  RUNTIME DESTINATION bin COMPONENT runtime ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
   PUBLIC_HEADER DESTINATION include COMPONENT development)
 set(cmake_folder ${CMAKE_INSTALL_LIBDIR}/cmake/clamor)
 install(EXPORT clamor NAMESPACE clamor:: FILE clamor-targets.cmake DESTINATION ${cmake_folder} COMPONENT development)

@@ -63,6 +63,7 @@ Arguments::Arguments(const std::string& command, const std::string& purpose,
   state_->example = example;
   state_->app.description(purpose);
   state_->app.set_help_flag("-h,--help", "print this help");
+  state_->app.allow_windows_style_options(false);  // /path/to/file is a file there, too
   choice("--color", state_->colours,
          {{"auto", ColourUse::kAuto}, {"always", ColourUse::kAlways}, {"never", ColourUse::kNever}},
          "colours of warnings and errors: auto (on terminals, unless NO_COLOR is set), always or "

@@ -1,0 +1,19 @@
+# toolchain.cmake: MinGW-w64 of Debian (g++-mingw-w64-x86-64-posix) builds for Windows 10 and later.
+set(CMAKE_SYSTEM_NAME Windows)
+set(CMAKE_SYSTEM_PROCESSOR x86_64)
+set(CMAKE_C_COMPILER x86_64-w64-mingw32-gcc-posix)
+set(CMAKE_CXX_COMPILER x86_64-w64-mingw32-g++-posix)
+set(CMAKE_RC_COMPILER x86_64-w64-mingw32-windres)
+# GCC does not align the stack of Windows' functions to 32 bytes, but moves vectors of AVX there as if it did
+# (GCC bug 54412). The assembler makes all of these moves unaligned.
+set(CMAKE_C_FLAGS_INIT
+  "-D_WIN32_WINNT=0x0A00 -DFLAC__NO_DLL -Wa,-muse-unaligned-vector-move -ffunction-sections -fdata-sections")
+set(CMAKE_CXX_FLAGS_INIT "${CMAKE_C_FLAGS_INIT}")
+# Of this system it finds nothing but programs, and else what tools/bundle has built.
+set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES CLAMOR_BUNDLE_PREFIX)
+set(CMAKE_FIND_ROOT_PATH /usr/x86_64-w64-mingw32 ${CLAMOR_BUNDLE_PREFIX})
+set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
+set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
+set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
+set(ENV{PKG_CONFIG_LIBDIR} ${CLAMOR_BUNDLE_PREFIX}/lib/pkgconfig:${CLAMOR_BUNDLE_PREFIX}/share/pkgconfig)
