@@ -64,6 +64,7 @@ AuralizerOptions options_with(std::uint64_t memory_bytes) {
   made.voices = kVoices;
   made.visibility = false;
   made.own_threads = false;
+  made.first_sounds_s = 3600;  // however slow the machine is
   made.keeps_sample = true;
   made.memory_bytes = memory_bytes;
   return made;
