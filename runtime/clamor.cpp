@@ -85,6 +85,8 @@ bool complete(clamor_listener_options& options) {
          options.rate_hz <= kMaxRate_hz &&
          options.max_block_frames <= static_cast<std::uint32_t>(clamor::kLargestBlock_frames) &&
          options.voices <= kMaxVoices && options.mixing <= CLAMOR_MIXING_VOICES &&
+         (options.late == CLAMOR_LATE_STORED ||
+          (options.late == CLAMOR_LATE_DENSE && options.mixing != CLAMOR_MIXING_VOICES)) &&
          options.gain > 0 && options.gain <= kMaxOutputGain;
 }
 
@@ -98,9 +100,11 @@ clamor::AuralizerOptions auralizer_options(clamor_context& context,
   made.voices = static_cast<int>(options.voices);
   constexpr std::array kMixings{clamor::Mixing::kAuto, clamor::Mixing::kField,
                                 clamor::Mixing::kVoices};
-  made.mixing = options.reports_voices != 0 && options.mixing == CLAMOR_MIXING_AUTO
-                    ? clamor::Mixing::kVoices
-                    : kMixings[static_cast<std::size_t>(options.mixing)];
+  made.has_dense_late = options.late == CLAMOR_LATE_DENSE;
+  made.mixing =
+      options.reports_voices != 0 && options.mixing == CLAMOR_MIXING_AUTO && !made.has_dense_late
+          ? clamor::Mixing::kVoices
+          : kMixings[static_cast<std::size_t>(options.mixing)];
   made.memory_bytes = options.memory_bytes;
   made.gain = options.gain;
   made.limit = options.limits != 0;

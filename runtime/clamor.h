@@ -242,10 +242,16 @@ enum {
 };
 
 enum {
-  CLAMOR_MIXING_AUTO = 0,   /* a field from 4000 voices on, but voices with `reports_voices` */
+  CLAMOR_MIXING_AUTO = 0,   /* a field from 4000 voices on and for dense late sound, otherwise voices
+                             * with `reports_voices` */
   CLAMOR_MIXING_FIELD = 1,  /* all but the loudest and the moving are taps of responses that are
                              * convolved with their sounds: cheaper for many, and glides in steps */
   CLAMOR_MIXING_VOICES = 2  /* each of them glides */
+};
+
+enum {
+  CLAMOR_LATE_STORED = 0, /* late sound as in the bake: few and strong reflections */
+  CLAMOR_LATE_DENSE = 1   /* spread to a room's density, by a field; not with CLAMOR_MIXING_VOICES */
 };
 
 typedef struct clamor_listener_options {
@@ -268,6 +274,7 @@ typedef struct clamor_listener_options {
   uint32_t reports_voices; /* 1: clamor_get_voices() may be called */
   /* CLAMOR_MIXING_... [auto]; of 64 bits, so as to lie beyond what earlier versions knew */
   uint64_t mixing;
+  uint64_t late; /* CLAMOR_LATE_... [stored] */
 } clamor_listener_options;
 
 /* Adds a listener in a level. Errors: ARGUMENT, HANDLE, FILE, FULL (64 listeners), MEMORY, STATE for

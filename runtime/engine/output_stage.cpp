@@ -24,9 +24,14 @@ Result<OutputStage> OutputStage::of(const AuralizerOptions& options, const Aural
     mode.delays = 1;  // panned voices have one delay, binaural ones two
     mode.pairs = stage.panner->channels() / kEars;
   }
+  if (options.mixing == Mixing::kVoices && options.has_dense_late)
+    return Error(
+        "voices have late sound as stored, and only a field makes it dense: mix a field, or let "
+        "'auto' choose.");
   if (options.mixing == Mixing::kVoices) return stage;
+  const bool asks_for_field = options.mixing == Mixing::kField || options.has_dense_late;
   const bool samples = strategy_options_of(options).name() == priority_strategy()->name();
-  if (!samples && options.mixing == Mixing::kField)
+  if (!samples && asks_for_field)
     return Error(
         "a field takes the strategy 'priority', with as many voices as are to be heard; mix "
         "voices, or let 'auto' choose.");
@@ -34,7 +39,7 @@ Result<OutputStage> OutputStage::of(const AuralizerOptions& options, const Aural
       FieldMaker::suits(input.emitters, static_cast<std::size_t>(std::max(options.voices, 1)));
   stage.chooses_taps = options.moving.max_sources > 0 || !suits;
   mode.field = samples && options.mixes_voices &&
-               (options.mixing == Mixing::kField || (suits && options.voices >= kLeastField));
+               (asks_for_field || (suits && options.voices >= kLeastField));
   return stage;
 }
 

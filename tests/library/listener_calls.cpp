@@ -41,6 +41,7 @@ clamor_listener_options pick_listener_options(Draws& draws) {
   if (draws.one_in(16)) options.memory_bytes = kMemory_bytes[draws.below(4)];
   if (draws.one_in(16)) options.gain = draws.odd_number();
   if (draws.one_in(4)) options.mixing = draws.below(4);
+  if (draws.one_in(4)) options.late = draws.below(3);
   if (is_slow && draws.one_in(2)) {
     options.output = CLAMOR_OUTPUT_BINAURAL;
     options.sofa = draws.one_in(4) ? bake_path().c_str() : head_path().c_str();
@@ -56,6 +57,8 @@ bool allows(const clamor_listener_options& options, bool pose_is_valid, bool cal
   return options.output <= CLAMOR_OUTPUT_NONE && is_in(options.rate_hz, 8000, 192'000) &&
          is_in(options.max_block_frames, 1, 65'536) && is_in(options.voices, 1, 100'000) &&
          is_in(options.gain, 0, 1e10) && options.mixing <= CLAMOR_MIXING_VOICES && pose_is_valid &&
+         options.late <=
+             (options.mixing == CLAMOR_MIXING_VOICES ? CLAMOR_LATE_STORED : CLAMOR_LATE_DENSE) &&
          (options.offline == 0 || caller_updates);
 }
 

@@ -52,14 +52,16 @@ void add_strategy_options(Arguments& parser, StrategyOptions& options) {
 
 MixArguments::MixArguments(Arguments& parser, AuralizerOptions& options) {
   add_strategy_options(parser, strategy_);
+  options.mixing = Mixing::kAuto;
   parser.choice("--mixer", options.mixing,
                 {{"auto", Mixing::kAuto}, {"field", Mixing::kField}, {"voices", Mixing::kVoices}},
                 "how the chosen sources are mixed: voices; field: all but the loudest 256 as "
                 "responses that are convolved with the signals; or auto, a field from 4000 sources "
                 "on");
-  parser.choice("--late", options.has_dense_late, {{"stored", false}, {"dense", true}},
-                "late sound of a field: as stored, with few and strong reflections; or dense, as "
-                "in a room");
+  parser.choice(
+      "--late", options.has_dense_late, {{"stored", false}, {"dense", true}},
+      "late sound: as stored, with few and strong reflections; or dense, as in a room, by "
+      "a field");
   parser.choice("--interpolation", options.interpolation,
                 {{"cubic", Interpolation::kCubic}, {"linear", Interpolation::kLinear}},
                 "cubic or linear; linear mixes a quarter more voices and loses 1 dB at 8 kHz");

@@ -76,11 +76,14 @@ namespace Clamor
         Voices = Native.CLAMOR_MIXING_VOICES
     }
 
+    public enum Late { Stored = Native.CLAMOR_LATE_STORED, Dense = Native.CLAMOR_LATE_DENSE }
+
     // As clamor_listener_options in clamor.h; 0 and null mean the default.
     public sealed class ListenerOptions
     {
         public Output Output;
         public Mixing Mixing;
+        public Late Late;
         public string Layout, Sofa;
         public int RateHz, MaxBlockFrames, Voices;
         public long MemoryBytes;
@@ -250,7 +253,7 @@ namespace Clamor
                         limits = options.Limits ? 1u : 0u, offline = options.Offline ? 1u : 0u,
                         pose = options.Pose,
                         reports_voices = options.ReportsVoices ? 1u : 0u,
-                        mixing = (ulong)options.Mixing }));
+                        mixing = (ulong)options.Mixing, late = (ulong)options.Late }));
         }
     }
 

@@ -239,6 +239,21 @@ TEST(AuralizerField, IsRefusedWhereItCannotBe_NoTsan) {
   EXPECT_FALSE(Auralizer::create(room(), options).ok());
   options.mixing = Mixing::kAuto;
   EXPECT_TRUE(Auralizer::create(room(), options).ok());
+  options.has_dense_late = true;
+  EXPECT_FALSE(Auralizer::create(room(), options).ok());
+  options = everything(Mixing::kVoices);
+  options.has_dense_late = true;
+  EXPECT_FALSE(Auralizer::create(room(), options).ok());
+}
+
+// Otherwise whoever asks for dense late sound of a small sample would not get it, nor learn why.
+TEST(AuralizerField, IsMixedForDenseLateSoundHoweverFewTheSources_NoTsan) {
+  AuralizerOptions options = everything(Mixing::kAuto);
+  options.voices = 300;
+  options.has_dense_late = true;
+  const auto dense = mixed(options, 0.1, kStanding);
+  options.mixing = Mixing::kField;
+  EXPECT_EQ(dense, mixed(options, 0.1, kStanding));
 }
 
 // Most of these sources begin at a time of their own, so that a response of theirs would not pay:

@@ -25,6 +25,7 @@ OUTPUTS = {"binaural": native.CLAMOR_OUTPUT_BINAURAL,
            "none": native.CLAMOR_OUTPUT_NONE}
 MIXINGS = {"auto": native.CLAMOR_MIXING_AUTO, "field": native.CLAMOR_MIXING_FIELD,
            "voices": native.CLAMOR_MIXING_VOICES}
+LATE_SOUNDS = {"stored": native.CLAMOR_LATE_STORED, "dense": native.CLAMOR_LATE_DENSE}
 
 # A path, or the bytes of a bake.
 Source = Union[str, "os.PathLike[str]", bytes, bytearray, memoryview]
@@ -294,7 +295,9 @@ class Listener(_Owned):
         reports_voices: voices() may be called.
         mixing: "field": all but the loudest and the moving sources are taps of responses that are
             convolved with their sounds, cheaper for many; "voices"; "auto": a field from 4000
-            voices on, but voices with `reports_voices`.
+            voices on and for dense late sound, otherwise voices with `reports_voices`.
+        late: "stored": few and strong reflections, as in the bake; "dense": spread by a field to the
+            density of a room.
 
     Raises ClamorError for options out of range, files that cannot be read, and a full context.
     """
@@ -304,7 +307,8 @@ class Listener(_Owned):
                  rate_hz: int = 48000, voices: int = 2000, memory_bytes: int = 0,
                  gain: float = 1.0, limits: bool = False, max_block_frames: int = 1024,
                  offline: bool = False,
-                 reports_voices: bool = False, mixing: str = "auto"):
+                 reports_voices: bool = False, mixing: str = "auto",
+                 late: str = "stored"):
         given.instance(context, Context, "context")
         given.instance(level, Level, "level")
         options = native.clamor_listener_options(
@@ -317,7 +321,8 @@ class Listener(_Owned):
             gain=_output_gain(gain), limits=given.flag(limits, "limits"),
             offline=given.flag(offline, "offline"), pose=_pose(pose),
             reports_voices=given.flag(reports_voices, "reports_voices"),
-            mixing=MIXINGS[given.choice(mixing, "mixing", list(MIXINGS))])
+            mixing=MIXINGS[given.choice(mixing, "mixing", list(MIXINGS))],
+            late=LATE_SOUNDS[given.choice(late, "late", list(LATE_SOUNDS))])
         self.rate_hz = rate_hz
         self._own(context, "clamor_destroy_listener", "clamor_create_listener", level._handle, options)
         self.channels: int = self._call("clamor_get_channels")
