@@ -102,6 +102,7 @@ const fails = (code, call) => assert.throws(call, (error) => error.code === code
 const never = native.module.addFunction(() => 1, "iijji");
 fails(-3, () => native.call("clamor_open_level_with", context, {name: "huge", size: 1n << 40n, read: never}));
 for (const frames of [1n << 30n, (1n << 62n) + 1n, 0xffffffffn])
+  assert.throws(() => native.call("clamor_add_sound", context, 8, frames), (error) => error.code < 0);
 native.call("clamor_destroy", context);
 
 // Memory does not grow over many contexts, whether a level is in memory or read in parts.
