@@ -124,6 +124,7 @@ std::string zip_kind(std::string_view head) {
 }  // namespace
 
 std::string other_kind(std::span<const std::byte> file, FileKind wanted) {
+  if (file.empty()) return "is empty; copy or export it again";
   const std::string_view head(reinterpret_cast<const char*>(file.data()),
                               std::min(file.size(), kHeadBytes));
   if (head.starts_with("PK\3\4")) return zip_kind(head);

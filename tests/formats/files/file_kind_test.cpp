@@ -90,5 +90,13 @@ TEST_F(FileKinds, OfSharedCasesAreNamed) {
     EXPECT_THAT(import_level(folder + name, {}).error().message, HasSubstr(part)) << name;
 }
 
+TEST_F(FileKinds, OfEmptyFilesIsEmptyWhateverIsWanted) {
+  const std::string path = write("none", "");
+  for (const std::string& why :
+       {read_audio(path).error().message, BakeFile::open(path).error().message,
+        Walk::read(path).error().message})
+    EXPECT_THAT(why, HasSubstr("is empty"));
+}
+
 }  // namespace
 }  // namespace clamor::testing

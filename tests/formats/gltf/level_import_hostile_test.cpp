@@ -320,7 +320,7 @@ TEST_F(HostileLevel, ThatIsMissingOrAFolderIsRejectedByName) {
 
 TEST_F(HostileLevel, WithAnInvalidSidecarIsRejectedWithItsName) {
   const std::pair<const char*, const char*> cases[] = {
-      {"", "JSON"},
+      {"", "is empty"},
       {"[]", "object"},
       {"{\"material\": {}}", "'materials'"},
       {"{\"materials\": []}", "'materials'"},

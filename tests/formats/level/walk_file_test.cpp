@@ -55,7 +55,7 @@ TEST_F(Walks, RestartIfTheyLoop) {
 
 TEST_F(Walks, NameTheInvalidPoint) {
   const std::pair<const char*, const char*> cases[] = {
-      {"", "JSON"},
+      {"", "is empty"},
       {"{}", "points"},
       {R"({"points": []})", "points"},
       {R"({"points": [{"position_m": [0, 0, 0]}]})", "time_s"},
