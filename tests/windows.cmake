@@ -8,6 +8,6 @@ set_source_files_properties(build_paths.cpp PROPERTIES COMPILE_DEFINITIONS
   "CLAMOR_SOURCE_DIR=\"${PROJECT_SOURCE_DIR}\";CLAMOR_PROGRAM=\"$<TARGET_FILE:clamor>\";CLAMOR_JACK_LISTENER=\"\"")
 target_link_libraries(test_library PRIVATE clamor_options libclamor libclamor_bake clamor_bake clamor_player
   nlohmann_json::nlohmann_json GTest::gtest_main GTest::gmock)
-target_compile_options(test_library PRIVATE -O1)
+target_compile_options(test_library PRIVATE -O1 -include ${CMAKE_CURRENT_SOURCE_DIR}/windows.h)
 set_target_properties(test_library PROPERTIES UNITY_BUILD_BATCH_SIZE 16
   RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})  # beside the libraries

@@ -1,7 +1,7 @@
 ; installer.nsi: the installer of clamor.exe, its libraries and licences, by `tools/package --windows`:
 ;   makensis -DVERSION=0.1.0 -DFOLDER=what-to-install -DOUT=setup.exe installer.nsi
 ; /S installs without questions, and /D=C:\FOLDER, as the last option, chooses the folder.
-Unicode true
+Target amd64-unicode ; one of 32 bits needs a Wine of 32 bits to be tried
 SetCompressor /SOLID lzma
 Name "Clamor ${VERSION}"
 OutFile "${OUT}"
@@ -11,20 +11,12 @@ InstallDirRegKey HKCU "Software\Clamor" "Folder"
 !define ENTRY "Software\Microsoft\Windows\CurrentVersion\Uninstall\Clamor"
 
 !include MUI2.nsh
-!include x64.nsh
 !insertmacro MUI_PAGE_LICENSE "${FOLDER}/LICENSE.txt"
 !insertmacro MUI_PAGE_DIRECTORY
 !insertmacro MUI_PAGE_INSTFILES
 !insertmacro MUI_UNPAGE_CONFIRM
 !insertmacro MUI_UNPAGE_INSTFILES
 !insertmacro MUI_LANGUAGE "English"
-
-Function .onInit
-  ${IfNot} ${RunningX64}
-    MessageBox MB_ICONSTOP "Clamor needs Windows 10 or later for 64-bit processors." /SD IDOK
-    Abort
-  ${EndIf}
-FunctionEnd
 
 Section
   SetOutPath "$INSTDIR"
