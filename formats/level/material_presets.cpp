@@ -57,6 +57,7 @@ Result<MaterialPresets> MaterialPresets::parse(std::string_view text, std::strin
     material.absorption = absorption.value_or(Bands{});
     material.scattering = scattering.value_or(Bands{});
     if (const auto phong = eight_values(fields, "phong", kMirrorExponent)) material.phong = *phong;
+    material.rows_m = static_cast<float>(fields.number("rows_m", 0, kDeepestRows_m).value_or(0));
     const auto reduction_db = eight_values(fields, "sound_reduction_db", 200);
     if (reduction_db)
       for (std::size_t b = 0; b < kBandCount; ++b)

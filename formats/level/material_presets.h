@@ -27,8 +27,8 @@ class MaterialPresets {
   static const MaterialPresets& built_in();
 
   // Parses { "bands_hz": [8], "materials": { NAME: { "absorption": [8], "scattering": [8], "phong":
-  // p or [8] (optional), "sound_reduction_db": R or [8] (optional) } } }. Transmission is
-  // 10^(-R/10), at most the absorption.
+  // p or [8], "rows_m": depth, "sound_reduction_db": R or [8] } } }, of which the last three are
+  // optional. Transmission is 10^(-R/10), at most the absorption.
   //
   // `names` has a line with the name of a preset, or with "-" for names of no material, followed
   // by indented lines "LANGUAGE: alias, alias", and comments that begin with #. It must outlive

@@ -61,6 +61,7 @@ OrderedJson json_of(const MaterialPresets& presets) {
                     {"measured_hz", {origin.low_hz, origin.high_hz}},
                     {"source", origin.source},
                     {"transmission_source", origin.reduction_source}});
+    if (material.rows_m > 0) list.back()["rows_m"] = material.rows_m;
   }
   return list;
 }

@@ -94,6 +94,18 @@ TEST_F(Materials, HaveRowsOfSeatsWhereTheyAreGiven) {
   EXPECT_EQ(without.level.materials.at(0).rows_m, 0);
 }
 
+TEST_F(Materials, HaveRowsOfSeatsByAPresetThatIsOtherwiseTheOneWithoutRows) {
+  const MaterialPresets& presets = MaterialPresets::built_in();
+  for (const auto& [with_rows, without] :
+       {std::pair("audience_rows", "audience"), {"seats_rows", "seats_upholstered"}}) {
+    const auto imported = with({{"name", "x"}, {"extras", {{"acoustic", with_rows}}}});
+    const Material& rows = imported.level.materials.at(0);
+    EXPECT_EQ(rows.rows_m, 0.8f);
+    EXPECT_EQ(rows.absorption, presets.get(without)->absorption);
+    EXPECT_EQ(rows.scattering, presets.get(without)->scattering);
+  }
+}
+
 TEST_F(Materials, TransmitAtMostWhatTheyAbsorbWithAWarning) {
   const json written = {{"absorption", {0.1, 0.5}}, {"transmission", 0.3}, {"bandsHz", {63, 8000}}};
   const auto imported = with({{"name", "paper"}, {"extras", {{"acoustic", written}}}});
@@ -133,6 +145,8 @@ TEST_F(Materials, AreGuessedFromTheirNames) {
                                                        {"wooden_table", "wood"},
                                                        {"heavy curtains", "curtain"},
                                                        {"Crowd_07", "audience"},
+                                                       {"Stalls_2", "audience_rows"},
+                                                       {"seat rows left", "seats_rows"},
                                                        {"Beton", "concrete"},
                                                        {"ceiling_tile", "ceiling_tile"},
                                                        {"walls", "plaster"},

@@ -180,7 +180,7 @@ TEST(MaterialsCommand, ListsEveryPresetWithItsFiguresAndTheirSource) {
   ASSERT_EQ(json.code, 0);
   const auto list = nlohmann::json::parse(json.out);
   const auto table = testing::clamor({"materials"}).out;
-  EXPECT_EQ(list.size(), 36u);
+  EXPECT_EQ(list.size(), 38u);
   for (const auto& preset : list) {
     EXPECT_EQ(preset["absorption"].size(), 8u);
     EXPECT_FALSE(preset["source"].get<std::string>().empty());
