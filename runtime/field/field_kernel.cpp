@@ -17,34 +17,38 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Four = hn::CappedTag<float, 4>;
 using Eight = hn::CappedTag<float, 8>;
 
-// Adds the gains times a weight for each of successive rows.
-template <std::size_t kLanes, std::size_t kWeights>
-HWY_INLINE void add_rows(const float* HWY_RESTRICT gain, const std::array<float, kWeights>& weights,
+// Adds the gains to successive rows, each time with another weight: a polynomial of the fraction,
+// whose coefficients have a value for each row, those of the highest power first.
+template <std::size_t kLanes, std::size_t kRows, std::size_t kPowers>
+HWY_INLINE void add_rows(const float* HWY_RESTRICT gain, float amplitude, float fraction,
+                         const std::array<std::array<float, kRows>, kPowers>& coefficients,
                          float* HWY_RESTRICT rows) {
   const hn::CappedTag<float, kLanes> d;
-  for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
-    const auto times = hn::LoadU(d, gain + lane);
-    for (std::size_t k = 0; k < kWeights; ++k) {
-      float* const row = rows + k * kLanes + lane;
-      hn::StoreU(hn::MulAdd(times, hn::Set(d, weights[k]), hn::LoadU(d, row)), d, row);
+  for (std::size_t k = 0; k < kRows; ++k) {
+    float weight = coefficients[0][k];
+    for (std::size_t p = 1; p < kPowers; ++p) weight = weight * fraction + coefficients[p][k];
+    const auto times = hn::Set(d, weight * amplitude);
+    for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
+      float* const at = rows + k * kLanes + lane;
+      hn::StoreU(hn::MulAdd(hn::LoadU(d, gain + lane), times, hn::LoadU(d, at)), d, at);
     }
   }
 }
 
+constexpr std::array<std::array<float, 4>, 4> kCubic{{{-1 / 6.0f, 0.5f, -0.5f, 1 / 6.0f},
+                                                      {0.5f, -1, 0.5f, 0},
+                                                      {-0.5f, 0, 0.5f, 0},
+                                                      {1 / 6.0f, 4 / 6.0f, 1 / 6.0f, 0}}};
+constexpr std::array<std::array<float, 3>, 3> kQuadratic{
+    {{0.5f, -1, 0.5f}, {-0.5f, 0, 0.5f}, {0.125f, 0.75f, 0.125f}}};
+
 void add_taps_here(std::span<const Tap> taps, float* HWY_RESTRICT high, float* HWY_RESTRICT low) {
-  constexpr float kSixth = 1.0f / 6;
   for (const Tap& tap : taps) {
-    const float f = tap.high_fraction, g = 1 - f;
-    add_rows<kHighFieldLanes>(
-        tap.gain.data() + kBandCount - kHighFieldLanes,
-        std::array{g * g * g * kSixth, (4 - 6 * f * f + 3 * f * f * f) * kSixth,
-                   (4 - 6 * g * g + 3 * g * g * g) * kSixth, f * f * f * kSixth},
-        high + (tap.high - 1) * std::ptrdiff_t{kHighFieldLanes});
-    const float t = tap.low_fraction;
-    add_rows<kLowFieldLanes>(
-        tap.gain.data(),
-        std::array{0.5f * (0.5f - t) * (0.5f - t), 0.75f - t * t, 0.5f * (0.5f + t) * (0.5f + t)},
-        low + (tap.low - 1) * std::ptrdiff_t{kLowFieldLanes});
+    add_rows<kHighFieldLanes>(tap.gain->data() + kBandCount - kHighFieldLanes, tap.amplitude,
+                              tap.high_fraction, kCubic,
+                              high + (tap.high - 1) * std::ptrdiff_t{kHighFieldLanes});
+    add_rows<kLowFieldLanes>(tap.gain->data(), tap.amplitude, tap.low_fraction, kQuadratic,
+                             low + (tap.low - 1) * std::ptrdiff_t{kLowFieldLanes});
   }
 }
 

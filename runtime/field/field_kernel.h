@@ -22,7 +22,8 @@ inline constexpr std::size_t kHighFieldLanes = 4, kLowFieldLanes = kBandCount;
 struct Tap {
   std::int32_t high, low;
   float high_fraction, low_fraction;
-  Bands gain;
+  float amplitude;
+  const Bands* gain;  // times the amplitude
 };
 
 // Adds splines at the taps' delays to rows of lanes: cubic in the high layer, quadratic in the low

@@ -110,6 +110,14 @@ void SparseResponse::reserve(std::size_t partitions) {
 void SparseResponse::add(std::size_t ear, std::span<const Tap> taps) {
   float* const high = high_.rows[ear].data() + kPad * kHighFieldLanes;
   float* const low = low_.rows[ear].data() + kPad * kLowFieldLanes;
+  const auto fetch = [&](std::span<const Tap> some) {
+    for (const Tap& tap : some) {
+      prefetch_to_write(high + (tap.high - 1) * std::ptrdiff_t{kHighFieldLanes},
+                        4 * kHighFieldLanes * sizeof(float));
+      prefetch_to_write(low + (tap.low - 1) * std::ptrdiff_t{kLowFieldLanes},
+                        3 * kLowFieldLanes * sizeof(float));
+    }
+  };
   for (const Tap& tap : taps) {
     constexpr int kReach = kLowRate * static_cast<int>(kPad);
     assert(tap.high >= 0 && tap.low >= 0);
@@ -117,12 +125,14 @@ void SparseResponse::add(std::size_t ear, std::span<const Tap> taps) {
                last = static_cast<std::size_t>(tap.high + kReach);
     touched_[first / kHighField.partition] = 1;
     touched_[std::min(last / kHighField.partition, touched_.size() - 1)] = 1;
-    prefetch_to_write(high + (tap.high - 1) * std::ptrdiff_t{kHighFieldLanes},
-                      4 * kHighFieldLanes * sizeof(float));
-    prefetch_to_write(low + (tap.low - 1) * std::ptrdiff_t{kLowFieldLanes},
-                      3 * kLowFieldLanes * sizeof(float));
   }
-  add_taps(taps, high, low);
+  constexpr std::size_t kAtOnce = 16;  // whose rows are in the cache
+  fetch(taps.first(std::min(kAtOnce, taps.size())));
+  for (std::size_t at = 0; at < taps.size(); at += kAtOnce) {
+    const std::size_t end = std::min(at + kAtOnce, taps.size());
+    fetch(taps.subspan(end, std::min(kAtOnce, taps.size() - end)));
+    add_taps(taps.subspan(at, end - at), high, low);
+  }
 }
 
 void SparseResponse::Layer::transform(std::size_t partition, float* spectrum) {

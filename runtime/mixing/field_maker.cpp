@@ -9,8 +9,6 @@
 #include <utility>
 
 #include "runtime/field/late_density.h"
-#include "runtime/mixing/itd_table.h"
-#include "runtime/voices/gain_ramp_kernel.h"
 
 namespace clamor {
 
@@ -21,14 +19,6 @@ constexpr double kLeastCorrelation = -0.5;
 constexpr double kFastest_mps = 40;  // beyond, the listener was moved, and is not expected to go on
 // Reflections of faster sources are renewed no more often.
 constexpr double kFastestTap_mps = 2;
-
-Tap tap_at(double delay_frames, double low_delay_frames, const Bands& gain) {
-  const double low = low_delay_frames / kLowRate;
-  const auto whole = static_cast<std::int32_t>(delay_frames),
-             low_whole = static_cast<std::int32_t>(low + 0.5);
-  return {whole, low_whole, static_cast<float>(delay_frames - whole),
-          static_cast<float>(low - low_whole), gain};
-}
 
 }  // namespace
 
@@ -245,7 +235,7 @@ void FieldMaker::renew(std::size_t part_index, const Listener& listener, const R
       has_changed = has_changed || input->density->lacks_passes() > 0;
   for (const auto& input : inputs_) {
     TapGroup& group = input->groups[part_index];
-    makes_gains = group.take_new_gains() || makes_gains;
+    makes_gains = makes_gains || group.has_other_taps();
     has_changed =
         group.advance(is_first ? 1 : static_cast<float>(every) / kTapFade_keyframes) || has_changed;
   }
@@ -260,6 +250,8 @@ void FieldMaker::renew(std::size_t part_index, const Listener& listener, const R
     part.gain_frame = listener_frame(then, receivers);
   }
   if (makes_gains && part.eq != nullptr) part.eq->begin();
+  if (makes_gains)
+    for (const auto& input : inputs_) input->groups[part_index].begin_gains();
   FieldResponse& response = free_response(part);
   response.is_free.store(false, std::memory_order_relaxed);
   response.partitions.clear();
@@ -280,96 +272,6 @@ void FieldMaker::renew(std::size_t part_index, const Listener& listener, const R
   if (!is_first) correct(response, *part.last);
   part.last = &response;
   keyframe.field[part_index] = &response;
-}
-
-// Gains of some slots of a tile.
-void FieldMaker::make_gains(Input& input, std::size_t part_index, std::size_t first,
-                            std::span<const std::uint32_t> slots) {
-  const Part& part = parts_[part_index];
-  TapGroup& group = input.groups[part_index];
-  place_voices(group.table(), *part.gain_frame, ears_.itd_table, first, first + VoiceTable::kTile);
-  make_voices(group.table(), part.gain_frame->places, slots, made_voices_.data(), first);
-  for (const std::uint32_t s : slots) {
-    const Voice& voice = made_voices_[s - first];
-    TapGroup::Gains& gains = group.gains(s);
-    gains.at = voice.gain;
-    if (ears_.head != nullptr) {
-      const DirectionMesh::Place place = ears_.head->place(voice.from, gains.direction);
-      gains.low_itd_frames = static_cast<float>(ears_.head->low_itd_frames(place));
-      hrtf_gains(part.eq->corners(place), voice.gain, signals_[input.signal].mean_square(),
-                 gains.at);
-    } else if (!part.reception.is_omnidirectional()) {
-      for (std::size_t e = 0; e < kEars; ++e) {
-        const Vec3 towards_m =
-            Vec3(group.table().position_of(s)) - part.gain_frame->ear_positions_m[e];
-        const Bands gain = part.reception.gain(static_cast<int>(e), Vec3f(towards_m));
-        for (std::size_t b = 0; b < kBandCount; ++b) gains.at[e][b] *= gain[b];
-      }
-    }
-  }
-}
-
-void FieldMaker::add_taps_of(Input& input, std::size_t part, bool makes_gains) {
-  constexpr std::size_t kTile = VoiceTable::kTile;
-  TapGroup& group = input.groups[part];
-  VoiceTable& table = group.table();
-  const VoiceArrivals& arrivals = table.arrivals;
-  const std::size_t used = group.used();
-  if (ears_.has_dense_late && part == kLateField) input.density->begin();
-  const double longest_frames =
-      static_cast<double>((input.buffers.back()->blocks.size()) * kHighField.partition) - 4;
-  std::array<std::uint32_t, kTile> slots;
-  for (std::size_t first = 0; first < used; first += kTile) {
-    std::size_t count = 0;
-    for (std::size_t s = first; s < std::min(first + kTile, used); ++s)
-      if (group.presence(s) > 0) slots[count++] = static_cast<std::uint32_t>(s);
-    if (makes_gains) make_gains(input, part, first, std::span(slots).first(count));
-    place_voices(table, *parts_[part].frame, ears_.itd_table, first, first + kTile, true);
-    for (auto& taps : taps_) taps.clear();
-    for (const std::uint32_t s : std::span(slots).first(count)) {
-      Voice& voice = made_voices_[s - first];
-      const TapGroup::Gains& gains = group.gains(s);
-      voice.gain = gains.at;
-      voice.from = {arrivals.from[0][s], arrivals.from[1][s], arrivals.from[2][s]};
-      for (std::size_t e = 0; e < kEars; ++e)
-        voice.delay_frames[e] =
-            arrivals.delay_frames[e][s] - static_cast<double>(input.start_frames);
-      const bool is_late = ears_.has_dense_late && part == kLateField;
-      const double pieces = is_late && table.radiation.kind[s] >= VoiceRadiation::kDiffuse
-                                ? pieces_of(voice, input)
-                                : 1;
-      for (std::uint32_t k = 0; k < pieces; ++k) {
-        const LateDensity::Piece piece = LateDensity::piece(s, k, pieces);
-        add_piece(voice, static_cast<double>(gains.low_itd_frames), piece.shift_frames,
-                  group.presence(s) * piece.amplitude, longest_frames);
-      }
-    }
-    for (std::size_t c = 0; c < taps_.size(); ++c) sparse_[c / kEars].add(c % kEars, taps_[c]);
-  }
-}
-
-double FieldMaker::pieces_of(const Voice& voice, Input& input) {
-  Bands power;
-  for (std::size_t b = 0; b < kBandCount; ++b)
-    power[b] = voice.gain[0][b] * voice.gain[0][b] + voice.gain[1][b] * voice.gain[1][b];
-  return input.density->pieces(voice.delay_frames[0], power);
-}
-
-// Adds a tap, or a piece of it, to the channels. The voice's delays are those of the response.
-void FieldMaker::add_piece(const Voice& voice, double low_itd_frames, double shift_frames,
-                           float amplitude, double longest_frames) {
-  const ChannelGains gains =
-      ears_.panner != nullptr ? ears_.panner->gains(voice.from) : ChannelGains{1, 1};
-  for (std::size_t c = 0; c < taps_.size(); ++c) {
-    const float gain = gains[c] * amplitude;
-    if (gain == 0) continue;
-    const std::size_t e = c % kEars;
-    const double delay_frames = voice.delay_frames[e] + shift_frames;
-    const double low_frames = delay_frames + (e == 0 ? -0.5 : 0.5) * low_itd_frames;
-    if (!(delay_frames >= 4 && delay_frames < longest_frames)) continue;
-    Tap& tap = taps_[c].emplace_back(tap_at(delay_frames, low_frames, voice.gain[e]));
-    for (float& band : tap.gain) band *= gain;
-  }
 }
 
 FieldResponse& FieldMaker::free_response(Part& part) {

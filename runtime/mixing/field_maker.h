@@ -108,7 +108,8 @@ class FieldMaker {
   static constexpr std::array<double, kFieldParts> kGainReach_m{0.2, 0.4};
   static constexpr double kGainTurn_rad = 0.05, kGainAhead_s = 0.25;
   static constexpr double kEarly_frames = 0.1 * kSampleRate_hz;
-  static constexpr float kKeepsVoice = 1.5f;  // weight of a voice over that of a tap
+  static constexpr std::size_t kTapsAtOnce = 256;  // a multiple of a tile
+  static constexpr float kKeepsVoice = 1.5f;       // weight of a voice over that of a tap
 
   // Sources that play a signal from the same time on.
   struct Input {
@@ -130,6 +131,13 @@ class FieldMaker {
     std::optional<ListenerFrame> frame, gain_frame;  // of the last response, and of its gains
     Reception reception;
     std::unique_ptr<DiffuseHrtfEq> eq;  // binaural
+  };
+
+  // A tap at the ears. Its amplitude is relative to its gains.
+  struct Arrival {
+    Vec3f from;
+    std::array<double, kEars> delay_frames;  // in the response
+    std::array<float, kEars> amplitude;
   };
 
   // Power and correlation of two responses' spectra in a layer, and what follows for a fade.
@@ -174,12 +182,12 @@ class FieldMaker {
            length(frame.ahead - last->ahead) > kGainTurn_rad ||
            length(frame.up - last->up) > kGainTurn_rad;
   }
-  void make_gains(Input& input, std::size_t part, std::size_t first,
-                  std::span<const std::uint32_t> slots);
+  void make_gains(Input& input, std::size_t part, std::size_t first, bool of_all);
+  float near_m(const VoiceTable& table, std::size_t part, std::size_t ear, std::size_t slot) const;
   void add_taps_of(Input& input, std::size_t part, bool makes_gains);
-  static double pieces_of(const Voice& voice, Input& input);
-  void add_piece(const Voice& voice, double low_itd_frames, double shift_frames, float amplitude,
-                 double longest_frames);
+  static double pieces_of(const TapGroup::Gains& gains, const Arrival& arrival, Input& input);
+  void add_piece(const TapGroup::Gains& gains, const Arrival& arrival, double shift_frames,
+                 float amplitude, double longest_frames);
   FieldResponse& free_response(Part& part);
   void correct(FieldResponse& response, const FieldResponse& last);
 

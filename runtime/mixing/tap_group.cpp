@@ -35,11 +35,13 @@ void TapGroup::update(std::uint32_t s, const SampledSource& chosen, bool is_new)
     const double moved_m = std::abs(table_.geometry.emission_frames[s] - frames_before) /
                                table_.geometry.frames_per_m +
                            static_cast<double>(length(table_.position_of(s) - place_before_m));
-    if (!is_new) moved_m_ = std::max(moved_m_, moved_m);
+    // An emitter that is a tap rests, and its way around edges may jump.
+    if (!is_new && !chosen.source->is_emitter) moved_m_ = std::max(moved_m_, moved_m);
     has_changed = has_changed || moved_m > 0 || table_.radiation.power[s] != power_before;
   }
   if (!has_changed) return;
-  has_changed_ = has_new_gains_ = true;
+  has_changed_ = slots_[s].has_new_gains = true;
+  ++new_gains_;
   table_.radiation.scale[s] = scale;
   table_.radiation.power_gain[s] = gain;
 }

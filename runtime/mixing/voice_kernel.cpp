@@ -134,7 +134,6 @@ HWY_INLINE void arrive(VoiceTable& table, const SourceLanes& sources, const Path
   const auto store = [&](Float value, std::array<VoiceColumn, kEars>& column) {
     hn::StoreU(value, d, column[ear].data() + sources.at);
   };
-  store(r_m, table.arrivals.distance_m);
   store(one / (near_m * near_m), table.arrivals.spread);
   store(cos_o, table.arrivals.cos_o);
   store(loss_cell_of(cos_o), table.arrivals.loss_cell);
@@ -161,6 +160,7 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const f
       return emission + path.length * hn::Set(dd, table.geometry.frames_per_m);
     };
     if (listener.places == 1) {
+      hn::StoreU(centre_m, d, table.arrivals.distance_m[0].data() + at);
       if (!delays_only) arrive(table, sources, to_centre, centre_m, 0);
       Double half_itd = hn::Zero(dd);
       if (itd_table != nullptr)
@@ -176,7 +176,9 @@ void place_voices_here(VoiceTable& table, const ListenerFrame& listener, const f
       if (moves)
         way = way_from_moving(way, promoted(load(table.geometry.mach, at)), to_centre.length);
       const Path path(way, sources);
-      if (!delays_only) arrive(table, sources, path, hn::DemoteTo(d, path.length), e);
+      const Float path_m = hn::DemoteTo(d, path.length);
+      hn::StoreU(path_m, d, table.arrivals.distance_m[e].data() + at);
+      if (!delays_only) arrive(table, sources, path, path_m, e);
       hn::StoreU(frames_along(path), dd, table.arrivals.delay_frames[e].data() + at);
     }
   }

@@ -34,8 +34,8 @@ struct ListenerFrame {
 };
 
 // Computes the listener-dependent columns of the table for slots `first` to `last`, both multiples
-// of a tile, or only the delays and directions. `itd_table` adds an ITD and needs one receiver
-// position.
+// of a tile, or only delays, distances and directions. `itd_table` adds an ITD and needs one
+// receiver position.
 void place_voices(VoiceTable& table, const ListenerFrame& listener, const ItdTable* itd_table,
                   std::size_t first, std::size_t last, bool delays_only = false);
 
