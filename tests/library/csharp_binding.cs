@@ -224,6 +224,9 @@ static partial class CSharpBinding
             room.Bake(out without, new BakeOptions { Photons = 1000, Sources = 1000, EarlyOrder = 0 });
             room.Bake(out bytes, new BakeOptions { Photons = 1000, Sources = 1000 });
             Require(!Same(bytes, without), "none is another order than the default");
+            room.Bake(out without, new BakeOptions { Photons = 1000, Sources = 1000, ProbeSpacingM = 2 });
+            Require(!Same(bytes, without), "probes are in the file");
+            Require(CodeOf(() => room.Bake(path, new BakeOptions { ProbeSpacingM = -2 })) == -1, "spacing");
         }
         Require(CodeOf(() => BakeLevel.Read(folder + "/none.glb")) == -3, "no such level");
         using (var clamor = new Context(true))

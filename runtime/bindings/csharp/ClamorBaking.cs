@@ -79,6 +79,8 @@ namespace Clamor
         public double GoalErrorDb, GoalS, SimplifyM, RouletteExponent, LongestPathS;
         public bool NoInstances, Strict;
         public int? EarlyOrder;  // 0 is none, null the default
+        // Metres between places where moving sources are heard with reflections; -1: as many as suit the level.
+        public double ProbeSpacingM;
         public string Journal;
 
         // Called about ten times a second; false cancels the bake. What it throws cancels the bake,
@@ -246,6 +248,7 @@ namespace Clamor
                         no_instances = options.NoInstances ? 1u : 0u, strict = options.Strict ? 1u : 0u,
                         has_early_order = options.EarlyOrder.HasValue ? 1u : 0u,
                         early_order = (uint)options.EarlyOrder.GetValueOrDefault(),
+                        probe_spacing_m = options.ProbeSpacingM,
                         journal = memory.Text(options.Journal), user = GCHandle.ToIntPtr(user),
                         progress = Marshal.GetFunctionPointerForDelegate(progress),
                         message = Marshal.GetFunctionPointerForDelegate(message) };
