@@ -38,6 +38,7 @@ SAME_PLACE(Initialization, deinitialize, GDExtensionInitialization, deinitialize
 
 static_assert(int(kVector3) == GDEXTENSION_VARIANT_TYPE_VECTOR3);
 static_assert(int(kQuaternion) == GDEXTENSION_VARIANT_TYPE_QUATERNION);
+static_assert(int(kTransform) == GDEXTENSION_VARIANT_TYPE_TRANSFORM3D);
 static_assert(int(kStringName) == GDEXTENSION_VARIANT_TYPE_STRING_NAME);
 static_assert(int(kObject) == GDEXTENSION_VARIANT_TYPE_OBJECT);
 static_assert(int(kDictionary) == GDEXTENSION_VARIANT_TYPE_DICTIONARY);

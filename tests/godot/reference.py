@@ -37,12 +37,14 @@ def render():
         faces = np.fromfile(heard_path + ".faces", np.float32).reshape(-1, 3)
         keep.append(clamor.Part(context, vertices_m=faces, transmission=10 ** -1.5, absorption=0.1,
                                 pose=turned([0.5, 1.25, -1], 45 if mode == "turned" else 0)))
-    elif mode == "source":
+    elif mode in ("source", "streamed"):
         level.change_emitter(level.find_emitter("violin"), is_muted=True)
-        # Godot takes 32767 for full scale; its resampler begins two frames late, and drops the last six.
-        # That is so at the rate of the mix, too.
-        samples = np.zeros(rate // 2 - 4, np.float32)
-        samples[2:] = (np.arange(rate // 2 - 6) * 7919 % 16384 - 8192) / 32767
+        # Godot takes 32767 for full scale; its resampler drops the last six frames, and begins two frames late.
+        # That is so at the rate of the mix, too. Sounds that are shared begin at once.
+        samples = np.zeros(rate // 2, np.float32)
+        samples[:-6] = (np.arange(rate // 2 - 6) * 7919 % 16384 - 8192) / 32767
+        if mode == "streamed":
+            samples = np.concatenate([np.zeros(2, np.float32), samples])
         at = 0
 
         def pull(out):
@@ -52,7 +54,8 @@ def render():
             at += len(block)
             return len(block)
 
-        keep.append(clamor.Stream(context, rate_hz=rate, pull=pull))
+        keep.append(clamor.Stream(context, rate_hz=rate, pull=pull) if mode == "streamed"
+                    else clamor.Sound(context, samples, rate_hz=rate))
         keep.append(clamor.Source(context, keep[0], [-1, 1.5, 0], gain=0.5, directivity=1))
     context.commit()
     ears = context.listen(level, PLACE, offline=True, rate_hz=rate)

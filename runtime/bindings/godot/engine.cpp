@@ -212,6 +212,15 @@ void register_class(const Class& description) {
   for (const Method& method : kept->methods) register_method(kept->name, method);
 }
 
+Transform global_transform(Object node) {
+  constexpr Integer kHash = 3229777777;  // of the method's arguments and result
+  static const void* const method = engine.classdb_get_method_bind(
+      Name("Node3D").get(), Name("get_global_transform").get(), kHash);
+  Transform transform{};
+  engine.object_method_bind_ptrcall(method, node, nullptr, &transform);
+  return transform;
+}
+
 Object make_object(const char* name, const char* parent, void* instance) {
   const Object object = engine.classdb_construct_object2(Name(parent).get());
   engine.object_set_instance(object, Name(name).get(), instance);

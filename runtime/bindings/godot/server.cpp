@@ -1,7 +1,9 @@
 #include "runtime/bindings/godot/server.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -122,8 +124,7 @@ Value add_part(void*, Arguments a) {
 }
 
 Value move_part(void*, Arguments a) {
-  const clamor_pose pose = pose_of(*a[1], *a[2]);
-  clamor_move_part(world().context(), clamor_part(a[0]->to_int()), &pose);
+  world().move_part(a[0]->to_int(), pose_of(*a[1], *a[2]));
   return {};
 }
 
@@ -178,29 +179,54 @@ Value listener_statistics(void*, Arguments a) {
   return dictionary;
 }
 
+// An array of what is heard loudest: vectors in the listener's frame whose lengths are amplitudes.
+Value loudest_sources(void*, Arguments a) {
+  const Value array = Value::empty(kArray);
+  const auto listener = world().listener(a[0]->to_int());
+  std::vector<clamor_voice> voices(20'000);
+  auto given = sized<clamor_voices>();
+  given.capacity = std::uint32_t(voices.size());
+  given.voices = voices.data();
+  if (listener == nullptr || listener->known == 0 ||
+      clamor_get_voices(world().context(), listener->known, &given) != CLAMOR_OK)
+    return array;
+  voices.resize(std::min<std::size_t>(given.count, voices.size()));
+  const auto power = [](const clamor_voice& voice) {
+    return std::inner_product(voice.band_gains, voice.band_gains + 8, voice.band_gains, 0.0f);
+  };
+  const auto count = std::min<std::size_t>(voices.size(), std::size_t(a[1]->to_int()));
+  std::partial_sort(voices.begin(), voices.begin() + std::ptrdiff_t(count), voices.end(),
+                    [&](const auto& x, const auto& y) { return power(x) > power(y); });
+  for (std::size_t i = 0; i < count; ++i) {
+    const float amplitude = std::sqrt(power(voices[i]) / 8);
+    const auto& to = voices[i].direction;
+    array.call("append", {Vector3{amplitude * to[0], amplitude * to[1], amplitude * to[2]}});
+  }
+  return array;
+}
+
 // --- Sources
 // --------------------------------------------------------------------------------------
 
-Value play_source(void*, Arguments a) { return world().play(*a[0], *a[1], *a[2]); }
-
-Value change_source(void*, Arguments a) {
-  if (const auto voice = world().voice(a[0]->to_int())) world().change_source(*voice, *a[1]);
-  return {};
+Value play_source(void*, Arguments a) {
+  return world().sources().play(a[0]->to_object(), *a[1], *a[2], a[3]->to_float());
 }
 
-Value move_source(void*, Arguments a) {
-  if (const auto voice = world().voice(a[0]->to_int())) world().move_source(*voice, *a[1], *a[2]);
+Value change_source(void*, Arguments a) {
+  world().sources().change(a[0]->to_int(), *a[1]);
   return {};
 }
 
 Value stop_source(void*, Arguments a) {
-  world().stop(a[0]->to_int());
+  world().sources().stop(a[0]->to_int());
   return {};
 }
 
-Value source_plays(void*, Arguments a) {
-  const auto voice = world().voice(a[0]->to_int());
-  return voice != nullptr && !voice->is_over;
+Value source_position(void*, Arguments a) { return world().sources().position_s(a[0]->to_int()); }
+
+Value set_origin(void*, Arguments a) {
+  world().sources().set_origin(a[0]->to_transform());
+  return {};
 }
 
 Value is_offline(void*, Arguments) { return world().open() && world().is_offline(); }
@@ -246,17 +272,18 @@ void register_server() {
        move_listener},
       {"free_listener", kNil, number, free_listener},
       {"get_listener_statistics", kDictionary, number, listener_statistics},
+      {"get_loudest_sources", kArray, {{"listener", kInt}, {"count", kInt}}, loudest_sources},
       {"play_source",
        kInt,
-       {{"playback", kObject}, {"options", kDictionary}, {"position", kVector3}},
+       {{"node", kObject},
+        {"stream", kObject},
+        {"options", kDictionary},
+        {"from_position", kFloat}},
        play_source},
       {"change_source", kNil, {{"source", kInt}, {"options", kDictionary}}, change_source},
-      {"move_source",
-       kNil,
-       {{"source", kInt}, {"position", kVector3}, {"axis", kVector3}},
-       move_source},
       {"stop_source", kNil, number, stop_source},
-      {"is_source_playing", kBool, number, source_plays}};
+      {"get_source_position", kFloat, number, source_position},
+      {"set_origin", kNil, {{"origin", kTransform}}, set_origin}};
   for (const Method& method : baker_methods()) methods.push_back(method);
   // A server has no state of its own, but Godot takes no null for an instance.
   const auto create = []() -> void* { return new char; };

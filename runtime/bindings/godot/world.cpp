@@ -1,15 +1,11 @@
 #include "runtime/bindings/godot/world.h"
 
 #include <algorithm>
-#include <chrono>
-#include <vector>
+#include <thread>
+#include <utility>
 
 namespace clamor::godot {
 namespace {
-
-constexpr std::uint64_t kResampled = 512;  // frames that a resampler of Godot's may hold
-constexpr double kTail_s = 3;              // how long a source may die away
-constexpr double kStreamLatency_s = 0.1;   // between pulling a sound and hearing it
 
 template <class T>
 std::shared_ptr<T> found(const std::map<Integer, std::shared_ptr<T>>& map, Integer number) {
@@ -33,28 +29,6 @@ std::int32_t read_bake(void* user, std::uint64_t offset, std::uint64_t count, vo
 }
 
 void copy(const Vector3& from, double* to) { to[0] = from.x, to[1] = from.y, to[2] = from.z; }
-
-// Mixes a Godot stream to mono, on the thread that makes keyframes.
-std::uint32_t pull_voice(void* user, float* samples, std::uint32_t frames) {
-  Voice& voice = **static_cast<std::shared_ptr<Voice>*>(user);
-  std::uint32_t mixed = 0;
-  if (voice.ended == 0) {
-    const Value block = voice.playback.call("mix_audio", {voice.pitch.load(), Integer(frames)});
-    const std::vector<float> stereo = block.to_floats(kPackedVector2Array, 2);
-    mixed = std::min(frames, std::uint32_t(stereo.size() / 2));
-    for (std::uint32_t i = 0; i < mixed; ++i)
-      samples[i] = 0.5f * (stereo[2 * i] + stereo[2 * i + 1]);
-    // A stream has ended some time before what its resampler has taken of it.
-    if (voice.playback.call("is_playing").to_bool())
-      voice.playing_until = voice.pulled + frames;
-    else if (mixed < frames || voice.pulled + frames >= voice.playing_until + kResampled)
-      voice.ended = voice.pulled + std::max(mixed, 1u);
-  }
-  voice.pulled += frames;
-  return mixed;
-}
-
-void release_voice(void* user) { delete static_cast<std::shared_ptr<Voice>*>(user); }
 
 }  // namespace
 
@@ -94,24 +68,18 @@ bool World::open() {
   auto group = sized<clamor_group_options>();
   group.is_paused = 1;
   clamor_add_group(context_, &group, &paused_);
-  ends_ = false;
-  if (!is_offline_) worker_ = std::thread([this] { work(); });
+  at_ = std::chrono::steady_clock::now();
+  if (!is_offline_) loader_.begin(), publisher_.begin();
   return true;
 }
 
 void World::close() {
   if (context_ == nullptr) return;
   while (!listeners_.empty()) free_listener(listeners_.begin()->first);
-  if (worker_.joinable()) {
-    {
-      const std::lock_guard lock(queueing_);
-      ends_ = true;
-    }
-    queued_.notify_one();
-    worker_.join();
-  }
+  loader_.end();
+  publisher_.end();
   levels_.clear();
-  voices_.clear();
+  sources_.clear();
   clamor_destroy(context_);
   context_ = nullptr;
 }
@@ -121,35 +89,13 @@ void World::report(const std::string& node, const std::string& sentence) const {
   engine.print_error(text.c_str(), "clamor", "clamor", 0, 1);
 }
 
-void World::run(std::function<void()> job) {
-  if (is_offline_) return job();
-  {
-    const std::lock_guard lock(queueing_);
-    jobs_.push_back(std::move(job));
-  }
-  queued_.notify_one();
-}
-
-// Does the jobs in order, and those that wait when the world is closed, too.
-void World::work() {
-  std::unique_lock lock(queueing_);
-  for (;;) {
-    queued_.wait(lock, [this] { return ends_ || !jobs_.empty(); });
-    if (jobs_.empty()) return;
-    const auto job = std::move(jobs_.front());
-    jobs_.pop_front();
-    lock.unlock();
-    job();
-    lock.lock();
-  }
-}
-
 Integer World::open_level(const Value& file, const std::string& path, const std::string& node) {
   if (!open()) return 0;
   const auto level = std::make_shared<Level>();
   level->node = node;
   levels_[++last_] = level;
-  run([this, level, file, path] {
+  loader_.run([this, level, file, path] {
+    if (level->is_closed) return;
     auto* bake = new ArchivedBake;
     bake->file = file;
     auto reader = sized<clamor_reader>();
@@ -174,7 +120,8 @@ void World::close_level(Integer number) {
   const auto closed = level(number);
   if (closed == nullptr) return;
   levels_.erase(number);
-  run([this, closed] { clamor_close_level(context_, closed->handle); });
+  closed->is_closed = true;
+  loader_.run([this, closed] { clamor_close_level(context_, closed->handle); });
 }
 
 std::shared_ptr<Level> World::level(Integer number) const { return found(levels_, number); }
@@ -182,8 +129,6 @@ std::shared_ptr<Level> World::level(Integer number) const { return found(levels_
 std::shared_ptr<Listener> World::listener(Integer number) const {
   return found(listeners_, number);
 }
-
-std::shared_ptr<Voice> World::voice(Integer number) const { return found(voices_, number); }
 
 Integer World::create_listener(Integer level_number, const Value& values, const std::string& node) {
   const auto first = level(level_number);
@@ -196,12 +141,13 @@ Integer World::create_listener(Integer level_number, const Value& values, const 
   options.output = std::uint32_t(values["output"].to_int());
   options.voices = std::uint32_t(values["voices"].to_int());
   options.limits = values["limiter"].to_bool();
+  options.reports_voices = values["reports_voices"].to_bool();
   options.gain = values["gain"].to_float();
   options.rate_hz = std::uint32_t(rate_hz_);
   options.offline = is_offline_;
   const std::string sofa = values["sofa"].to_text();
-  run([this, first, created, options, sofa]() mutable {
-    if (first->state != kOpen) return;  // what opened it has said why
+  loader_.run([this, first, created, options, sofa]() mutable {
+    if (first->state != kOpen || created->is_freed) return;  // what opened it has said why
     {
       const std::lock_guard lock(created->rendering);
       options.pose = created->pose;
@@ -222,7 +168,7 @@ void World::enter_level(Integer listener_number, Integer level_number) {
   const auto entering = listener(listener_number);
   const auto next = level(level_number);
   if (entering == nullptr || next == nullptr) return;
-  run([this, entering, next] {
+  loader_.run([this, entering, next] {
     clamor_error error;
     if (next->state == kOpen && entering->known != 0 &&
         clamor_enter_level(context_, entering->known, next->handle, &error) != CLAMOR_OK)
@@ -234,8 +180,8 @@ void World::free_listener(Integer number) {
   const auto leaving = listener(number);
   if (leaving == nullptr) return;
   listeners_.erase(number);
-  leaving->leaves = true;
-  run([this, leaving] {
+  leaving->leaves = leaving->is_freed = true;
+  loader_.run([this, leaving] {
     // The next block fades out; where none is mixed any more, nothing is heard anyway.
     for (int i = 0; i < 5 && !is_offline_ && leaving->leaves && leaving->known != 0; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -254,91 +200,29 @@ void World::move_listener(Integer number, const Value& position, const Value& ro
   if (moved == nullptr) return;
   const clamor_pose pose = pose_of(position, rotation);
   if (const clamor_listener handle = moved->known; handle != 0) {
-    clamor_move_listener(context_, handle, &pose);
+    publisher_.run([this, handle, pose] { clamor_move_listener(context_, handle, &pose); });
   } else {
     const std::lock_guard lock(moved->rendering);
     moved->pose = pose;
   }
 }
 
-void World::read_options(const Value& values, clamor_source_options& into) const {
-  const double gain = values["gain"].to_float();
-  into.gain = gain > 0 ? gain : 1;
-  std::fill_n(into.band_gains, 8, gain > 0 ? 1.0 : 0.0);
-  if (gain <= 0) into.band_gains[0] = 1e-9;  // zeros everywhere would mean ones
-  std::fill_n(into.directivity, 8, values["directivity"].to_float());
-  into.has_reverberation = 1;
-  into.reverberation = values["reverberation"].to_float();
-  into.group = values["paused"].to_bool() ? paused_ : 0;
-  copy(values["axis"].to_vector(), into.motion.axis);
+void World::move_part(Integer part, const clamor_pose& pose) {
+  publisher_.run([this, part, pose] { clamor_move_part(context_, clamor_part(part), &pose); });
 }
 
-Integer World::play(const Value& playback, const Value& values, const Value& position) {
-  if (!open()) return 0;
-  const auto played = std::make_shared<Voice>();
-  played->playback = playback;
-  played->pitch = values["pitch"].to_float();
-  auto stream = sized<clamor_stream>();
-  stream.rate_hz = std::uint32_t(rate_hz_);
-  auto* kept = new std::shared_ptr<Voice>(played);
-  stream.user = kept;
-  stream.pull = pull_voice;
-  stream.release = release_voice;
-  clamor_error error;
-  if (clamor_add_stream(context_, &stream, &played->sound, &error) != CLAMOR_OK) {
-    delete kept;
-    report("", error.sentence);
-    return 0;
-  }
-  played->options = sized<clamor_source_options>();
-  played->options.sound = played->sound;
-  read_options(values, played->options);
-  copy(position.to_vector(), played->options.motion.position_m);
-  if (clamor_add_source(context_, &played->options, &played->source) != CLAMOR_OK) {
-    clamor_remove_sound(context_, played->sound);
-    return 0;
-  }
-  voices_[++last_] = played;
-  return last_;
-}
-
-void World::change_source(Voice& changed, const Value& values) {
-  changed.pitch = values["pitch"].to_float();
-  read_options(values, changed.options);
-  clamor_change_source(context_, changed.source, &changed.options);
-}
-
-void World::move_source(Voice& moved, const Value& position, const Value& axis) {
-  copy(position.to_vector(), moved.options.motion.position_m);
-  copy(axis.to_vector(), moved.options.motion.axis);
-  clamor_move_source(context_, moved.source, &moved.options.motion);
-}
-
-void World::stop(Integer number) {
-  const auto stopped = voice(number);
-  if (stopped == nullptr || stopped->is_over) return;
-  stopped->is_over = true;
-  stopped->over_at = mixed_frames_;
-  clamor_remove_source(context_, stopped->source);
+// What sounds have played since the last frame. Each listener counts its frames.
+double World::elapsed_s() {
+  const auto now = std::chrono::steady_clock::now();
+  const std::uint64_t frames = mixed_frames_;
+  const double played_s = double(frames - std::exchange(at_frames_, frames)) / rate_hz_ /
+                          double(std::max<std::size_t>(listeners_.size(), 1));
+  const std::chrono::duration<double> passed = now - std::exchange(at_, now);
+  return is_offline_ ? played_s : passed.count();
 }
 
 void World::frame() {
-  if (context_ == nullptr) return;
-  for (auto it = voices_.begin(); it != voices_.end();) {
-    Voice& played = *it->second;
-    const bool has_ended =
-        played.ended != 0 && double(played.pulled - played.ended) > kStreamLatency_s * rate_hz_;
-    if (has_ended && !played.is_over) played.is_over = true, played.over_at = mixed_frames_;
-    // Each listener counts its frames; without one, nothing dies away.
-    const double after_s = double(mixed_frames_ - played.over_at) / rate_hz_;
-    if (played.is_over && after_s >= kTail_s * double(listeners_.size())) {
-      clamor_remove_sound(context_, played.sound);
-      it = voices_.erase(it);
-    } else {
-      ++it;
-    }
-  }
-  if (!is_offline_) clamor_commit(context_, 0);
+  if (context_ != nullptr) sources_.frame(elapsed_s());
 }
 
 void World::make_keyframes(Listener& offline) {

@@ -57,6 +57,8 @@ func _initialize() -> void:
 	emitter.stream = tone
 	emitter.position = Vector3(-2, 0, 0)
 	_add(ClamorEmitter3D.new(), "Silent")
+	_add(ClamorSource3D.new(), "Radio")
+	_add(ClamorListener3D.new(), "Ears")
 
 	var packed := PackedScene.new()
 	packed.pack(scene)

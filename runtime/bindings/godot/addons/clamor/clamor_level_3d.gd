@@ -104,6 +104,7 @@ func _enter_tree() -> void:
 		return
 	_levels.append(self)
 	reopen()
+	_place()
 
 
 func _exit_tree() -> void:
@@ -115,9 +116,16 @@ func _exit_tree() -> void:
 
 
 func _process(_delta: float) -> void:
+	_place()
 	if not _is_open and _number != 0 and get_state() == State.OPEN:
 		_is_open = true
 		opened.emit()
+
+
+# Sources lie relative to the level that is heard.
+func _place() -> void:
+	if get_current() == self:
+		ClamorServer.set_origin(global_transform.orthonormalized().affine_inverse())
 
 
 func _get_configuration_warnings() -> PackedStringArray:

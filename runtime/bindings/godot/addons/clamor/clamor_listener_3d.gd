@@ -55,10 +55,19 @@ enum Output {
 		if _player != null:
 			_player.bus = value
 
+## How many of the loudest sources are shown in the game, while it is developed: as spheres around the listener,
+## 2 m away, in the direction from which their sound comes. The radius of the loudest is 0.1 m, and falls to nothing at
+## -60 dB. Above 0, a level of thousands of sources is mixed at a higher cost.
+@export_range(0, 256) var shown_sources := 0:
+	set(value):
+		shown_sources = value
+		_restart()
+
 # The listener's number in ClamorServer, and that of the level that it is in.
 var _number := 0
 var _level_number := 0
 var _player: AudioStreamPlayer
+var _spheres: MultiMeshInstance3D
 
 
 ## What the listener costs: [code]voices[/code] that are mixed, [code]keyframe_ms[/code] (CPU time of a
@@ -93,8 +102,8 @@ func _process(_delta: float) -> void:
 		_stop()
 		return
 	var camera := get_viewport().get_camera_3d() if follow_camera else null
-	var place := global_transform if camera == null else camera.global_transform
-	place = ClamorLevel3D.to_level(place)
+	var heard_at := global_transform if camera == null else camera.global_transform
+	var place := ClamorLevel3D.to_level(heard_at)
 	var turned := place.basis.get_rotation_quaternion()
 	if _number == 0:
 		_start(level, place.origin, turned)
@@ -102,6 +111,8 @@ func _process(_delta: float) -> void:
 		ClamorServer.enter_level(_number, level._number)
 		_level_number = level._number
 	ClamorServer.move_listener(_number, place.origin, turned)
+	if shown_sources > 0:
+		_show_sources(heard_at.orthonormalized())
 
 
 func _validate_property(property: Dictionary) -> void:
@@ -127,7 +138,7 @@ func _monitor(value: String) -> float:
 func _start(level: ClamorLevel3D, position_m: Vector3, turned: Quaternion) -> void:
 	var options := {
 		"output": output, "sofa": ProjectSettings.globalize_path(sofa), "voices": voices, "limiter": limiter,
-		"gain": 1.0, "position": position_m, "rotation": turned,
+		"gain": 1.0, "reports_voices": shown_sources > 0, "position": position_m, "rotation": turned,
 	}
 	_level_number = level._number
 	_number = ClamorServer.create_listener(_level_number, options, str(get_path()))
@@ -146,8 +157,35 @@ func _stop() -> void:
 	if _player != null:
 		_player.queue_free()
 		_player = null
+	if _spheres != null:
+		_spheres.queue_free()
+		_spheres = null
 
 
 func _restart() -> void:
 	if _number != 0:
 		_stop()
+
+
+func _show_sources(place: Transform3D) -> void:
+	if _spheres == null:
+		var material := StandardMaterial3D.new()
+		material.shading_mode = BaseMaterial3D.SHADING_MODE_UNSHADED
+		material.no_depth_test = true
+		material.albedo_color = Color("fc7f7f")
+		var sphere := SphereMesh.new()
+		sphere.radius = 0.1
+		sphere.height = 0.2
+		sphere.material = material
+		_spheres = MultiMeshInstance3D.new()
+		_spheres.multimesh = MultiMesh.new()
+		_spheres.multimesh.transform_format = MultiMesh.TRANSFORM_3D
+		_spheres.multimesh.mesh = sphere
+		_spheres.top_level = true
+		add_child(_spheres, false, Node.INTERNAL_MODE_BACK)
+	_spheres.global_transform = place
+	var sources: Array = ClamorServer.get_loudest_sources(_number, shown_sources)
+	_spheres.multimesh.instance_count = sources.size()
+	for i in sources.size():
+		var size := maxf(1 + linear_to_db(sources[i].length() / sources[0].length()) / 60, 0.01)
+		_spheres.multimesh.set_instance_transform(i, Transform3D(Basis.from_scale(size * Vector3.ONE), 2 * sources[i].normalized()))

@@ -52,9 +52,8 @@ signal finished
 		reverberation_db = value
 		_change()
 
-# Numbers of ClamorServer's, the oldest first, each with the AudioStreamPlayback that it plays.
-var _playing: Dictionary[int, AudioStreamPlayback] = {}
-var _place := Transform3D()
+# Numbers of ClamorServer's, the oldest first.
+var _playing: Array[int] = []
 var _is_tree_paused := false
 
 
@@ -67,19 +66,17 @@ func play(from_position := 0.0) -> void:
 		push_error("%s: the source has no stream." % get_path())
 		return
 	while _playing.size() >= max_polyphony:
-		_end(_playing.keys()[0])
-	var playback := stream.instantiate_playback()
-	playback.start(from_position)
-	_place = ClamorLevel3D.to_level(global_transform)
-	var number := ClamorServer.play_source(playback, _options(), _place.origin)
+		ClamorServer.stop_source(_playing.pop_front())
+	var number: int = ClamorServer.play_source(self, stream, _options(), from_position)
 	if number != 0:
-		_playing[number] = playback
+		_playing.append(number)
 
 
 ## Ends all sounds. What they have sounded dies away.
 func stop() -> void:
-	for number: int in _playing.keys():
-		_end(number)
+	for number in _playing:
+		ClamorServer.stop_source(number)
+	_playing.clear()
 
 
 ## Plays from another position [s] on.
@@ -96,7 +93,7 @@ func is_playing() -> bool:
 
 ## The position [s] in the newest sound.
 func get_playback_position() -> float:
-	return 0.0 if _playing.is_empty() else _playing.values()[-1].get_playback_position()
+	return 0.0 if _playing.is_empty() else ClamorServer.get_source_position(_playing[-1])
 
 
 func _ready() -> void:
@@ -114,18 +111,10 @@ func _notification(what: int) -> void:
 		_change()
 
 
-func _process(_delta: float) -> void:
-	if _playing.is_empty():
-		return
-	var place := ClamorLevel3D.to_level(global_transform)
-	var has_moved := place != _place
-	_place = place
-	for number: int in _playing.keys():
-		if not ClamorServer.is_source_playing(number):
-			_playing.erase(number)
-			finished.emit()
-		elif has_moved:
-			ClamorServer.move_source(number, place.origin, -place.basis.z)
+# ClamorServer calls this when a sound has ended by itself. It reads where the node is, too, once a frame.
+func _on_ended(number: int) -> void:
+	_playing.erase(number)
+	finished.emit()
 
 
 func _get_configuration_warnings() -> PackedStringArray:
@@ -139,15 +128,9 @@ func _options() -> Dictionary:
 		"directivity": directivity,
 		"reverberation": ClamorLevel3D._gain(reverberation_db),
 		"paused": stream_paused or _is_tree_paused,
-		"axis": -_place.basis.z,
 	}
 
 
 func _change() -> void:
-	for number: int in _playing:
+	for number in _playing:
 		ClamorServer.change_source(number, _options())
-
-
-func _end(number: int) -> void:
-	ClamorServer.stop_source(number)
-	_playing.erase(number)

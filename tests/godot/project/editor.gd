@@ -1,0 +1,116 @@
+# A plugin that edits scene.tscn in Godot's editor, where `-- check_editor` asks for it: each property of each Clamor
+# node is changed, undone and redone, nodes are duplicated, a bake is taken and undone, and all of it saved and loaded.
+@tool
+extends EditorPlugin
+
+var changed := 0
+
+
+func _enter_tree() -> void:
+	if OS.get_cmdline_user_args() == PackedStringArray(["check_editor"]):
+		_check.call_deferred()
+
+
+func _check() -> void:
+	while EditorInterface.get_resource_filesystem().is_scanning():
+		await get_tree().process_frame
+	# The editor opens the main scene by itself, sooner or later.
+	var root: Node
+	for i in 200:
+		if i % 20 == 10:
+			EditorInterface.open_scene_from_path("res://scene.tscn")
+		await get_tree().process_frame
+		root = EditorInterface.get_edited_scene_root()
+		if i > 40 and root != null and root.scene_file_path == "res://scene.tscn":
+			break
+	if root == null or root.scene_file_path != "res://scene.tscn":
+		printerr("the scene does not open")
+		get_tree().quit(1)
+		return
+	var is_right := true
+	for node in root.find_children("*", "", true, false):
+		if node.get_script() != null:
+			is_right = _change_and_undo(node) and is_right
+			is_right = _duplicate(node, root) and is_right
+	is_right = _take_bake(root) and is_right
+	var values := _all_values(root)
+	var packed := PackedScene.new()
+	packed.pack(root)
+	ResourceSaver.save(packed, "res://edited.tscn")
+	var saved: Node = ResourceLoader.load("res://edited.tscn", "", ResourceLoader.CACHE_MODE_IGNORE).instantiate()
+	is_right = _is(_all_values(saved) == values, "the saved scene is another") and is_right
+	saved.free()
+	DirAccess.remove_absolute("res://edited.tscn")
+	print("%d properties were changed and undone" % changed)
+	get_tree().quit(0 if is_right and changed > 30 else 1)
+
+
+func _change_and_undo(node: Node) -> bool:
+	var undo := get_undo_redo()
+	for property in _properties(node):
+		var before: Variant = node.get(property.name)
+		var after: Variant = before
+		match property.type:
+			TYPE_BOOL: after = not before
+			TYPE_INT: after = before + 1
+			TYPE_FLOAT: after = before + 0.25
+			TYPE_STRING, TYPE_STRING_NAME: after = before + "x"
+			TYPE_VECTOR2: after = before + Vector2.ONE
+			_: continue
+		undo.create_action("Change")
+		undo.add_do_property(node, property.name, after)
+		undo.add_undo_property(node, property.name, before)
+		undo.commit_action()
+		var history := undo.get_history_undo_redo(undo.get_object_history_id(node))
+		var is_right: bool = node.get(property.name) == after
+		history.undo()
+		is_right = is_right and node.get(property.name) == before
+		history.redo()
+		if not _is(is_right and node.get(property.name) == after, "%s.%s" % [node.name, property.name]):
+			return false
+		changed += 1
+	return true
+
+
+func _duplicate(node: Node, root: Node) -> bool:
+	var copy := node.duplicate()
+	node.get_parent().add_child(copy, true)
+	copy.owner = root
+	return _is(_values(copy) == _values(node), "the copy of %s is another" % node.name)
+
+
+func _take_bake(root: Node) -> bool:
+	var level: ClamorLevel3D = root.get_node("Level")
+	var before := level.bake
+	for plugin in get_tree().root.find_children("*", "EditorPlugin", true, false):
+		if plugin.get_script() != null and plugin.get_script().resource_path.ends_with("clamor/editor/plugin.gd"):
+			plugin._take(level, load("res://room.clamor"))
+	var history := get_undo_redo().get_history_undo_redo(get_undo_redo().get_object_history_id(level))
+	var is_right := level.bake != null and level.bake.resource_path == "res://room.clamor"
+	history.undo()
+	is_right = is_right and level.bake == before
+	history.redo()
+	return _is(is_right and level.bake.resource_path == "res://room.clamor", "a bake cannot be undone")
+
+
+# What the script of a node exports.
+func _properties(node: Node) -> Array[Dictionary]:
+	return node.get_property_list().filter(func(property: Dictionary) -> bool:
+		return property.usage & PROPERTY_USAGE_SCRIPT_VARIABLE and property.usage & PROPERTY_USAGE_STORAGE)
+
+
+func _values(node: Node) -> Array:
+	return _properties(node).map(func(property: Dictionary) -> String:
+		return property.name + "=" + var_to_str(node.get(property.name) if property.type != TYPE_OBJECT else
+			str(node.get(property.name) == null)))
+
+
+func _all_values(root: Node) -> Array:
+	return root.find_children("*", "", true, false).filter(func(node: Node) -> bool: return node.get_script() != null) \
+		.map(func(node: Node) -> Array: return [str(root.get_path_to(node))] + _values(node))
+
+
+func _is(is_right: bool, otherwise: String) -> bool:
+	if not is_right:
+		printerr(otherwise)
+	return is_right

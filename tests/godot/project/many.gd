@@ -1,0 +1,71 @@
+# A game whose 1000 nodes play a sound: `KIND MOTION`, of ClamorSource3D nodes ("clamor") or, for comparison, idle
+# AudioStreamPlayer3D nodes ("godot"), which are "still" or "moving". It prints its CPU time per second, and how many
+# seconds were heard in one: keyframes are those of an offline listener, so that a busy machine leaves none out.
+extends SceneTree
+
+const COUNT := 1000
+const BEGIN_S := 3.0
+const SECONDS := 10.0
+
+var nodes: Array[Node3D] = []
+var is_moving := OS.get_cmdline_user_args()[1] == "moving"
+var begin_cpu_s := 0.0
+var begin_keyframes := 0
+var begin_ms := 0
+var time_s := 0.0
+var ears := ClamorListener3D.new()
+
+
+func _initialize() -> void:
+	Engine.max_fps = 60
+	var is_ours := OS.get_cmdline_user_args()[0] == "clamor"
+	var bytes := PackedByteArray()
+	bytes.resize(2 * 44100)
+	for i in 44100:
+		bytes.encode_s16(2 * i, (i * 7919) % 16384 - 8192)
+	var sound := AudioStreamWAV.new()
+	sound.format = AudioStreamWAV.FORMAT_16_BITS
+	sound.data = bytes
+	sound.loop_mode = AudioStreamWAV.LOOP_FORWARD
+	sound.loop_end = 44100
+	if is_ours:
+		var level := ClamorLevel3D.new()
+		level.bake = load("res://room.clamor")
+		root.add_child(level)
+		ears.follow_camera = false
+		ears.position = Vector3(0, 1.75, 1)
+		root.add_child(ears)
+	for i in COUNT:
+		var node: Node3D = ClamorSource3D.new() if is_ours else AudioStreamPlayer3D.new()
+		node.set("stream", sound)
+		node.set("autoplay", is_ours)
+		node.set("volume_db", -50)
+		node.position = _place(i)
+		root.add_child(node)
+		nodes.append(node)
+
+
+func _process(delta: float) -> bool:
+	time_s += delta
+	if is_moving:
+		for i in COUNT:
+			nodes[i].position = _place(i)
+	if begin_cpu_s == 0 and time_s > BEGIN_S:
+		begin_cpu_s = _cpu_s()
+		begin_keyframes = ears.get_statistics().keyframes
+		begin_ms = Time.get_ticks_msec()
+	if time_s < BEGIN_S + SECONDS:
+		return false
+	var passed_s := (Time.get_ticks_msec() - begin_ms) / 1000.0
+	var heard_s: float = (ears.get_statistics().keyframes - begin_keyframes) * 0.02
+	print("%.4f %.4f" % [(_cpu_s() - begin_cpu_s) / passed_s, heard_s / passed_s])
+	return true
+
+
+func _place(i: int) -> Vector3:
+	return Vector3(i % 10 * 0.3 - 1.5, 0.5 + i / 100 * 0.2, i / 10 % 10 * 0.4 - 3 + (0.2 * sin(time_s) if is_moving else 0.0))
+
+
+func _cpu_s() -> float:
+	var values := FileAccess.open("/proc/self/stat", FileAccess.READ).get_line().get_slice(")", 1).split(" ", false)
+	return (float(values[11]) + float(values[12])) / 100
