@@ -10,7 +10,7 @@
 namespace clamor::godot {
 namespace {
 
-constexpr double kMaxShared_s = 10;           // decoding them takes 0.1 s
+constexpr double kMaxShared_s = 10;
 constexpr double kKept_s = 10;                // how long a sound is kept that nobody plays
 constexpr std::uint64_t kResampled = 512;     // frames that a resampler of Godot's may hold
 constexpr std::uint64_t kResamplerDelay = 2;  // frames by which Godot's resampler is late
