@@ -44,9 +44,6 @@ ThresholdSearch::Result ThresholdSearch::search(const SamplingMoment& moment) {
   Bracket bracket = paused_.value_or(Bracket{.threshold = first_threshold()});
   auto& [threshold, too_high, too_low, is_unlimited, near_misses] = bracket;
   if (!paused_) last_found_ = 0;
-  // A search that had to take every source continues with every source.
-  if (inputs_.is_exact() && !paused_ && predictor_.starved() && !predictor_.is_known())
-    threshold = kInaudible;
   const double narrow = inputs_.occlusion == nullptr ? kNarrow : kNarrowWithOcclusion;
   for (;;) {
     // Many sources share one priority; or, with occlusion, testing so many is worth while.
@@ -134,6 +131,8 @@ ThresholdSearch::Result ThresholdSearch::search_within_budget(const SamplingMome
 
 double ThresholdSearch::first_threshold() const {
   if (inputs_.pool.size() <= inputs_.voices) return 0;  // finds all
+  // A search that had to take every source continues with every source.
+  if (predictor_.starved() && !predictor_.is_known()) return kInaudible;
   return predictor_.is_known() ? predictor_.next() : inputs_.pool.upper_bound();
 }
 

@@ -178,6 +178,20 @@ TEST(OccludedListener, TestsEachSourceOnceInARender) {
   EXPECT_LE(listener.occlusion().statistics().estimates - looks, world.sources.size());
 }
 
+// Half of the sources are silent, so that a sample of nearly all sources never has as many.
+TEST(OccludedListener, AsksForAllSourcesAtOnceAfterASampleThatHadTooFew) {
+  const World world(box_with_pillar({6, 4, 5}), 200);
+  std::vector<Source> sources = world.sources;
+  for (std::size_t i = 0; i < sources.size(); i += 2) sources[i].power = same_in_all_bands(1e-25f);
+  const auto work_of_a_step = [&](std::size_t voices) {
+    OccludedListener listener(world, sources, voices, false);
+    for (int keyframe = 0; keyframe < 10; ++keyframe)
+      listener.power_at(stroll({2, 1.7, 3}, keyframe), 0.02 * keyframe);
+    return listener.work();
+  };
+  EXPECT_LE(work_of_a_step(sources.size() - 1), 1.1 * work_of_a_step(sources.size()));
+}
+
 TEST(OccludedListener, StopsSearchingWhenAsked) {
   const World world(box_with_pillar({6, 4, 5}), 200);
   for (const bool exact : {false, true}) {
