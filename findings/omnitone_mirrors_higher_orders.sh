@@ -6,7 +6,7 @@
 # from the right is the other way round, and from ahead both ears are equal. So a scene that is heard by both orders
 # is mirrored in one of them, front and back are right, and nothing looks wrong in the channels.
 #
-# It concerns all who play AmbiX of higher orders in a browser, `clamor render --ambisonics` among them. Negate the
+# It concerns all who play AmbiX of higher orders in a browser, whatever wrote the file. Negate the
 # channels whose harmonics are odd in y (ACN 1, 4, 5, 9, 10, 11) before the renderer, or use the first order.
 set -euo pipefail
 folder=$(mktemp -d)

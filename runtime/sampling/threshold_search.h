@@ -2,7 +2,8 @@
 //
 // Each step queries the pool with a threshold and counts the candidates that reach it. The first
 // threshold is predicted from previous samples; that of the first sample is the pool's upper bound,
-// or 0 if the pool has no more than k sources. sampler.h says what ends a search early.
+// or 0 if the pool has no more than k sources. After a sample that had all audible sources, all are
+// asked for at once. sampler.h says what ends a search early.
 //
 // Threads: the sampler's alone.
 #pragma once

@@ -61,7 +61,7 @@ Result<MixedSound> mixed(const AuralizerInput& input, const OutputFormat& output
   for (std::size_t b = 0; b < blocks; ++b) {
     while (auralizer.wants_keyframe())
       auralizer.make_keyframe(path.at(speed_mps * auralizer.next_keyframe_time_s()));
-    // What was made before playback starts is no part of the cost.
+    // Keyframes that were made before playback starts are no part of the cost.
     if (b == 0) started_s = process_time_s();
     const double mixes_s = process_time_s();
     auralizer.mix(block);
@@ -91,19 +91,20 @@ Errors errors_of(const Sound& sound, const Sound& all) {
           10 * std::log10(std::max(lost / whole, 1e-12))};
 }
 
-// Of the rows of a listener: what each way costs that is within the goal in every reading.
+// The least CPU time, over a listener's rows, for which each way of mixing is within the goal in
+// every reading, in words.
 std::string cost_in_words(const ReportTable& table) {
   constexpr double kGoal_lu = 0.5;
   std::vector<std::string> parts;
   for (const std::string& name : names_of(table)) {
     const auto worst_lu = column_of(table, "worst_lu", name),
                cpu_s = column_of(table, "cpu_s", name);
-    double least_s = HUGE_VAL;
+    double min_cpu_s = HUGE_VAL;
     for (std::size_t i = 0; i < cpu_s.size(); ++i)
-      if (worst_lu[i] <= kGoal_lu) least_s = std::min(least_s, cpu_s[i]);
-    parts.push_back(least_s < HUGE_VAL ? fmt::format("{} {:.2f} s per second", name, least_s)
-                                       : fmt::format("{} more than was tried ({:.2f} LU at best)",
-                                                     name, *std::ranges::min_element(worst_lu)));
+      if (worst_lu[i] <= kGoal_lu) min_cpu_s = std::min(min_cpu_s, cpu_s[i]);
+    parts.push_back(min_cpu_s < HUGE_VAL ? fmt::format("{} {:.2f} s per second", name, min_cpu_s)
+                                         : fmt::format("{} more than was tried ({:.2f} LU at best)",
+                                                       name, *std::ranges::min_element(worst_lu)));
   }
   return fmt::format("To be within {} LU of all sources in every reading costs {}. ", kGoal_lu,
                      listed(parts));

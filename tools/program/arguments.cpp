@@ -40,7 +40,7 @@ std::optional<double> number(std::string_view text) {
   return value;
 }
 
-// What CLI11 says of words that make no command, as a sentence about an option or a word.
+// CLI11's error about words that make no command, as a sentence about an option or a word.
 std::string described(const CLI::ParseError& error, const CLI::App& app) {
   for (const CLI::Option* option : app.get_options())
     if (option->get_items_expected_max() == 1 && option->count() > 1)

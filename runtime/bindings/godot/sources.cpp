@@ -223,7 +223,7 @@ void GameSources::frame(double elapsed_s) {
   }
   if (now_s_ > looked_s_ + 1) forget_unused();
   for (const Integer number : ended) {
-    // What a node does as its sound ends may have freed another one.
+    // The game's answer to the end of a sound may have freed another node.
     const auto over = voice(number);
     if (over == nullptr || over->node == nullptr) continue;
     Value(std::exchange(over->node, nullptr)).call("_on_ended", {number});

@@ -45,7 +45,7 @@ struct StreamedSound {
   clamor_sound handle = 0;                // the publisher's
 };
 
-// What a node plays.
+// A sound that a node plays.
 struct Voice {
   Object node = nullptr;  // null once the node does not play it any more
   Value stream;

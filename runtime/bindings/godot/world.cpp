@@ -211,7 +211,7 @@ void World::move_part(Integer part, const clamor_pose& pose) {
   publisher_.run([this, part, pose] { clamor_move_part(context_, clamor_part(part), &pose); });
 }
 
-// What sounds have played since the last frame. Each listener counts its frames.
+// The time that sounds have played since the last call. Each listener counts its frames.
 double World::elapsed_s() {
   const auto now = std::chrono::steady_clock::now();
   const std::uint64_t frames = mixed_frames_;
