@@ -58,7 +58,8 @@ def render():
                     else clamor.Sound(context, samples, rate_hz=rate))
         keep.append(clamor.Source(context, keep[0], [-1, 1.5, 0], gain=0.5, directivity=1))
     context.commit()
-    ears = context.listen(level, PLACE, offline=True, rate_hz=rate)
+    options = {"output": "loudspeakers", "layout": "5.1"} if mode == "surround" else {}
+    ears = context.listen(level, PLACE, offline=True, rate_hz=rate, **options)
     blocks = []
     for _ in range(3 * rate // 512):
         while (time_s := ears.next_keyframe_s()) is not None:
@@ -69,7 +70,12 @@ def render():
 
 
 reference = render().astype(float)
-heard = np.fromfile(heard_path, np.float32).reshape(-1, 2).astype(float)
+heard = np.fromfile(heard_path, np.float32).astype(float)
+if mode == "surround":  # pairs of channels follow each other in blocks of Godot's
+    blocks = heard[:len(heard) // 3072 * 3072].reshape(-1, 3, 512, 2)
+    heard = blocks.transpose(0, 2, 1, 3).reshape(-1, 6)
+else:
+    heard = heard.reshape(-1, 2)
 
 
 def first(sound):

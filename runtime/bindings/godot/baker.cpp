@@ -1,15 +1,14 @@
 #include "runtime/bindings/godot/baker.h"
 
 #include <atomic>
-#include <filesystem>
 #include <mutex>
 #include <string>
 #include <thread>
 #include <utility>
 
 #include <clamor_bake.h>
-#include <dlfcn.h>
 
+#include "common/platform/process.h"
 #include "runtime/bindings/godot/world.h"
 
 namespace clamor::godot {
@@ -28,15 +27,15 @@ struct BakeLibrary {
 const BakeLibrary& bake_library() {
   static const BakeLibrary library = [] {
     BakeLibrary loaded{};
-    const auto path = std::filesystem::path(Value::library_path().to_text())
-                          .replace_filename("libclamor_bake.so.0");
-    void* file = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+    void* const file = loaded_library(
+        {library_path("libclamor_bake.so.0").c_str(), library_path("libclamor_bake.dll").c_str()});
     if (file == nullptr) {
-      loaded.error = std::string(dlerror()) + ". The add-on's libraries must lie in one folder.";
+      loaded.error = "The library libclamor_bake cannot be loaded. It must lie in " +
+                     library_path("") + ", as the add-on's archive has it.";
       return loaded;
     }
     const auto load = [&](auto& function, const char* name) {
-      function = reinterpret_cast<std::decay_t<decltype(function)>>(dlsym(file, name));
+      function = reinterpret_cast<std::decay_t<decltype(function)>>(symbol_in(file, name));
     };
     load(loaded.read_level, "clamor_bake_read_level");
     load(loaded.bake, "clamor_bake_to_file");
@@ -131,15 +130,23 @@ Value cancel_bake(void*, Arguments) {
 }  // namespace
 
 std::vector<Method> baker_methods() {
-  return {{"start_bake",
-           kString,
-           {{"level_path", kString},
-            {"output_path", kString},
-            {"sources", kInt},
-            {"probe_spacing_m", kFloat}},
-           start_bake},
-          {"get_bake_status", kDictionary, {}, bake_status},
-          {"cancel_bake", kNil, {}, cancel_bake}};
+  return {
+      {"start_bake",
+       "Bakes a glTF file into a [code].clamor[/code] file, in the background. Returns why it "
+       "cannot, or nothing.",
+       kString,
+       {{"level_path", kString},
+        {"output_path", kString},
+        {"sources", kInt},
+        {"probe_spacing_m", kFloat}},
+       start_bake},
+      {"get_bake_status",
+       "How far the bake is, and what it has found: [code]running[/code], [code]fraction[/code], "
+       "[code]seconds[/code], [code]warnings[/code], [code]notes[/code] and [code]error[/code].",
+       kDictionary,
+       {},
+       bake_status},
+      {"cancel_bake", "Ends the bake that is under way.", kNil, {}, cancel_bake}};
 }
 
 void end_baker() {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <type_traits>
 
@@ -60,6 +61,63 @@ void* find_virtual(void* userdata, const void* name, std::uint32_t) {
 }
 
 constexpr std::uint32_t kDefaultUsage = 6, kNilIsAny = 1u << 17;
+
+const char* name_of(Type type) {
+  switch (type) {
+    case kNil:
+      return "void";
+    case kBool:
+      return "bool";
+    case kInt:
+      return "int";
+    case kFloat:
+      return "float";
+    case kString:
+      return "String";
+    case kVector3:
+      return "Vector3";
+    case kQuaternion:
+      return "Quaternion";
+    case kTransform:
+      return "Transform3D";
+    case kObject:
+      return "Object";
+    case kDictionary:
+      return "Dictionary";
+    case kArray:
+      return "Array";
+    case kPackedVector3Array:
+      return "PackedVector3Array";
+    default:
+      return "Variant";
+  }
+}
+
+// A class in the XML of Godot's help.
+std::string help_of(const Class& description) {
+  const auto attribute = [](const char* name, const std::string& value) {
+    return std::string(" ") + name + "=\"" + value + "\"";
+  };
+  std::string xml = "<class" + attribute("name", description.name) +
+                    attribute("inherits", description.parent) + "><brief_description>" +
+                    description.text + "</brief_description><description></description><methods>";
+  for (const Method& method : description.methods) {
+    xml += "<method" + attribute("name", method.name) + "><return" +
+           attribute("type", name_of(method.result)) + "/>";
+    for (std::size_t i = 0; i < method.arguments.size(); ++i)
+      xml += "<param" + attribute("index", std::to_string(i)) +
+             attribute("name", method.arguments[i].first) +
+             attribute("type", name_of(method.arguments[i].second)) + "/>";
+    xml += std::string("<description>") + method.text + "</description></method>";
+  }
+  return xml + "</methods></class>";
+}
+
+// Godot uses the pointers until the very end.
+std::vector<const Class*>& registered() {
+  static auto* classes = new std::vector<const Class*>;
+  return *classes;
+}
 
 // A name and a type for Godot, with the empty texts that it reads.
 struct Property {
@@ -135,15 +193,6 @@ Value Value::singleton(const char* name) {
   return Value(engine.global_get_singleton(Name(name).get()));
 }
 
-Value Value::library_path() {
-  void* string = nullptr;
-  engine.get_library_path(engine.library, &string);
-  Value path;
-  engine.get_variant_from_type_constructor(kString)(path.data_, &string);
-  destructor_of(kString)(&string);
-  return path;
-}
-
 Value& Value::operator=(const Value& other) {
   if (this == &other) return *this;
   engine.variant_destroy(data_);
@@ -199,8 +248,7 @@ void Value::set(const char* key, const Value& value) {
 }
 
 void register_class(const Class& description) {
-  // Godot uses the pointers until the very end.
-  const auto* kept = new Class(description);
+  const Class* const kept = registered().emplace_back(new Class(description));
   ClassInfo info{};
   info.is_exposed = 1;
   info.create = create;
@@ -210,6 +258,24 @@ void register_class(const Class& description) {
   Name name(kept->name), parent(kept->parent);
   engine.classdb_register_extension_class5(engine.library, name.get(), parent.get(), &info);
   for (const Method& method : kept->methods) register_method(kept->name, method);
+}
+
+void load_help() {
+  for (const Class* one : registered())
+    engine.editor_help_load_xml_from_utf8_chars(help_of(*one).c_str());
+}
+
+std::string library_path(const char* beside) {
+  void* string = nullptr;
+  engine.get_library_path(engine.library, &string);
+  Value value;
+  engine.get_variant_from_type_constructor(kString)(value.raw(), &string);
+  destructor_of(kString)(&string);
+  const std::string text = value.to_text();
+  std::filesystem::path path(std::u8string(text.begin(), text.end()));
+  if (beside != nullptr) path.replace_filename(beside);
+  const std::u8string native = path.make_preferred().u8string();
+  return {native.begin(), native.end()};
 }
 
 Transform global_transform(Object node) {

@@ -95,7 +95,7 @@ struct Initialization {
   void (*initialize)(void* userdata, std::int32_t level);
   void (*deinitialize)(void* userdata, std::int32_t level);
 };
-enum : std::int32_t { kSceneLevel = 2 };
+enum : std::int32_t { kSceneLevel = 2, kEditorLevel = 3 };
 
 using Convert = void (*)(void* to, void* from);
 using Destroy = void (*)(void* value);
@@ -131,6 +131,7 @@ using GetFunction = void (*(*)(const char* name))();
   X(classdb_construct_object2, Object, (const void*))                                         \
   X(classdb_register_extension_class5, void, (void*, const void*, const void*, ClassInfo*))   \
   X(classdb_register_extension_class_method, void, (void*, const void*, const MethodInfo*))   \
+  X(editor_help_load_xml_from_utf8_chars, void, (const char*))                                \
   X(register_main_loop_callbacks, void, (void*, const MainLoopCallbacks*))                    \
   X(print_error, void, (const char*, const char*, const char*, std::int32_t, Boolean))
 
@@ -182,7 +183,6 @@ class Value {
   Value(const std::string& text) : Value(text.c_str()) {}
   static Value empty(Type type);  // a Dictionary or an Array
   static Value singleton(const char* name);
-  static Value library_path();
   Value& operator=(const Value& other);
   ~Value() { engine.variant_destroy(data_); }
 
@@ -219,9 +219,9 @@ class Value {
   alignas(8) std::byte data_[24];  // of a Variant, without numbers of double precision
 };
 
-// A method of a class, which GDScript and Godot's help know by name and argument types.
+// A method of a class, as GDScript and Godot's help know it. The text is for the help.
 struct Method {
-  const char* name;
+  const char *name, *text;
   Type result;
   std::vector<std::pair<const char*, Type>> arguments;
   Value (*run)(void* self, const Value* const* arguments);
@@ -230,13 +230,18 @@ struct Method {
 // Tells Godot a class. `create` makes an instance for a new object of Godot's, which `destroy` gets
 // at its end; `find_virtual` returns the function for a virtual method, or null.
 struct Class {
-  const char *name, *parent;
+  const char *name, *parent, *text;
   void* (*create)();
   void (*destroy)(void* instance);
   void* (*find_virtual)(const std::string& name);
   std::vector<Method> methods;
 };
 void register_class(const Class& description);
+// Gives the texts of all classes to Godot's help. In the editor alone, once it is there.
+void load_help();
+
+// The path of this library or, given a name, of a file beside it, as the system writes paths.
+std::string library_path(const char* beside = nullptr);
 
 // Where a Node3D in the tree is.
 Transform global_transform(Object node);

@@ -1,4 +1,5 @@
 // extension.cpp: where Godot enters the add-on's library, and leaves it.
+#include "common/platform/process.h"
 #include "runtime/bindings/godot/baker.h"
 #include "runtime/bindings/godot/engine.h"
 #include "runtime/bindings/godot/listener_stream.h"
@@ -11,6 +12,7 @@ namespace {
 Object server = nullptr;
 
 void initialize(void*, std::int32_t level) {
+  if (level == kEditorLevel) load_help();
   if (level != kSceneLevel) return;
   register_listener_stream();
   register_server();
@@ -29,10 +31,18 @@ void deinitialize(void*, std::int32_t level) {
 }  // namespace
 }  // namespace clamor::godot
 
-extern "C" __attribute__((visibility("default"))) clamor::godot::Boolean clamor_godot_begin(
+#ifdef _WIN32
+#define CLAMOR_GODOT_EXPORT __declspec(dllexport)
+#else
+#define CLAMOR_GODOT_EXPORT __attribute__((visibility("default")))
+#endif
+
+extern "C" CLAMOR_GODOT_EXPORT clamor::godot::Boolean clamor_godot_begin(
     clamor::godot::GetFunction get, void* library, clamor::godot::Initialization* initialization) {
   using namespace clamor::godot;
   if (!load_interface(get, library)) return 0;
+  // Godot frees what it plays after it has unloaded extensions, so the code must stay in memory.
+  clamor::loaded_library({library_path().c_str()});
   const MainLoopCallbacks callbacks = {nullptr, nullptr, [] { World::get().frame(); }};
   engine.register_main_loop_callbacks(library, &callbacks);
   *initialization = {kSceneLevel, nullptr, initialize, deinitialize};

@@ -10,7 +10,8 @@
 namespace clamor::godot {
 namespace {
 
-constexpr const char *kStream = "ClamorListenerStream", *kPlayback = "ClamorListenerPlayback";
+constexpr const char *kStream = "ClamorListenerStream", *kPlayback = "ClamorListenerPlayback",
+                     *kEffect = "ClamorListenerEffect", *kInstance = "ClamorListenerEffectInstance";
 
 struct Stream {
   std::shared_ptr<Listener> listener;
@@ -19,6 +20,15 @@ struct Playback {
   std::shared_ptr<Listener> listener;
   bool is_playing = false;
   std::uint64_t played_frames = 0;
+};
+
+struct Effect {
+  std::shared_ptr<Listener> listener;
+  int instances = 0;
+};
+struct EffectInstance {
+  std::shared_ptr<Listener> listener;
+  int pair = 0;
 };
 
 using Arguments = const void* const*;
@@ -44,6 +54,24 @@ void mix(void* instance, Arguments arguments, void* result) {
     std::fill_n(frames, 2 * count, 0.0f);
   playback.played_frames += std::uint64_t(count);
   write(result, count);
+}
+
+// Godot makes the instances of all pairs in order, and again whenever a bus has changed.
+void instantiate_effect(void* instance, Arguments, void* result) {
+  auto& effect = *static_cast<Effect*>(instance);
+  const int pairs = effect.listener == nullptr ? 1 : effect.listener->channels / 2;
+  auto* made = new EffectInstance{effect.listener, effect.instances++ % pairs};
+  engine.ref_set_object(result, make_object(kInstance, "AudioEffectInstance", made));
+}
+
+void process(void* instance, Arguments arguments, void*) {
+  const auto& effect = *static_cast<EffectInstance*>(instance);
+  float* frames = *static_cast<float* const*>(arguments[1]);
+  const int count = int(*static_cast<const Integer*>(arguments[2]));
+  if (effect.listener != nullptr)
+    World::take_pair(*effect.listener, effect.pair, frames, count);
+  else
+    std::fill_n(frames, 2 * count, 0.0f);
 }
 
 void* find_in(const std::map<std::string, Virtual>& methods, const std::string& name) {
@@ -81,10 +109,20 @@ void* find_in_playback(const std::string& name) {
   return find_in(methods, name);
 }
 
+void* find_in_effect(const std::string& name) {
+  return name == "_instantiate" ? reinterpret_cast<void*>(Virtual{instantiate_effect}) : nullptr;
+}
+
+void* find_in_instance(const std::string& name) {
+  return name == "_process" ? reinterpret_cast<void*>(Virtual{process}) : nullptr;
+}
+
 template <class T>
-Class described(const char* name, const char* parent, void* (*find)(const std::string&)) {
+Class described(const char* name, const char* parent, const char* text,
+                void* (*find)(const std::string&)) {
   return {name,
           parent,
+          text,
           []() -> void* { return new T; },
           [](void* instance) { delete static_cast<T*>(instance); },
           find,
@@ -94,12 +132,24 @@ Class described(const char* name, const char* parent, void* (*find)(const std::s
 }  // namespace
 
 void register_listener_stream() {
-  register_class(described<Playback>(kPlayback, "AudioStreamPlayback", find_in_playback));
-  register_class(described<Stream>(kStream, "AudioStream", find_in_stream));
+  register_class(described<Playback>(kPlayback, "AudioStreamPlayback",
+                                     "Mixes what a ClamorListener3D hears.", find_in_playback));
+  register_class(described<Stream>(kStream, "AudioStream",
+                                   "What a ClamorListener3D hears, which it plays itself.",
+                                   find_in_stream));
+  register_class(described<EffectInstance>(kInstance, "AudioEffectInstance",
+                                           "Part of a ClamorListenerEffect.", find_in_instance));
+  register_class(described<Effect>(
+      kEffect, "AudioEffect",
+      "Puts what a ClamorListener3D hears beyond stereo on a bus of its own.", find_in_effect));
 }
 
 Value make_listener_stream(std::shared_ptr<Listener> listener) {
   return Value(make_object(kStream, "AudioStream", new Stream{std::move(listener)}));
+}
+
+Value make_listener_effect(std::shared_ptr<Listener> listener) {
+  return Value(make_object(kEffect, "AudioEffect", new Effect{std::move(listener)}));
 }
 
 }  // namespace clamor::godot

@@ -149,6 +149,10 @@ Value listener_stream(void*, Arguments a) {
   return make_listener_stream(world().listener(a[0]->to_int()));
 }
 
+Value listener_effect(void*, Arguments a) {
+  return make_listener_effect(world().listener(a[0]->to_int()));
+}
+
 Value enter_level(void*, Arguments a) {
   world().enter_level(a[0]->to_int(), a[1]->to_int());
   return {};
@@ -231,23 +235,47 @@ Value set_origin(void*, Arguments a) {
 
 Value is_offline(void*, Arguments) { return world().open() && world().is_offline(); }
 
-}  // namespace
-
-void register_server() {
+std::vector<Method> level_methods() {
   const std::vector<std::pair<const char*, Type>> number = {{"number", kInt}};
-  std::vector<Method> methods = {
-      {"is_offline", kBool, {}, is_offline},
-      {"open_level", kInt, {{"file", kObject}, {"path", kString}, {"node", kString}}, open_level},
-      {"close_level", kNil, number, close_level},
-      {"get_level_state", kInt, number, level_state},
-      {"get_level_info", kDictionary, number, level_info},
+  return {
+      {"open_level",
+       "Opens a bake in the background, and returns the level's number. Errors name [param node].",
+       kInt,
+       {{"file", kObject}, {"path", kString}, {"node", kString}},
+       open_level},
+      {"close_level", "Closes a level. Listeners in it hear it until they enter another one.", kNil,
+       number, close_level},
+      {"get_level_state", "A level's [enum ClamorLevel3D.State], but 0 while it is being opened.",
+       kInt, number, level_state},
+      {"get_level_info",
+       "What [method ClamorLevel3D.get_info] returns; empty until the level is open.", kDictionary,
+       number, level_info},
       {"set_emitter",
+       "Sets an emitter's gain, an amplitude of 0 to 1. Returns whether the level is open and has "
+       "it.",
        kBool,
        {{"level", kInt}, {"name", kString}, {"gain", kFloat}, {"muted", kBool}},
        set_emitter},
-      {"set_portal", kBool, {{"level", kInt}, {"name", kString}, {"openness", kFloat}}, set_portal},
-      {"find_part", kInt, {{"level", kInt}, {"name", kString}}, find_part},
+      {"set_portal",
+       "Sets how open a portal is, 0 to 1, or -1 where movable parts open it. Returns whether the "
+       "level is open and has it.",
+       kBool,
+       {{"level", kInt}, {"name", kString}, {"openness", kFloat}},
+       set_portal}};
+}
+
+std::vector<Method> part_methods() {
+  const std::vector<std::pair<const char*, Type>> number = {{"number", kInt}};
+  return {
+      {"find_part",
+       "The number of a level's movable part, or 0 if there is none of this name.",
+       kInt,
+       {{"level", kInt}, {"name", kString}},
+       find_part},
       {"add_part",
+       "Adds a part that moves, of triangles, with [code]transmission[/code] and "
+       "[code]absorption[/code], which are shares of energy, and the [code]node[/code] that errors "
+       "name. Returns its number.",
        kInt,
        {{"faces", kPackedVector3Array},
         {"options", kDictionary},
@@ -255,40 +283,102 @@ void register_server() {
         {"rotation", kQuaternion}},
        add_part},
       {"move_part",
+       "Moves a movable part, to a place in the level.",
        kNil,
        {{"part", kInt}, {"position", kVector3}, {"rotation", kQuaternion}},
        move_part},
-      {"enable_part", kNil, {{"part", kInt}, {"enabled", kBool}}, enable_part},
-      {"remove_part", kNil, number, remove_part},
-      {"create_listener",
-       kInt,
-       {{"level", kInt}, {"options", kDictionary}, {"node", kString}},
-       create_listener},
-      {"get_listener_stream", kAny, number, listener_stream},
-      {"enter_level", kNil, {{"listener", kInt}, {"level", kInt}}, enter_level},
-      {"move_listener",
+      {"enable_part",
+       "Whether a movable part hides and reflects anything.",
        kNil,
-       {{"listener", kInt}, {"position", kVector3}, {"rotation", kQuaternion}},
-       move_listener},
-      {"free_listener", kNil, number, free_listener},
-      {"get_listener_statistics", kDictionary, number, listener_statistics},
-      {"get_loudest_sources", kArray, {{"listener", kInt}, {"count", kInt}}, loudest_sources},
+       {{"part", kInt}, {"enabled", kBool}},
+       enable_part},
+      {"remove_part", "Removes a part that [method add_part] has added.", kNil, number,
+       remove_part}};
+}
+
+std::vector<Method> listener_methods() {
+  const std::vector<std::pair<const char*, Type>> number = {{"number", kInt}};
+  return {{"create_listener",
+           "Creates a listener in a level, in the background, and returns its number. See the "
+           "properties of [ClamorListener3D] for the options.",
+           kInt,
+           {{"level", kInt}, {"options", kDictionary}, {"node", kString}},
+           create_listener},
+          {"get_listener_stream", "The [AudioStream] of what a listener hears.", kAny, number,
+           listener_stream},
+          {"get_listener_effect",
+           "An [AudioEffect] for a bus of the listener's own, whose [code]layout[/code] has more "
+           "than two channels.",
+           kAny, number, listener_effect},
+          {"enter_level",
+           "Crossfades a listener into another level.",
+           kNil,
+           {{"listener", kInt}, {"level", kInt}},
+           enter_level},
+          {"move_listener",
+           "Moves a listener, to a place in its level.",
+           kNil,
+           {{"listener", kInt}, {"position", kVector3}, {"rotation", kQuaternion}},
+           move_listener},
+          {"free_listener", "Ends a listener, which fades out.", kNil, number, free_listener},
+          {"get_listener_statistics",
+           "What [method ClamorListener3D.get_statistics] returns, and the number of "
+           "[code]keyframes[/code] made.",
+           kDictionary, number, listener_statistics},
+          {"get_loudest_sources",
+           "Vectors to the loudest sources, in the frame of a listener's head, whose lengths are "
+           "amplitudes. The listener must have been created with [code]reports_voices[/code].",
+           kArray,
+           {{"listener", kInt}, {"count", kInt}},
+           loudest_sources}};
+}
+
+std::vector<Method> source_methods() {
+  const std::vector<std::pair<const char*, Type>> number = {{"number", kInt}};
+  return {
       {"play_source",
+       "Plays a stream where a node is, from a position [s] on, and returns the source's number. "
+       "See the properties of [ClamorSource3D] for the options. When it has ended, the node's "
+       "[code]_on_ended()[/code] is called with the number.",
        kInt,
        {{"node", kObject},
         {"stream", kObject},
         {"options", kDictionary},
         {"from_position", kFloat}},
        play_source},
-      {"change_source", kNil, {{"source", kInt}, {"options", kDictionary}}, change_source},
-      {"stop_source", kNil, number, stop_source},
-      {"get_source_position", kFloat, number, source_position},
-      {"set_origin", kNil, {{"origin", kTransform}}, set_origin}};
-  for (const Method& method : baker_methods()) methods.push_back(method);
+      {"change_source",
+       "Changes the options of a source.",
+       kNil,
+       {{"source", kInt}, {"options", kDictionary}},
+       change_source},
+      {"stop_source", "Ends a source, which dies away.", kNil, number, stop_source},
+      {"get_source_position", "The position [s] in what a source plays.", kFloat, number,
+       source_position},
+      {"set_origin",
+       "Maps places of nodes to places in the level, for all sources.",
+       kNil,
+       {{"origin", kTransform}},
+       set_origin},
+      {"is_offline",
+       "Whether keyframes are made for each block of sound, as in movies, instead of in real time.",
+       kBool,
+       {},
+       is_offline}};
+}
+
+}  // namespace
+
+void register_server() {
+  std::vector<Method> methods;
+  for (const auto& part :
+       {level_methods(), part_methods(), listener_methods(), source_methods(), baker_methods()})
+    methods.insert(methods.end(), part.begin(), part.end());
   // A server has no state of its own, but Godot takes no null for an instance.
   const auto create = []() -> void* { return new char; };
   const auto destroy = [](void* instance) { delete static_cast<char*>(instance); };
-  register_class({"ClamorServer", "Object", create, destroy, nullptr, methods});
+  register_class({"ClamorServer", "Object",
+                  "What the add-on's nodes do, by numbers of levels, listeners, sources and parts.",
+                  create, destroy, nullptr, methods});
 }
 
 }  // namespace clamor::godot

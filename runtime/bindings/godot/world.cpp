@@ -7,6 +7,8 @@
 namespace clamor::godot {
 namespace {
 
+constexpr std::size_t kMaxBlock_frames = 4096;  // Godot's are of 512
+
 template <class T>
 std::shared_ptr<T> found(const std::map<Integer, std::shared_ptr<T>>& map, Integer number) {
   const auto it = map.find(number);
@@ -99,7 +101,8 @@ Integer World::open_level(const Value& file, const std::string& path, const std:
     auto* bake = new ArchivedBake;
     bake->file = file;
     auto reader = sized<clamor_reader>();
-    reader.name = path.c_str();
+    const std::string name = level->node + " (" + path + ")";  // in all sentences about the level
+    reader.name = name.c_str();
     reader.size = std::uint64_t(file.call("get_length").to_int());
     reader.user = bake;
     reader.read = read_bake;
@@ -110,7 +113,7 @@ Integer World::open_level(const Value& file, const std::string& path, const std:
     } else {
       delete bake;
       level->state = kFailed;
-      report(level->node, error.sentence);
+      report("", error.sentence);
     }
   });
   return last_;
@@ -143,16 +146,22 @@ Integer World::create_listener(Integer level_number, const Value& values, const 
   options.limits = values["limiter"].to_bool();
   options.reports_voices = values["reports_voices"].to_bool();
   options.gain = values["gain"].to_float();
+  const std::string layout = values["layout"].to_text();
+  if (layout == "5.1" || layout == "7.1") {
+    created->channels = layout == "5.1" ? 6 : 8;
+    created->block.resize(kMaxBlock_frames * std::size_t(created->channels));
+  }
   options.rate_hz = std::uint32_t(rate_hz_);
   options.offline = is_offline_;
   const std::string sofa = values["sofa"].to_text();
-  loader_.run([this, first, created, options, sofa]() mutable {
+  loader_.run([this, first, created, options, sofa, layout]() mutable {
     if (first->state != kOpen || created->is_freed) return;  // what opened it has said why
     {
       const std::lock_guard lock(created->rendering);
       options.pose = created->pose;
     }
     if (!sofa.empty()) options.sofa = sofa.c_str();
+    options.layout = layout.c_str();
     clamor_listener handle = 0;
     clamor_error error;
     if (clamor_create_listener(context_, first->handle, &options, &handle, &error) != CLAMOR_OK)
@@ -239,24 +248,39 @@ void World::make_keyframes(Listener& offline) {
 
 void World::mix(Listener& heard, float* frames, int count) {
   const auto begin = std::chrono::steady_clock::now();
+  const int channels = heard.channels;
+  float* const mixed = channels == 2 ? frames : heard.block.data();
+  const bool fits = channels == 2 || count <= int(kMaxBlock_frames);
   const std::unique_lock lock(heard.rendering, std::try_to_lock);
   bool is_rendered = false;
-  if (lock.owns_lock() && heard.handle != 0 && heard.gain != 0) {
+  if (fits && lock.owns_lock() && heard.handle != 0 && heard.gain != 0) {
     if (is_offline_) make_keyframes(heard);
-    is_rendered = clamor_render(context_, heard.handle, frames, std::uint32_t(count)) == CLAMOR_OK;
+    is_rendered = clamor_render(context_, heard.handle, mixed, std::uint32_t(count)) == CLAMOR_OK;
   }
-  if (!is_rendered) std::fill_n(frames, 2 * count, 0.0f);
-  if (heard.leaves) {
+  if (!is_rendered || channels != 2) std::fill_n(frames, 2 * count, 0.0f);
+  if (heard.leaves && is_rendered) {
     const float step = heard.gain / float(count);
     for (int i = 0; i < count; ++i)
-      for (int channel = 0; channel < 2; ++channel)
-        frames[2 * i + channel] *= heard.gain - step * float(i + 1);
+      for (int channel = 0; channel < channels; ++channel)
+        mixed[channels * i + channel] *= heard.gain - step * float(i + 1);
+  }
+  if (heard.leaves) {
     heard.gain = 0;
     heard.leaves = false;
   }
+  heard.untaken = is_rendered ? ~0u : 0;
   mixed_frames_ += std::uint64_t(count);
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
   heard.load = 0.95 * heard.load + 0.05 * taken.count() * rate_hz_ / count;
+}
+
+void World::take_pair(Listener& heard, int pair, float* frames, int count) {
+  const bool is_there = (heard.untaken >> pair & 1u) != 0 && 2 * pair < heard.channels;
+  heard.untaken &= ~(1u << pair);
+  for (int i = 0; i < count; ++i)
+    for (int channel = 0; channel < 2; ++channel)
+      frames[2 * i + channel] =
+          is_there ? heard.block[std::size_t(heard.channels * i + 2 * pair + channel)] : 0;
 }
 
 }  // namespace clamor::godot

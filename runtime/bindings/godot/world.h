@@ -18,6 +18,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include <clamor.h>
 
@@ -53,8 +54,13 @@ struct Listener {
   std::atomic<bool> is_freed = false;      // creating it would be in vain
   std::atomic<bool> leaves = false;        // fades out within a block
   float gain = 1;                          // of the last frame; the audio thread's
-  std::atomic<double> load = 0;            // share of the audio thread's time, over half a second
-  clamor_pose pose{};                      // the newest; under `rendering` until there is a handle
+  int channels = 2;
+  // Beyond stereo: the newest block, and a bit for each pair of channels that nobody has taken of
+  // it. The audio thread's.
+  std::vector<float> block{};
+  unsigned untaken = 0;
+  std::atomic<double> load = 0;  // share of the audio thread's time, over half a second
+  clamor_pose pose{};            // the newest; under `rendering` until there is a handle
 };
 
 clamor_pose pose_of(const Value& position, const Value& rotation);
@@ -90,8 +96,10 @@ class World {
   bool is_offline() const { return is_offline_; }
   void report(const std::string& node, const std::string& sentence) const;
 
-  // Renders a block of stereo frames.
+  // Renders a block of stereo frames. Beyond stereo, they are silent, and take_pair() gives the
+  // block's other frames, by pairs of channels.
   void mix(Listener& listener, float* frames, int count);
+  static void take_pair(Listener& listener, int pair, float* frames, int count);
 
  private:
   void make_keyframes(Listener& listener);

@@ -56,6 +56,9 @@ func _initialize() -> void:
 	var emitter := _add(ClamorEmitter3D.new(), "Tone")
 	emitter.stream = tone
 	emitter.position = Vector3(-2, 0, 0)
+	var high := _add(ClamorEmitter3D.new(), "High")
+	high.stream = tone.duplicate()  # no file, so that it is written
+	high.baked_pitch_scale = 2
 	_add(ClamorEmitter3D.new(), "Silent")
 	_add(ClamorSource3D.new(), "Radio")
 	_add(ClamorListener3D.new(), "Ears")
@@ -90,12 +93,19 @@ func _process(_delta: float) -> bool:
 			break
 	var info := level.get_info()
 	print(info)
-	var is_right: bool = info.emitters == ["Tone"] and info.portals == ["Opening"] and info.parts == ["Leaf"] \
+	var is_right: bool = info.emitters == ["Tone", "High"] and info.portals == ["Opening"] and info.parts == ["Leaf"] \
 		and info.sources > 1000
 	get_root().get_node("Scene").free()
-	var sidecar: Dictionary = JSON.parse_string(FileAccess.get_file_as_string(
-		OS.get_cache_dir().path_join("clamor_bake_%d/level.acoustics.json" % OS.get_process_id())))
+	var folder := OS.get_cache_dir().path_join("clamor_bake_%d" % OS.get_process_id())
+	var sidecar: Dictionary = JSON.parse_string(FileAccess.get_file_as_string(folder.path_join("level.acoustics.json")))
 	is_right = is_right and sidecar.probes == [{"at": [-3.0, 1.0, 2.0]}]
+	# A second of 440 Hz has become half a second of 880 Hz.
+	var high := AudioStreamWAV.load_from_file(folder.path_join("1.wav"))
+	var crossings := 0
+	for i in range(2, high.data.size(), 2):
+		crossings += int(high.data.decode_s16(i) >= 0 and high.data.decode_s16(i - 2) < 0)
+	print("%.3f s, %d periods" % [high.get_length(), crossings])
+	is_right = is_right and absf(high.get_length() - 0.5) < 1e-3 and absi(crossings - 440) < 2
 	quit(0 if is_right and baker.findings.size() > 5 else 1)
 	return true
 

@@ -33,6 +33,7 @@ func _check() -> void:
 			is_right = _change_and_undo(node) and is_right
 			is_right = _duplicate(node, root) and is_right
 	is_right = _take_bake(root) and is_right
+	is_right = await _read_help() and is_right
 	var values := _all_values(root)
 	var packed := PackedScene.new()
 	packed.pack(root)
@@ -91,6 +92,19 @@ func _take_bake(root: Node) -> bool:
 	is_right = is_right and level.bake == before
 	history.redo()
 	return _is(is_right and level.bake.resource_path == "res://room.clamor", "a bake cannot be undone")
+
+
+# F1 of the class that is not a script.
+func _read_help() -> bool:
+	var editor := EditorInterface.get_script_editor()
+	editor.goto_help("class_name:ClamorServer")
+	for i in 100:
+		await get_tree().process_frame
+		for page in editor.find_children("ClamorServer", "EditorHelp", true, false):
+			for text: RichTextLabel in page.find_children("*", "RichTextLabel", true, false):
+				if text.get_parsed_text().contains("Opens a bake in the background"):
+					return true
+	return _is(false, "ClamorServer has no help")
 
 
 # What the script of a node exports.

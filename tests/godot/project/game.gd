@@ -34,7 +34,7 @@ func _ready() -> void:
 
 func _process(_delta: float) -> void:
 	heard.append_array(capture.get_buffer(capture.get_frames_available()))
-	if heard.size() < SECONDS * AudioServer.get_mix_rate():
+	if heard.size() < SECONDS * AudioServer.get_mix_rate() * (3 if mode == "surround" else 1):
 		return
 	if file != "":
 		var output := FileAccess.open(file, FileAccess.WRITE)
@@ -76,6 +76,12 @@ func _end_split() -> void:
 		is_right = is_right and loudest.size() == 10 and loudest[0].normalized().dot(to.normalized()) > 0.999 \
 			and listener._spheres.multimesh.instance_count == 10
 	get_tree().quit(0 if is_right else 1)
+
+
+# Six loudspeakers, which have the pairs of a block one after another in the capture.
+func _begin_surround() -> void:
+	ears.output = ClamorListener3D.Output.LOUDSPEAKERS
+	assert(AudioServer.get_speaker_mode() == AudioServer.SPEAKER_SURROUND_51)
 
 
 # A level that lies elsewhere sounds the same to a listener who has moved with it.

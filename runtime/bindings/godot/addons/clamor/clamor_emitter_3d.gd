@@ -1,8 +1,8 @@
 ## A sound that is baked into a level with all its reflections: it costs no more however much it reverberates.
 ##
 ## The Bake button makes an emitter of the bake of each such node: where it is, with its [member stream].
-## In the game, the node turns the emitter down; what is baked can be neither moved nor made louder, and keeps
-## its pitch. Sounds that move or begin when the game says so are for [ClamorSource3D].
+## In the game, the node turns the emitter down; what is baked can be neither moved nor made louder, and keeps its
+## pitch, [member baked_pitch_scale]. Sounds that move or begin when the game says so are for [ClamorSource3D].
 @tool
 @icon("icons/emitter.svg")
 class_name ClamorEmitter3D
@@ -28,7 +28,7 @@ extends Node3D
 
 @export_group("Bake")
 
-## The sound: a WAV, FLAC, Ogg Vorbis or MP3 file of the project. It loops.
+## The sound, any [AudioStream] that has an end. It loops, and its channels are mixed to one.
 @export var stream: AudioStream:
 	set(value):
 		stream = value
@@ -36,6 +36,9 @@ extends Node3D
 
 ## Gain of the bake: at 0 dB, full scale is full scale at 1 m.
 @export_range(-80, 48, 0.1, "suffix:dB") var baked_volume_db := 0.0
+
+## Speed and pitch of the sound in the bake.
+@export_range(0.01, 4, 0.01, "or_greater") var baked_pitch_scale := 1.0
 
 ## How much it favours the direction in which the node looks (-Z): 0 is omnidirectional, 1 a cardioid.
 @export_range(0, 20, 0.1, "or_greater") var directivity := 0.0

@@ -10,7 +10,7 @@ extends Node3D
 ## Kinds of output.
 enum Output {
 	BINAURAL = 0,  ## For headphones, with a head that turns.
-	LOUDSPEAKERS = 1,  ## For two loudspeakers.
+	LOUDSPEAKERS = 1,  ## For the loudspeakers that Godot plays to: two, or those of 5.1 or 7.1.
 	RECEIVERS = 3,  ## Two omnidirectional microphones, a head's width apart.
 }
 
@@ -39,7 +39,9 @@ enum Output {
 @export_range(-80, 24, 0.1, "suffix:dB") var volume_db := 0.0:
 	set(value):
 		volume_db = value
-		if _player != null:
+		if _own_bus != &"":
+			AudioServer.set_bus_volume_db(AudioServer.get_bus_index(_own_bus), value)
+		elif _player != null:
 			_player.volume_db = value
 
 ## Whether true peaks stay below -1 dBFS.
@@ -52,7 +54,9 @@ enum Output {
 @export var bus := &"Master":
 	set(value):
 		bus = value
-		if _player != null:
+		if _own_bus != &"":
+			AudioServer.set_bus_send(AudioServer.get_bus_index(_own_bus), value)
+		elif _player != null:
 			_player.bus = value
 
 ## How many of the loudest sources are shown in the game, while it is developed: as spheres around the listener,
@@ -63,10 +67,14 @@ enum Output {
 		shown_sources = value
 		_restart()
 
+const _LAYOUTS := {AudioServer.SPEAKER_SURROUND_51: "5.1", AudioServer.SPEAKER_SURROUND_71: "7.1"}
+
 # The listener's number in ClamorServer, and that of the level that it is in.
 var _number := 0
 var _level_number := 0
 var _player: AudioStreamPlayer
+var _own_bus := &""  # where Godot plays to more than two loudspeakers
+var _speakers := AudioServer.SPEAKER_MODE_STEREO
 var _spheres: MultiMeshInstance3D
 
 
@@ -98,9 +106,10 @@ func _process(_delta: float) -> void:
 	if Engine.is_editor_hint():
 		return
 	var level := ClamorLevel3D.get_current()
-	if level == null:
+	if level == null or _speakers != AudioServer.get_speaker_mode():
 		_stop()
-		return
+		if level == null:
+			return
 	var camera := get_viewport().get_camera_3d() if follow_camera else null
 	var heard_at := global_transform if camera == null else camera.global_transform
 	var place := ClamorLevel3D.to_level(heard_at)
@@ -138,8 +147,11 @@ func _monitor(value: String) -> float:
 func _start(level: ClamorLevel3D, position_m: Vector3, turned: Quaternion) -> void:
 	var options := {
 		"output": output, "sofa": ProjectSettings.globalize_path(sofa), "voices": voices, "limiter": limiter,
-		"gain": 1.0, "reports_voices": shown_sources > 0, "position": position_m, "rotation": turned,
+		"gain": 1.0, "layout": "stereo", "reports_voices": shown_sources > 0, "position": position_m, "rotation": turned,
 	}
+	_speakers = AudioServer.get_speaker_mode()
+	if output == Output.LOUDSPEAKERS and _speakers in _LAYOUTS:
+		options.layout = _LAYOUTS[_speakers]
 	_level_number = level._number
 	_number = ClamorServer.create_listener(_level_number, options, str(get_path()))
 	_player = AudioStreamPlayer.new()
@@ -147,8 +159,23 @@ func _start(level: ClamorLevel3D, position_m: Vector3, turned: Quaternion) -> vo
 	_player.bus = bus
 	_player.volume_db = volume_db
 	_player.process_mode = Node.PROCESS_MODE_ALWAYS
+	if options.layout != "stereo":
+		_begin_own_bus()
 	add_child(_player, false, Node.INTERNAL_MODE_BACK)
 	_player.play()
+
+
+# Streams of Godot's have two channels. An effect puts the others on a bus that nothing else plays to.
+func _begin_own_bus() -> void:
+	_own_bus = StringName("ClamorListener%d" % _number)
+	var index := AudioServer.bus_count
+	AudioServer.add_bus()
+	AudioServer.set_bus_name(index, _own_bus)
+	AudioServer.set_bus_send(index, bus)
+	AudioServer.set_bus_volume_db(index, volume_db)
+	AudioServer.add_bus_effect(index, ClamorServer.get_listener_effect(_number))
+	_player.bus = _own_bus
+	_player.mix_target = AudioStreamPlayer.MIX_TARGET_SURROUND
 
 
 func _stop() -> void:
@@ -157,6 +184,9 @@ func _stop() -> void:
 	if _player != null:
 		_player.queue_free()
 		_player = null
+	if _own_bus != &"":
+		AudioServer.remove_bus(AudioServer.get_bus_index(_own_bus))
+		_own_bus = &""
 	if _spheres != null:
 		_spheres.queue_free()
 		_spheres = null

@@ -201,19 +201,43 @@ static func _title(resource: Resource) -> String:
 func _add_emitter(emitter: ClamorEmitter3D) -> void:
 	if emitter.stream == null:
 		return
-	var source := emitter.stream.resource_path
-	if source.get_extension() not in ["wav", "ogg", "mp3", "flac"]:
-		findings.append(["The stream must be a WAV, Ogg Vorbis, MP3 or FLAC file of the project.", emitter])
-		return
-	var sound := "%d_%s" % [_sidecar.emitters.size(), source.get_file()]
-	if DirAccess.copy_absolute(ProjectSettings.globalize_path(source), _folder.path_join(sound)) != OK:
-		findings.append(["%s cannot be copied." % source, emitter])
+	var sound := _write_sound(emitter)
+	if sound == "":
 		return
 	var place := _to_level * emitter.global_transform
 	_sidecar.emitters.append({
 		"name": emitter.get_emitter_name(), "signal": sound, "at": _list(place.origin), "facing": _list(-place.basis.z),
 		"gain": "%fdB" % emitter.baked_volume_db, "directivity": emitter.directivity,
 	})
+
+
+# Copies the sound of an emitter. What is no file, or has another pitch, is written as Godot plays it. "" on errors.
+func _write_sound(emitter: ClamorEmitter3D) -> String:
+	var stream := emitter.stream
+	var sound := "%d_%s" % [_sidecar.emitters.size(), stream.resource_path.get_file()]
+	if stream.resource_path.get_extension() in ["wav", "ogg", "mp3", "flac"] and emitter.baked_pitch_scale == 1:
+		if DirAccess.copy_absolute(ProjectSettings.globalize_path(stream.resource_path), _folder.path_join(sound)) == OK:
+			return sound
+		findings.append(["%s: %s cannot be copied." % [emitter.name, stream.resource_path], emitter])
+		return ""
+	if stream.get_length() <= 0:
+		findings.append(["%s: the stream has no end, so it cannot be baked." % emitter.name, emitter])
+		return ""
+	var wav := AudioStreamWAV.new()
+	wav.format = AudioStreamWAV.FORMAT_16_BITS
+	wav.mix_rate = roundi(AudioServer.get_mix_rate())
+	var playback := stream.instantiate_playback()
+	playback.start()
+	var frames := playback.mix_audio(
+		emitter.baked_pitch_scale, roundi(stream.get_length() * wav.mix_rate / emitter.baked_pitch_scale))
+	var bytes := PackedByteArray()
+	bytes.resize(2 * frames.size())
+	for i in frames.size():
+		bytes.encode_s16(2 * i, clampi(roundi(16383.5 * (frames[i].x + frames[i].y)), -32768, 32767))
+	wav.data = bytes
+	sound = "%d.wav" % _sidecar.emitters.size()
+	wav.save_to_wav(_folder.path_join(sound))
+	return sound
 
 
 func _add_portal(portal: ClamorPortal3D) -> void:
