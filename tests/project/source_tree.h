@@ -61,7 +61,7 @@ inline const std::map<std::string, std::vector<std::string>> kFolders = {
     {"tools",
      {"program", "strategies", "analysis", "bench", "experiments", "farm", "report", "report/page",
       "view", "view/window", "commands", "packaging", "packaging/vcpkg", "packaging/conan",
-      "packaging/conan/test_package", "packaging/windows"}},
+      "packaging/conan/test_package", "packaging/windows", "packaging/arm64"}},
 };
 
 inline std::string read_text(const std::filesystem::path& path) {
