@@ -182,7 +182,7 @@ TEST(Pages, ShowASidecarWithPresetsThatExist) {
 
 TEST(Pages, ShowScriptsThatExistWithOptionsTheyTake) {
   static const std::regex kScript(R"(^\s*(tools/[a-z_]+)(.*))");
-  static const std::regex kOption(R"(\s(--[a-z]+))");
+  static const std::regex kOption(R"(\s(--[a-z0-9]+))");
   std::set<std::string> shown;
   for (const std::string& line : commands_of_all_pages()) {
     std::smatch script;
