@@ -3,10 +3,10 @@
 //
 // usage: node speed.mjs PACKAGE LIBCLAMOR.so BAKE [VOICES [SECONDS]], in the folder of the bake
 import {execFileSync} from "node:child_process";
-import {readdirSync, readFileSync} from "node:fs";
+import {readFileSync} from "node:fs";
 import {dirname, join} from "node:path";
 import {fileURLToPath, pathToFileURL} from "node:url";
-import {visit} from "./browsers.mjs";
+import {tree_cpu_ms, visit} from "./browsers.mjs";
 
 const [folder, library, bake, voices = 1000, seconds = 4] = process.argv.slice(2);
 const root = join(dirname(fileURLToPath(import.meta.url)), "..", "..");
@@ -39,7 +39,7 @@ async function in_node() {
     updates_ms += middle - begin;
     mixing_ms += cpu_ms() - middle;
   }
-  return {mixing_ms, updates_ms, keyframes};
+  return {mixing_ms, updates_ms, keyframes, memory_bytes: native.module.HEAPU8.length};
 }
 
 const kNative = `
@@ -74,23 +74,8 @@ const row = (name, {mixing_ms, updates_ms, keyframes}) => console.log(`${name.pa
 console.log(`${voices} binaural voices, a listener who walks, ${seconds} s`);
 row("this machine", native);
 row("WebAssembly", wasm);
+console.log(`memory of the module: ${wasm.memory_bytes >> 20} MB`);
 console.log(`${"ratio".padEnd(14)}${(wasm.mixing_ms / native.mixing_ms).toFixed(2).padStart(8)}${(wasm.updates_ms / native.updates_ms).toFixed(2).padStart(32)}`);
-
-// CPU time of a process and all that it has started.
-function tree_cpu_ms(root) {
-  const stats = readdirSync("/proc").filter((name) => /^\d+$/.test(name)).flatMap((pid) => {
-    try {
-      const text = readFileSync(`/proc/${pid}/stat`, "latin1");
-      const fields = text.slice(text.lastIndexOf(")") + 2).split(" ");
-      return [{pid: Number(pid), parent: Number(fields[1]), ms: 10 * (Number(fields[11]) + Number(fields[12]))}];
-    } catch {
-      return [];  // it has ended
-    }
-  });
-  const sum = (pid) => stats.filter(({parent}) => parent === pid)
-    .reduce((ms, child) => ms + sum(child.pid), stats.find((one) => one.pid === pid)?.ms ?? 0);
-  return sum(root);
-}
 
 const at = {};
 await visit("chromium", folder, `speed.html#${voices},${seconds},${bake}`, (name, browser) => {

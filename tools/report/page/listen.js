@@ -17,8 +17,10 @@ class Listening {
     this.button.disabled = true;
     try {
       this.audio ??= new AudioContext();
-      await this.audio.resume();
+      const resumed = this.audio.resume();  // which never answers where there is no sound device
       this.ears ??= await this.begin();
+      const late = new Promise((_, reject) => { setTimeout(() => reject(new Error("The browser's sound does not start: is there a device?")), 5000); });
+      await Promise.race([resumed, late]);
       this.button.textContent = "Pause";
       this.tell();
       this.follow();
@@ -80,12 +82,38 @@ class Listening {
     box.addEventListener("change", () => change(box.checked ? 1 : 0));
     label.append(box, text);
     this.status.before(label);
+    return box;
   }
 
+  // Each portal has a box; a click on it in the view is one on the box.
   offerDoors() {
-    this.levels[0].portals.forEach(({name}) => this.offer(`${name} is open`, true, (openness) => {
-      for (const level of this.levels) if (level.portals.some((portal) => portal.name === name)) level.setPortal(name, openness);
-    }));
+    const {canvas, level: {portals}} = this.view;
+    for (const portal of portals)
+      portal.box = this.offer(`${portal.name} is open`, true, (openness) => {
+        for (const level of this.levels) if (level.portals.some(({name}) => name === portal.name)) level.setPortal(portal.name, openness);
+        this.view.paintMarkers();
+        this.view.redraw();
+      });
+    let pressed;
+    canvas.addEventListener("pointerdown", ({clientX, clientY}) => { pressed = [clientX, clientY]; });
+    canvas.addEventListener("click", ({clientX, clientY}) => {
+      if (Math.hypot(clientX - pressed[0], clientY - pressed[1]) < 4) this.portalAt(clientX, clientY)?.box.click();
+    });
+  }
+
+  // The portal nearest to the eye of those that are seen at a place of the window.
+  portalAt(clientX, clientY) {
+    const {camera, canvas, level: {portals}} = this.view, {left, top, width, height} = canvas.getBoundingClientRect();
+    const point = [2 * (clientX - left) / width - 1, 1 - 2 * (clientY - top) / height];
+    const side = ([ax, ay], [bx, by]) => (bx - ax) * (point[1] - ay) - (by - ay) * (point[0] - ax) > 0;
+    const isHit = (portal) => {
+      const corners = cornersOf(portal).map((corner) => camera.project(corner, width / height));
+      if (corners.includes(null)) return false;
+      const sides = corners.map((corner, k) => side(corner, corners[(k + 1) % 4]));
+      return sides.every((one) => one === sides[0]);
+    };
+    const far = ({centre}) => Math.hypot(...minus(centre, camera.eye()));
+    return portals.filter(isHit).sort((a, b) => far(a) - far(b))[0];
   }
 }
 

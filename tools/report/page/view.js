@@ -15,6 +15,10 @@ function cornerOf(part, k) {
   return ["u", "v", "w"].reduce((at, side, bit) => add(at, times(part[side], (k >> bit) & 1 ? 1 : -1)), part.centre);
 }
 
+function cornersOf({centre, u, v}) {
+  return [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([a, b]) => add(centre, add(times(u, a), times(v, b))));
+}
+
 // Whether a face that is turned to `from` lies between two places (Moeller and Trumbore, 1997).
 function isHidden(mesh, from, to) {
   const {positions, corners} = mesh, way = minus(to, from), at = (i) => positions.subarray(3 * corners[i], 3 * corners[i] + 3);
@@ -266,9 +270,9 @@ class View {
     this.drawing.points("probes", Array.from(zones, (_, p) => ({place: probes.places.subarray(3 * p, 3 * p + 3), colour: colours.probes, size: 6})));
     const outlines = [];
     for (const portal of portals) {
-      const corner = (a, b) => add(portal.centre, add(times(portal.u, a), times(portal.v, b)));
-      const corners = [corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)];
+      const corners = cornersOf(portal), isClosed = portal.box?.checked === false;  // which is crossed out
       corners.forEach((from, k) => outlines.push({from, to: corners[(k + 1) % 4], colour: colours.portals}));
+      if (isClosed) for (const k of [0, 1]) outlines.push({from: corners[k], to: corners[k + 2], colour: colours.portals});
     }
     this.drawing.lines("portals", outlines, {onTop: true});
     this.drawing.lines("doors", parts.flatMap((part) => boxEdges((k) => cornerOf(part, k), colours.doors)), {onTop: true});

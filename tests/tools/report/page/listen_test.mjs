@@ -1,5 +1,5 @@
-// listen_test.mjs: a page of clamor report --listen, opened as a file: it sounds, the sound follows the listener,
-// and the network is asked for nothing.
+// listen_test.mjs: a page of clamor report --listen, opened as a file: it sounds, the sound follows the listener, its
+// portal opens and closes, the keyboard reaches what sounds, and the network is asked for nothing.
 import assert from "node:assert/strict";
 import {after, before, test} from "node:test";
 import {pathToFileURL} from "node:url";
@@ -68,6 +68,40 @@ test("shows from where voices come, and hears another bake at the same place", a
   await page.getByLabel("the other bake").check();
   const [left, right] = await heard_at(null);
   assert.ok(left > 1e-10 && right > 1e-10, `powers ${left} and ${right}`);
+});
+
+test("closes and opens a portal by its box and by a click in the view", async () => {
+  const box = page.getByLabel("Opening is open");
+  const click = async () => {
+    const [x, y] = await page.evaluate(() => {
+      const {camera, canvas, level} = window.clamorView, {left, top, width, height} = canvas.getBoundingClientRect();
+      const [u, v] = camera.project(level.portals[0].centre, width / height);
+      return [left + (u + 1) / 2 * width, top + (1 - v) / 2 * height];
+    });
+    await page.mouse.click(x, y);
+  };
+  await page.evaluate(() => { document.getElementById("canvas").scrollIntoView(); });
+  await click();
+  assert.equal(await box.isChecked(), false);
+  await page.mouse.click(10, 10);
+  await box.check();
+  await click();
+  assert.equal(await box.isChecked(), false);
+  await click();
+  assert.equal(await box.isChecked(), true);
+});
+
+test("the keyboard reaches what sounds, and axe finds nothing serious", async () => {
+  await page.locator("#canvas").focus();
+  const reached = new Set();
+  for (let i = 0; i < 40; ++i) {
+    await page.keyboard.press("Tab");
+    reached.add(await page.evaluate(() => document.activeElement.innerText || document.activeElement.labels?.[0]?.innerText));
+  }
+  for (const name of ["Pause", "Opening is open", "the other bake"]) assert.ok(reached.has(name), `${name} cannot be reached`);
+  await page.addScriptTag({path: "node_modules/axe-core/axe.min.js"});
+  const violations = await page.evaluate(async () => (await window.axe.run()).violations);
+  assert.deepEqual(violations.filter(({impact}) => ["serious", "critical"].includes(impact)).map(({id, help}) => `${id}: ${help}`), []);
 });
 
 test("pauses, and has asked the network for nothing", async () => {
