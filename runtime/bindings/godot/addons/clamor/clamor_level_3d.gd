@@ -2,7 +2,8 @@
 ##
 ## The level is heard while this node is in the tree and [member active]. Where several are, the one that
 ## entered last is heard: listeners crossfade to it within a tenth of a second. Everything that sounds lies
-## relative to this node as it lay when the level was baked, so the node may be moved, but not scaled.
+## relative to this node as it lay when the level was baked, so the node may be moved, but not scaled. A game that is
+## run from the editor opens a level again that is baked meanwhile.
 @tool
 @icon("icons/level.svg")
 class_name ClamorLevel3D
@@ -45,6 +46,8 @@ static var _levels: Array[ClamorLevel3D] = []
 # The level's number in ClamorServer; 0: it is closed.
 var _number := 0
 var _is_open := false
+var _baked_s := 0  # when the bake's file was written, and when that was looked at
+var _looked_ms := 0
 
 
 ## The level that is heard now, or null.
@@ -91,6 +94,7 @@ func reopen() -> void:
 	_number = 0
 	_is_open = false
 	if bake != null and bake.resource_path != "":
+		_baked_s = FileAccess.get_modified_time(bake.resource_path)
 		var file := FileAccess.open(bake.resource_path, FileAccess.READ)
 		if file == null:
 			push_error("%s: %s cannot be opened: %s" % [get_path(), bake.resource_path, error_string(FileAccess.get_open_error())])
@@ -120,6 +124,10 @@ func _process(_delta: float) -> void:
 	if not _is_open and _number != 0 and get_state() == State.OPEN:
 		_is_open = true
 		opened.emit()
+	if _is_open and OS.has_feature("editor") and Time.get_ticks_msec() > _looked_ms + 1000:
+		_looked_ms = Time.get_ticks_msec()
+		if FileAccess.get_modified_time(bake.resource_path) != _baked_s:
+			reopen()
 
 
 # Sources lie relative to the level that is heard.

@@ -42,6 +42,8 @@ func write(level: ClamorLevel3D, folder: String) -> String:
 			_doors.append(door.get_leaf())
 			_sidecar.movable.append(str(door.get_leaf().name))
 	_visit(_root, _gltf.scenes[0].nodes, false)
+	if _sidecar.emitters.is_empty():
+		_add_silence()
 	_gltf.buffers = [{"byteLength": _bytes.size()}]
 	if _gltf.accessors.is_empty():
 		findings.append(["The scene has no surfaces: no visible meshes in the layers that are baked.", level])
@@ -200,6 +202,7 @@ static func _title(resource: Resource) -> String:
 
 func _add_emitter(emitter: ClamorEmitter3D) -> void:
 	if emitter.stream == null:
+		findings.append(["%s: the emitter has no stream, so it is left out." % emitter.name, emitter])
 		return
 	var sound := _write_sound(emitter)
 	if sound == "":
@@ -223,21 +226,38 @@ func _write_sound(emitter: ClamorEmitter3D) -> String:
 	if stream.get_length() <= 0:
 		findings.append(["%s: the stream has no end, so it cannot be baked." % emitter.name, emitter])
 		return ""
-	var wav := AudioStreamWAV.new()
-	wav.format = AudioStreamWAV.FORMAT_16_BITS
-	wav.mix_rate = roundi(AudioServer.get_mix_rate())
+	var rate := roundi(AudioServer.get_mix_rate())
 	var playback := stream.instantiate_playback()
 	playback.start()
 	var frames := playback.mix_audio(
-		emitter.baked_pitch_scale, roundi(stream.get_length() * wav.mix_rate / emitter.baked_pitch_scale))
+		emitter.baked_pitch_scale, roundi(stream.get_length() * rate / emitter.baked_pitch_scale))
+	sound = "%d.wav" % _sidecar.emitters.size()
+	_write_wav(sound, rate, frames)
+	return sound
+
+
+# A bake begins at its emitters. Where a scene has sources alone, a silent one stands at the first.
+func _add_silence() -> void:
+	for source: Node in _root.find_children("*", "Node3D", true, false):
+		if source is ClamorSource3D:
+			var frames: PackedVector2Array = []
+			frames.resize(48000)
+			_write_wav("silence.wav", 48000, frames)
+			var at: Vector3 = (_to_level * source.global_transform).origin
+			_sidecar.emitters.append({"name": "Silence", "signal": "silence.wav", "at": _list(at)})
+			return
+
+
+func _write_wav(file: String, rate: int, frames: PackedVector2Array) -> void:
+	var wav := AudioStreamWAV.new()
+	wav.format = AudioStreamWAV.FORMAT_16_BITS
+	wav.mix_rate = rate
 	var bytes := PackedByteArray()
 	bytes.resize(2 * frames.size())
 	for i in frames.size():
 		bytes.encode_s16(2 * i, clampi(roundi(16383.5 * (frames[i].x + frames[i].y)), -32768, 32767))
 	wav.data = bytes
-	sound = "%d.wav" % _sidecar.emitters.size()
-	wav.save_to_wav(_folder.path_join(sound))
-	return sound
+	wav.save_to_wav(_folder.path_join(file))
 
 
 func _add_portal(portal: ClamorPortal3D) -> void:
