@@ -94,6 +94,7 @@ class Listening {
         this.view.paintMarkers();
         this.view.redraw();
       });
+    if (portals.length > 0) document.querySelector(".note.keys").append(" A click on a portal closes or opens it.");
     let pressed;
     canvas.addEventListener("pointerdown", ({clientX, clientY}) => { pressed = [clientX, clientY]; });
     canvas.addEventListener("click", ({clientX, clientY}) => {
