@@ -49,7 +49,9 @@ FieldMaker::FieldMaker(const RadiationModel& radiation, PlayableSignals signals,
       low_sums_(kLowField, 1.0 * kSampleRate_hz / kLowRate),
       taps_(kEars * sparse_.size()) {
   made_voices_.resize(VoiceTable::kTile);
-  if (chooses_taps) choice_.emplace(radiation, signals);
+  // A signal of a few sources that is to be dense is worth a response.
+  if (chooses_taps)
+    choice_.emplace(radiation, signals, ears.has_dense_late ? 1 : kTapsPerPartition);
   if (ears.head != nullptr)
     for (Part& part : parts_) part.eq = std::make_unique<DiffuseHrtfEq>(*ears.head);
 }
@@ -58,7 +60,7 @@ bool FieldMaker::suits(std::span<const Emitter> emitters, std::size_t voices) {
   constexpr std::size_t kPartitions = 100;  // of a signal, in most rooms
   std::set<std::pair<std::uint32_t, std::int64_t>> inputs;
   for (const Emitter& emitter : emitters)
-    inputs.insert({emitter.signal, on_field_grid(emitter.delay_s * kSampleRate_hz)});
+    inputs.insert({emitter.signal, field_start_frames(emitter.delay_s * kSampleRate_hz, false)});
   return inputs.size() <= std::min(kMaxFieldInputs, voices / (kTapsPerPartition * kPartitions));
 }
 
@@ -111,6 +113,7 @@ void FieldMaker::take_taps(std::span<const SampledSource> sample, const Listener
   tap_numbers_.clear();
   for (const auto& input : inputs_) {
     input->longest_frames = 0;
+    input->first_start_frames = kFieldStart_frames;
     for (auto& chosen : input->chosen) chosen.clear();
   }
   const double frames_per_m = kSampleRate_hz / radiation_.speed_of_sound_mps();
@@ -122,12 +125,17 @@ void FieldMaker::take_taps(std::span<const SampledSource> sample, const Listener
     const double emission_frames =
         (one.start_s + radiation_.emission_time_s(*one.source)) * kSampleRate_hz;
     Input& input = input_of(one, emission_frames);
-    const double delay_frames =
-        emission_frames - static_cast<double>(input.start_frames) +
+    const double on_air_frames =
         frames_per_m * length(listener.position_m - Vec3(one.source->position_m));
+    const double delay_frames =
+        emission_frames - static_cast<double>(input.start_frames) + on_air_frames;
+    const double since_emitter_frames =
+        static_cast<double>(one.source->delay_s) * kSampleRate_hz + on_air_frames;
     if (!(delay_frames < (kMaxPartitions - 2) * kKeyframeFrames)) continue;
     input.longest_frames = std::max(input.longest_frames, delay_frames);
-    input.chosen[delay_frames < kEarly_frames ? kEarlyField : kLateField].push_back(&one);
+    input.first_start_frames =
+        std::min(input.first_start_frames, delay_frames - since_emitter_frames);
+    input.chosen[since_emitter_frames < kEarly_frames ? kEarlyField : kLateField].push_back(&one);
   }
   reads_.clear();
   tap_count_ = 0;

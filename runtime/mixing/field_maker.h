@@ -120,6 +120,7 @@ class FieldMaker {
     std::uint32_t signal;
     std::int64_t start_frames;
     double longest_frames = 0;                         // delay of a tap
+    double first_start_frames = 0;                     // of an emitter, after start_frames
     std::vector<std::unique_ptr<FieldInput>> buffers;  // the last one is in use
     std::array<TapGroup, kFieldParts> groups;
     std::unique_ptr<LateDensity> density;  // of the late part

@@ -115,7 +115,7 @@ double FieldMaker::pieces_of(const TapGroup::Gains& gains, const Arrival& arriva
       const float gain = arrival.amplitude[e] * gains.at[e][b];
       power[b] += gain * gain;
     }
-  return input.density->pieces(arrival.delay_frames[0], power);
+  return input.density->pieces(arrival.delay_frames[0] - input.first_start_frames, power);
 }
 
 // Adds a tap, or a piece of it, to the channels.

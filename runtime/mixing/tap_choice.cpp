@@ -7,15 +7,17 @@
 
 namespace clamor {
 
-std::int64_t on_field_grid(double frames) {
-  return static_cast<std::int64_t>(std::floor(frames / kKeyframeFrames + 1e-6)) * kKeyframeFrames;
+std::int64_t field_start_frames(double begins_frames, bool is_live) {
+  const std::int64_t step = is_live ? kKeyframeFrames : kFieldStart_frames;
+  const double steps = std::floor(begins_frames / static_cast<double>(step) + 1e-6);
+  return static_cast<std::int64_t>(steps) * step + (is_live ? kLiveLead_frames : 0);
 }
 
 std::int64_t field_start_frames(const SampledSource& source, double emission_frames,
                                 const PlayableSignals& signals) {
   const double begins_frames =
       emission_frames - static_cast<double>(source.source->delay_s) * kSampleRate_hz;
-  return on_field_grid(begins_frames) + (signals[source.signal].is_live() ? kLiveLead_frames : 0);
+  return field_start_frames(begins_frames, signals[source.signal].is_live());
 }
 
 bool TapChoice::may_be_tap(const SampledSource& one, double arrival_frames, double now_frames,
@@ -34,7 +36,7 @@ void TapChoice::choose_groups() {
     const auto partitions = static_cast<std::size_t>(
         2 + (members.last_frames - members.first_frames) / kKeyframeFrames);
     members.is_worth_it =
-        members.count * (members.was_worth_it ? 2 : 1) >= kTapsPerPartition * partitions;
+        members.count * (members.was_worth_it ? 2 : 1) >= least_taps_ * partitions;
     if (members.is_worth_it) counts_.push_back(members.count);
   }
   if (counts_.size() <= kMaxFieldInputs) return;

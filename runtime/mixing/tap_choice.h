@@ -1,8 +1,8 @@
 // tap_choice.h: which sources of a sample may be taps, where sources move or signals come and go.
 //
-// Sources that play a signal from the same time on share a response, whose partitions cost as much
-// as some voices each. A signal is worth a response if enough sources play it: most of a crowd that
-// begins at thousands of times is not. Of the others, these are voices too:
+// Sources that play a signal from about the same time on share a response, whose partitions cost as
+// much as some voices each. A signal is worth a response if enough sources play it: most of a crowd
+// that begins at thousands of times is not. Of the others, these are voices too:
 //
 //   * what moves, because only voices glide: direct sounds and images of moving sources;
 //   * what is about to begin, because a tap fades in, and a loop has no silence before it;
@@ -32,18 +32,21 @@ inline constexpr std::size_t kMaxFieldInputs = 64;
 // Taps of a live signal are at least so much later than what it sounds.
 inline constexpr std::int64_t kLiveLead_frames = 4 * kKeyframeFrames;
 
-// The partition in which this time lies begins here.
-std::int64_t on_field_grid(double frames);
+// Sources that begin to play a signal within one step of this grid share a response, in which the
+// later ones have longer delays. Taps of a live signal cannot: it is not known ahead.
+inline constexpr std::int64_t kFieldStart_frames = 32 * kKeyframeFrames;
 
-// When the signal begins that a source plays, on the grid of partitions, for taps.
+// From when on taps play a signal that begins at this time.
+std::int64_t field_start_frames(double begins_frames, bool is_live);
 std::int64_t field_start_frames(const SampledSource& source, double emission_frames,
                                 const PlayableSignals& signals);
 
 class TapChoice {
  public:
-  // References and `signals` must outlive this.
-  TapChoice(const RadiationModel& radiation, PlayableSignals signals)
-      : radiation_(radiation), signals_(signals) {}
+  // References and `signals` must outlive this. A response is worth its cost from so many taps per
+  // partition on.
+  TapChoice(const RadiationModel& radiation, PlayableSignals signals, std::size_t least_taps)
+      : radiation_(radiation), signals_(signals), least_taps_(least_taps) {}
 
   // The numbers of those sources of a sample that must be voices, ascending. `voices` are those of
   // the sample before that were voices.
@@ -77,6 +80,7 @@ class TapChoice {
 
   const RadiationModel& radiation_;
   const PlayableSignals signals_;
+  const std::size_t least_taps_;  // per partition
   std::unordered_map<Group, Members, Hash> groups_;
   std::vector<std::uint64_t> last_sample_, numbers_, voices_;  // ascending
   std::vector<const Members*> members_;                        // by source; null: a voice

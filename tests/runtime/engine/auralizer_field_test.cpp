@@ -256,25 +256,48 @@ TEST(AuralizerField, IsMixedForDenseLateSoundHoweverFewTheSources_NoTsan) {
   EXPECT_EQ(dense, mixed(options, 0.1, kStanding));
 }
 
-// Most of these sources begin at a time of their own, so that a response of theirs would not pay:
-// they are voices, and the others taps.
-TEST(AuralizerField, LeavesACrowdThatBeginsAtManyTimesToVoices_NoAsan_NoTsan) {
-  const auto crowd = [] {
-    AuralizerInput input = room_of_noise();
-    const Emitter emitter = input.emitters[0];
-    for (std::size_t i = 0; i < input.sources.size(); i += 2) {
-      input.sources[i].emitter = static_cast<std::uint32_t>(input.emitters.size());
-      input.emitters.push_back(emitter);
-      input.emitters.back().delay_s = 1e-3 * static_cast<double>(i);
-    }
-    return input;
-  };
+// Where sources may move, a signal that so few play would otherwise be voices, and not dense.
+TEST(AuralizerField, MakesDenseWhatFewSourcesPlayBesideMovingOnes_NoTsan) {
   AuralizerOptions options = everything(Mixing::kField);
-  const auto voices = mixed(everything(Mixing::kVoices), 0.6, kStanding, 960, crowd());
-  const auto field = mixed(options, 0.6, kStanding, 960, crowd());
+  options.voices = 300;
+  options.moving.max_sources = 1;
+  const auto stored = mixed(options, 0.4, kStanding);
+  options.has_dense_late = true;
+  EXPECT_NE(stored, mixed(options, 0.4, kStanding));
+}
+
+// Half of the room's sources are emitters' of their own, which begin one after the other.
+AuralizerInput crowd(double spacing_s) {
+  AuralizerInput input = room_of_noise();
+  const Emitter emitter = input.emitters[0];
+  for (std::size_t i = 0; i < input.sources.size(); i += 2) {
+    input.sources[i].emitter = static_cast<std::uint32_t>(input.emitters.size());
+    input.emitters.push_back(emitter);
+    input.emitters.back().delay_s = spacing_s * static_cast<double>(i);
+  }
+  return input;
+}
+
+// A response for each time at which one of them begins would not pay: they are voices, and the
+// others taps.
+TEST(AuralizerField, LeavesACrowdThatBeginsAtManyTimesToVoices_NoAsan_NoTsan) {
+  AuralizerOptions options = everything(Mixing::kField);
+  const auto voices = mixed(everything(Mixing::kVoices), 0.6, kStanding, 960, crowd(0.02));
+  EXPECT_LT(error_db(voices, mixed(options, 0.6, kStanding, 960, crowd(0.02))), -40);
+  options.mixing = Mixing::kAuto;
+  EXPECT_EQ(voices, mixed(options, 0.6, kStanding, 960, crowd(0.02)));
+}
+
+// All begin within 0.3 s, so that those of a signal share a response.
+TEST(AuralizerField, SumsUpACrowdThatBeginsAlmostAtOnce_NoAsan_NoTsan) {
+  constexpr double kSpacing_s = 0.3 / kSources;
+  AuralizerOptions options = everything(Mixing::kField);
+  const auto voices = mixed(everything(Mixing::kVoices), 0.6, kStanding, 960, crowd(kSpacing_s));
+  const auto field = mixed(options, 0.6, kStanding, 960, crowd(kSpacing_s));
+  EXPECT_NE(voices, field);
   EXPECT_LT(error_db(voices, field), -40);
   options.mixing = Mixing::kAuto;
-  EXPECT_EQ(voices, mixed(options, 0.6, kStanding, 960, crowd()));
+  EXPECT_EQ(field, mixed(options, 0.6, kStanding, 960, crowd(kSpacing_s)));
 }
 
 // Loops of which four do not divide the length are kept at a quarter of the rate as well.
