@@ -27,6 +27,10 @@ struct BasicBounds {
     high_m = glm::max(high_m, other.high_m);
   }
   bool is_empty() const { return low_m.x > high_m.x; }
+  bool touches(const BasicBounds& other) const {
+    return glm::all(glm::lessThanEqual(low_m, other.high_m)) &&
+           glm::all(glm::lessThanEqual(other.low_m, high_m));
+  }
   double diagonal_m() const { return length(Vec3(high_m) - Vec3(low_m)); }
   // The squared distance of a point to the box; zero inside.
   double distance2_m2(const Vec3& point_m) const {

@@ -35,35 +35,44 @@ double bessel_i0(double x) {
 // Low, for narrow main lobes: triangular bands have no edges to protect.
 constexpr double kKaiserBeta = 4;
 
-// The triangular band at a node, over frequency in Hz. The first and the last extend to the ends.
-double hat(std::span<const double> nodes_hz, std::size_t node, double frequency_hz) {
-  const auto number = [&](std::size_t j) { return erb_number(nodes_hz[j]); };
-  const double at = erb_number(frequency_hz), peak = number(node);
-  if (at < peak) return node == 0 ? 1 : std::max(0.0, 1 - (peak - at) / (peak - number(node - 1)));
-  return node + 1 == nodes_hz.size() ? 1
-                                     : std::max(0.0, 1 - (at - peak) / (number(node + 1) - peak));
+// The triangular band at a node, over ERB numbers. The first and the last extend to the ends.
+double hat(std::span<const double> nodes, std::size_t node, double at) {
+  const double peak = nodes[node];
+  if (at < peak) return node == 0 ? 1 : std::max(0.0, 1 - (peak - at) / (peak - nodes[node - 1]));
+  return node + 1 == nodes.size() ? 1 : std::max(0.0, 1 - (at - peak) / (nodes[node + 1] - peak));
 }
 
-// Filters of a layer, [filter][tap]: the inverse transform of response(filter, frequency) under a
-// Kaiser window. The response at negative frequencies is the conjugate.
-template <class Response>
-std::vector<float> windowed(const HrtfLayer& layer, std::size_t count, const Response& response) {
+// Filters of a layer, one for each node, [filter][tap]: the inverse transform of the bands at the
+// nodes times factor(filter, frequency), under a Kaiser window. The response at negative
+// frequencies is the conjugate.
+template <class Factor>
+std::vector<float> windowed(const HrtfLayer& layer, std::span<const double> nodes_hz,
+                            const Factor& factor) {
   constexpr std::size_t kSize = 8192;
+  const auto frequency_hz = [&](std::size_t k) {
+    return static_cast<double>(k) * layer.rate_hz / kSize;
+  };
+  std::vector<double> nodes, at, window;
+  for (const double node_hz : nodes_hz) nodes.push_back(erb_number(node_hz));
+  for (std::size_t k = 0; k <= kSize / 2; ++k) at.push_back(erb_number(frequency_hz(k)));
+  for (int k = -layer.reach; k <= layer.reach; ++k) {
+    const double r = static_cast<double>(k) / (layer.reach + 1);
+    window.push_back(bessel_i0(kKaiserBeta * std::sqrt(1 - r * r)) / bessel_i0(kKaiserBeta));
+  }
   const Fourier fourier(kSize);
+  std::vector<std::complex<double>> spectrum(kSize);
   std::vector<float> filters;
-  for (std::size_t filter = 0; filter < count; ++filter) {
-    std::vector<std::complex<double>> spectrum(kSize);
-    for (std::size_t k = 0; k < kSize; ++k) {
-      const std::complex<double> at =
-          response(filter, static_cast<double>(std::min(k, kSize - k)) * layer.rate_hz / kSize);
-      spectrum[k] = 2 * k > kSize ? std::conj(at) : at;
+  for (std::size_t filter = 0; filter < nodes.size(); ++filter) {
+    for (std::size_t k = 0; k <= kSize / 2; ++k) {
+      const std::complex<double> response =
+          factor(filter, frequency_hz(k)) * hat(nodes, filter, at[k]);
+      spectrum[(kSize - k) % kSize] = std::conj(response);
+      spectrum[k] = response;
     }
     fourier.inverse(spectrum);
-    for (int k = -layer.reach; k <= layer.reach; ++k) {
-      const double r = static_cast<double>(k) / (layer.reach + 1);
-      const double window = bessel_i0(kKaiserBeta * std::sqrt(1 - r * r)) / bessel_i0(kKaiserBeta);
-      filters.push_back(static_cast<float>(
-          window * spectrum[static_cast<std::size_t>(k + static_cast<int>(kSize)) % kSize].real()));
+    for (std::size_t tap = 0; tap < window.size(); ++tap) {
+      const std::size_t from = (kSize + tap - static_cast<std::size_t>(layer.reach)) % kSize;
+      filters.push_back(static_cast<float>(window[tap] * spectrum[from].real()));
     }
   }
   return filters;
@@ -71,18 +80,14 @@ std::vector<float> windowed(const HrtfLayer& layer, std::size_t count, const Res
 
 // Symmetric filters.
 std::vector<float> filters_of(const HrtfLayer& layer) {
-  return windowed(layer, layer.bands, [&](std::size_t band, double frequency_hz) {
-    return std::complex<double>(
-        hat(std::span(kHrtfNodes_hz).subspan(layer.first, layer.bands), band, frequency_hz));
-  });
+  return windowed(layer, std::span(kHrtfNodes_hz).subspan(layer.first, layer.bands),
+                  [](std::size_t, double) { return std::complex<double>(1); });
 }
 
 // Antisymmetric filters, a quarter of a period ahead. The last tap multiplies the newest sample.
 std::vector<float> quadrature_filters() {
-  return windowed(kHrtfLowLayer, kHrtfQuadratures, [](std::size_t k, double frequency_hz) {
-    const double node_hz = kQuadratureNodes_hz[k];
-    return std::complex<double>(
-        0, -std::min(1.0, frequency_hz / node_hz) * hat(kQuadratureNodes_hz, k, frequency_hz));
+  return windowed(kHrtfLowLayer, kQuadratureNodes_hz, [](std::size_t k, double frequency_hz) {
+    return std::complex<double>(0, -std::min(1.0, frequency_hz / kQuadratureNodes_hz[k]));
   });
 }
 

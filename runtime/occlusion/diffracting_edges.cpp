@@ -210,6 +210,20 @@ float width_between_m(const DiffractingEdge& edge, std::size_t face, const Diffr
   return kWide_m;
 }
 
+// Bounds of a face, if it is the end of a wall, and of the other edge of that end: they overlap by
+// half of the longer one, so that is at most twice as long, and nearly parallel.
+Boundsf beside_m(const DiffractingEdge& edge, std::size_t face) {
+  const Vec3f across_m(kMaxWidth_m * along_face(edge, face));
+  const float around_m =
+      static_cast<float>(2 * kSameLine_m) + 0.1f * glm::length(edge.to_m - edge.from_m);
+  Boundsf beside;
+  for (const Vec3f& end_m : {edge.from_m, edge.to_m}) {
+    beside.add(end_m);
+    beside.add(end_m + across_m);
+  }
+  return {beside.low_m - around_m, beside.high_m + around_m};
+}
+
 // The border of a sheet in the middle of a narrow face.
 DiffractingEdge sheet_between(const DiffractingEdge& edge, std::size_t face, float width_m,
                               bool is_post) {
@@ -323,11 +337,9 @@ void DiffractingEdges::add_ends_of_walls() {
   for (std::size_t e = 0; e < edges_.size(); ++e) {
     DiffractingEdge& edge = edges_[e];
     if (!is_corner(edge)) continue;
-    const Boundsf near{glm::min(edge.from_m, edge.to_m) - static_cast<float>(kMaxWidth_m),
-                       glm::max(edge.from_m, edge.to_m) + static_cast<float>(kMaxWidth_m)};
+    const std::array beside{beside_m(edge, 0), beside_m(edge, 1)};
     const auto touches = [&](const Boundsf& box) {
-      return glm::all(glm::lessThanEqual(box.low_m, near.high_m)) &&
-             glm::all(glm::lessThanEqual(near.low_m, box.high_m));
+      return beside[0].touches(box) || beside[1].touches(box);
     };
     tree_.find(touches, [&](std::size_t other) {
       if (other <= e) return;
