@@ -5,6 +5,7 @@
 
 #include "common/material.h"
 #include "common/object_pool.h"
+#include "common/shared_while_used.h"
 #include "formats/bake_file/bake_layout.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/bake_file/bake_root_reader.h"
@@ -86,6 +87,7 @@ struct BakeFile::State {
   std::vector<Emitter> emitters_with_portals;  // if there are virtual ones
   mutable PageParents parents;
   ObjectPool<PageReader> readers;
+  SharedWhileUsed surfaces;
 };
 
 template <class Decode>
@@ -365,6 +367,8 @@ Result<Mesh> BakeFile::read_geometry_page(std::size_t index) const {
       });
   return read.ok() ? std::move(mesh) : failed(read.error());
 }
+
+SharedWhileUsed& BakeFile::surfaces() const { return state_->surfaces; }
 
 Result<Mesh> BakeFile::read_mesh() const {
   Mesh mesh;

@@ -26,6 +26,7 @@ struct Mesh;
 struct MovablePart;
 struct Provenance;
 struct Signal;
+class SharedWhileUsed;
 class SignalEnvelope;
 
 class RandomAccessFile;
@@ -138,6 +139,9 @@ class BakeFile {
   Result<Mesh> read_geometry_page(std::size_t index) const;
   // Triangles of all pages. An Error if any cannot be read.
   Result<Mesh> read_mesh() const;
+
+  // What the runtime makes of the file's surfaces, for all that use it at a time.
+  SharedWhileUsed& surfaces() const;
 
  private:
   struct State;

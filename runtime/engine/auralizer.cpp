@@ -93,7 +93,7 @@ struct Auralizer::State {
       : input(std::move(from)),
         file(std::move(opened)),
         report(options.report),
-        extent(file != nullptr && report ? LevelExtent(*file, input.mesh) : LevelExtent()),
+        extent(file != nullptr && report ? LevelExtent(*file, mesh_of(input)) : LevelExtent()),
         output(std::move(last_stage)),
         store(file.get(), input, output.mode, options),
         slots(options.moving.signal_slots, static_cast<std::uint32_t>(store.signals().size()),

@@ -4,8 +4,10 @@
 #include <string>
 #include <utility>
 
+#include "common/shared_while_used.h"
 #include "formats/bake_file/bake_file.h"
 #include "formats/bake_file/expanded_sources.h"
+#include "runtime/occlusion/level_surfaces.h"
 #include "runtime/probes/probe_sources.h"
 
 namespace clamor {
@@ -31,11 +33,19 @@ Result<AuralizerInput> read_tables(const BakeFile& file) {
 }
 
 Result<void> read_occluders(const BakeFile& file, AuralizerInput& input) {
-  auto mesh = file.read_mesh();
-  if (!mesh.ok()) return mesh.error();
-  input.mesh = std::move(*mesh);
+  Result<void> read;
+  input.surfaces = file.surfaces().get<LevelSurfaces>([&]() -> std::shared_ptr<LevelSurfaces> {
+    auto mesh = file.read_mesh();
+    if (mesh.ok()) return std::make_shared<LevelSurfaces>(std::move(*mesh));
+    read = mesh.error();
+    return nullptr;
+  });
   input.movable_parts = file.movable_parts();
-  return {};
+  return read;
+}
+
+const Mesh& mesh_of(const AuralizerInput& input) {
+  return input.surfaces != nullptr ? input.surfaces->mesh() : input.mesh;
 }
 
 Result<AuralizerInput> read_signals_and_tables(const BakeFile& file) {

@@ -1,6 +1,7 @@
 // auralizer_input.h: the decoded data of a bake that the runtime needs.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "common/air.h"
@@ -20,6 +21,7 @@
 namespace clamor {
 
 class BakeFile;
+class LevelSurfaces;
 
 struct AuralizerInput {
   std::vector<Source> sources;    // emitters and secondary sources, in any order
@@ -40,6 +42,8 @@ struct AuralizerInput {
   std::size_t first_portal_emitter = 0;
   // Image sources, if the other sources are read in pages; a list of sources contains them.
   std::vector<Source> images{};
+  // Of a file, whose listeners share them; otherwise made from the mesh.
+  std::shared_ptr<LevelSurfaces> surfaces{};
   Vec3 origin_m{};  // of the level (formats/level/level_origin.h), which all of this is relative to
 };
 
@@ -53,8 +57,12 @@ Result<AuralizerInput> read_signals_and_tables(const BakeFile& file);
 // Reads all pages and signals. Memory grows with the file.
 Result<AuralizerInput> read_auralizer_input(const BakeFile& file);
 
-// Reads the geometry and the movable parts, which are needed for occlusion only.
+// Reads the movable parts and, unless another input of the file has them, the surfaces, which are
+// needed for occlusion only.
 Result<void> read_occluders(const BakeFile& file, AuralizerInput& input);
+
+// The occluders, wherever they are.
+const Mesh& mesh_of(const AuralizerInput& input);
 
 // An error if an index is out of range.
 Result<void> check(const AuralizerInput& input);

@@ -134,16 +134,20 @@ SamplingPipeline::SamplingPipeline(AuralizerInput& input, const BakeFile* file,
 
 SamplingPipeline::~SamplingPipeline() = default;
 
-void SamplingPipeline::add_occlusion(const AuralizerInput& input, const RadiationModel& radiation,
+void SamplingPipeline::add_surfaces(AuralizerInput& input, BvhQuality quality) {
+  if (input.surfaces == nullptr)
+    input.surfaces = std::make_shared<LevelSurfaces>(std::move(input.mesh));
+  surfaces_ = std::make_unique<OcclusionGeometry>(input.surfaces, input.materials, quality);
+}
+
+void SamplingPipeline::add_occlusion(AuralizerInput& input, const RadiationModel& radiation,
                                      const AuralizerOptions& options) {
   const bool has_parts = options.takes_parts || !input.movable_parts.empty();
-  if (!uses_occlusion(options) || (input.mesh.triangles.empty() && !has_parts)) return;
-  using BuildQuality = OcclusionGeometry::BuildQuality;
-  surfaces_ = std::make_unique<OcclusionGeometry>(input.mesh, input.materials,
-                                                  options.portable       ? BuildQuality::kPortable
-                                                  : !options.own_threads ? BuildQuality::kHighAlone
-                                                  : options.wait_for_pages ? BuildQuality::kHigh
-                                                                           : BuildQuality::kFast);
+  if (!uses_occlusion(options) || (mesh_of(input).triangles.empty() && !has_parts)) return;
+  add_surfaces(input, options.portable         ? BvhQuality::kPortable
+                      : !options.own_threads   ? BvhQuality::kHighAlone
+                      : options.wait_for_pages ? BvhQuality::kHigh
+                                               : BvhQuality::kFast);
   occlusion_ = std::make_unique<VisibilityCache>(
       *surfaces_, radiation.speed_of_sound_mps(),
       VisibilityOptions{.rays_per_keyframe = options.rays, .exact = options.wait_for_pages});
@@ -226,7 +230,7 @@ void SamplingPipeline::improve_occlusion() {
 }
 
 // Moving sources share one ranking with the others.
-void SamplingPipeline::add_moving(const AuralizerInput& input, const BakeFile* file,
+void SamplingPipeline::add_moving(AuralizerInput& input, const BakeFile* file,
                                   const RadiationModel& radiation, const MemoryBudget& memory,
                                   const AuralizerOptions& options) {
   const MovingOptions& moving = options.moving;
@@ -239,7 +243,7 @@ void SamplingPipeline::add_moving(const AuralizerInput& input, const BakeFile* f
 }
 
 // The reflections of moving sources.
-void SamplingPipeline::add_probes(const AuralizerInput& input, const BakeFile& file,
+void SamplingPipeline::add_probes(AuralizerInput& input, const BakeFile& file,
                                   const RadiationModel& radiation, const MemoryBudget& memory,
                                   const AuralizerOptions& options) {
   // The input has the material of late reflections (read_tables()).
@@ -248,10 +252,7 @@ void SamplingPipeline::add_probes(const AuralizerInput& input, const BakeFile& f
   probe_loader_ =
       make_loader(file, probe_page_fetch(file, *probe_bounds_), memory.probe_pages, options);
   if (surfaces_ == nullptr)  // nothing occludes, but first reflections come from surfaces
-    surfaces_ = std::make_unique<OcclusionGeometry>(input.mesh, input.materials,
-                                                    options.portable
-                                                        ? OcclusionGeometry::BuildQuality::kPortable
-                                                        : OcclusionGeometry::BuildQuality::kHigh);
+    add_surfaces(input, options.portable ? BvhQuality::kPortable : BvhQuality::kHigh);
   probes_ = std::make_unique<ProbePool>(
       file.probes(), *probe_bounds_, *surfaces_,
       FirstReflectionTracer(*surfaces_, input.materials, input.air, input.portals.portals),

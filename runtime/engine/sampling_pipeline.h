@@ -10,6 +10,7 @@
 
 #include "runtime/engine/auralizer_input.h"
 #include "runtime/engine/memory_budget.h"
+#include "runtime/occlusion/level_surfaces.h"
 #include "runtime/occlusion/part_scene.h"
 #include "runtime/occlusion/portal_parts.h"
 #include "runtime/propagation/signal_weights.h"
@@ -94,15 +95,14 @@ class SamplingPipeline {
   void count(SamplerStatistics& counted) const;
 
  private:
-  void add_occlusion(const AuralizerInput& input, const RadiationModel& radiation,
+  void add_surfaces(AuralizerInput& input, BvhQuality quality);
+  void add_occlusion(AuralizerInput& input, const RadiationModel& radiation,
                      const AuralizerOptions& options);
   void add_parts(const AuralizerInput& input);
-  void add_moving(const AuralizerInput& input, const BakeFile* file,
-                  const RadiationModel& radiation, const MemoryBudget& memory,
-                  const AuralizerOptions& options);
-  void add_probes(const AuralizerInput& input, const BakeFile& file,
-                  const RadiationModel& radiation, const MemoryBudget& memory,
-                  const AuralizerOptions& options);
+  void add_moving(AuralizerInput& input, const BakeFile* file, const RadiationModel& radiation,
+                  const MemoryBudget& memory, const AuralizerOptions& options);
+  void add_probes(AuralizerInput& input, const BakeFile& file, const RadiationModel& radiation,
+                  const MemoryBudget& memory, const AuralizerOptions& options);
   void apply_powers();
 
   SignalWeights weights_;

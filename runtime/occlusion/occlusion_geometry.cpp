@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cassert>
-#include <chrono>
 #include <cmath>
-#include <exception>
+#include <utility>
 
-#include "common/platform/thread.h"
 #include "formats/level/embree_mesh.h"
 #include "runtime/occlusion/packet_rays.h"
 #include "runtime/occlusion/part_scene.h"
@@ -36,20 +34,11 @@ float crossing(const OccluderPlane& plane, const Vec3f& from_m, const Vec3f& to_
 
 }  // namespace
 
-std::unique_ptr<EmbreeMesh> OcclusionGeometry::build_bvh(const Mesh& mesh, BuildQuality quality) {
-  // Robust mode keeps rays from slipping through the edge between two triangles.
-  EmbreeMesh::Options options{.reproducible = quality == BuildQuality::kPortable, .robust = true};
-  if (quality == BuildQuality::kFast)
-    options.quality = options.geometry_quality = RTC_BUILD_QUALITY_LOW;
-  options.alone = quality == BuildQuality::kHighAlone;
-  auto bvh = std::make_unique<EmbreeMesh>(mesh, options);
-  bvh->build();
-  return bvh;
-}
-
-OcclusionGeometry::OcclusionGeometry(const Mesh& mesh, std::span<const Material> materials,
-                                     BuildQuality quality)
-    : materials_(mesh.materials) {
+OcclusionGeometry::OcclusionGeometry(std::shared_ptr<LevelSurfaces> level,
+                                     std::span<const Material> materials, BvhQuality quality)
+    : level_(std::move(level)),
+      embree_(level_->bvh(quality)),
+      improves_(quality == BvhQuality::kFast && embree_ != nullptr) {
   for (const Material& material : materials) {
     assert(conserves_energy(material));
     transmission_.push_back(material.transmission);
@@ -57,34 +46,17 @@ OcclusionGeometry::OcclusionGeometry(const Mesh& mesh, std::span<const Material>
     for (const float share : material.transmission) transmits_ |= share > 0;
     if (has_seat_rows(material)) rows_.assign(materials.begin(), materials.end());
   }
-  if (mesh.triangles.empty()) return;  // free field
-  planes_.reserve(mesh.triangles.size());
-  for (const auto& triangle : mesh.triangles) planes_.push_back(plane_of(mesh, triangle));
-  embree_ = build_bvh(mesh, quality);
-  edges_ = DiffractingEdges(mesh);
-  if (quality == BuildQuality::kFast) mesh_to_improve_ = &mesh;
 }
 
 bool OcclusionGeometry::improve() {
-  if (mesh_to_improve_ == nullptr) return true;
-  if (!better_.valid())
-    better_ =
-        std::async(std::launch::async, [mesh = mesh_to_improve_]() -> std::unique_ptr<EmbreeMesh> {
-          name_thread("occlusion bvh");
-          try {
-            return build_bvh(*mesh, BuildQuality::kHigh);
-          } catch (const std::exception&) {
-            return nullptr;
-          }
-        });
-  if (better_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return false;
+  if (!improves_) return true;
+  const auto better = level_->better_bvh();
+  if (!better.has_value()) return false;
   // If memory for the better BVH ran out, the first one stays.
-  if (auto better = better_.get()) embree_ = std::move(better);
-  mesh_to_improve_ = nullptr;
+  if (*better != nullptr) embree_ = *better;
+  improves_ = false;
   return true;
 }
-
-OcclusionGeometry::~OcclusionGeometry() = default;
 
 bool OcclusionGeometry::has_parts() const { return parts_ != nullptr && !parts_->empty(); }
 
@@ -104,7 +76,7 @@ std::uint32_t OcclusionGeometry::first_triangle(const Vec3f& from_m, const Vec3f
   }
   const RTCRayHit ray = embree_->first_hit(from_m, to_m - from_m, near, 1);
   const bool is_hit = ray.hit.geomID != RTC_INVALID_GEOMETRY_ID;
-  near = is_hit ? crossing(planes_[ray.hit.primID], from_m, to_m) : 1;
+  near = is_hit ? crossing(level_->planes()[ray.hit.primID], from_m, to_m) : 1;
   return is_hit ? ray.hit.primID : kNone;
 }
 
@@ -113,7 +85,7 @@ std::optional<OccluderPlane> OcclusionGeometry::first_wall(const Vec3f& from_m,
                                                            const Vec3f& to_m) const {
   float near = 0;
   const std::uint32_t triangle = first_triangle(from_m, to_m, near);
-  return triangle == kNone ? std::nullopt : std::optional(planes_[triangle]);
+  return triangle == kNone ? std::nullopt : std::optional(level_->planes()[triangle]);
 }
 
 std::optional<OccluderPlane> OcclusionGeometry::first_surface(const Vec3f& from_m,
@@ -122,7 +94,7 @@ std::optional<OccluderPlane> OcclusionGeometry::first_surface(const Vec3f& from_
   const std::uint32_t triangle = first_triangle(from_m, to_m, near);
   if (has_parts())
     if (const auto hit = parts_->first_hit(from_m, to_m, 0, near)) return parts_->plane(*hit);
-  return triangle == kNone ? std::nullopt : std::optional(planes_[triangle]);
+  return triangle == kNone ? std::nullopt : std::optional(level_->planes()[triangle]);
 }
 
 std::optional<OcclusionGeometry::LevelHit> OcclusionGeometry::first_level_hit(
@@ -131,7 +103,7 @@ std::optional<OcclusionGeometry::LevelHit> OcclusionGeometry::first_level_hit(
   const std::uint32_t triangle = first_triangle(from_m, to_m, near);
   if (triangle == kNone) return std::nullopt;
   if (has_parts() && parts_->first_hit(from_m, to_m, 0, near)) return std::nullopt;
-  return LevelHit{near, planes_[triangle].normal, materials_[triangle]};
+  return LevelHit{near, level_->planes()[triangle].normal, level_->mesh().materials[triangle]};
 }
 
 std::optional<OcclusionGeometry::SurfaceHit> OcclusionGeometry::first_hit(const Vec3f& from_m,
@@ -143,7 +115,8 @@ std::optional<OcclusionGeometry::SurfaceHit> OcclusionGeometry::first_hit(const 
       return SurfaceHit{hit->fraction, parts_->plane(*hit).normal, &parts_->mirrored(*hit),
                         hit->part};
   if (triangle == kNone) return std::nullopt;
-  return SurfaceHit{near, planes_[triangle].normal, &mirrored_[materials_[triangle]]};
+  return SurfaceHit{near, level_->planes()[triangle].normal,
+                    &mirrored_[level_->mesh().materials[triangle]]};
 }
 
 void OcclusionGeometry::first_surfaces(
@@ -157,7 +130,7 @@ void OcclusionGeometry::first_surfaces(
     embree_->first_hits(packet.valid.data(), packet.rays);
     for (std::size_t l = 0; l < kPacketRays; ++l) {
       if (!packet.has_hit(l)) continue;
-      surfaces[l] = planes_[packet.rays.hit.primID[l]];
+      surfaces[l] = level_->planes()[packet.rays.hit.primID[l]];
       fractions[l] = packet.rays.ray.tfar[l];
     }
   }
@@ -166,7 +139,7 @@ void OcclusionGeometry::first_surfaces(
 
 void OcclusionGeometry::find_edges(const Vec3& from_m, const Vec3& to_m, std::size_t count,
                                    double longest_m, std::vector<EdgeBetween>& found) const {
-  edges_.find_nearest(from_m, to_m, count, longest_m, found);
+  level_->edges().find_nearest(from_m, to_m, count, longest_m, found);
   if (has_parts()) parts_->find_edges(from_m, to_m, count, longest_m, found);
 }
 
@@ -215,7 +188,7 @@ Bands OcclusionGeometry::transmission(const Vec3f& from_m, const Vec3f& to_m, st
     last_part = part;
     if (again) continue;
     const Bands& transmitted =
-        is_part ? parts_->transmission(part) : transmission_[materials_[triangle]];
+        is_part ? parts_->transmission(part) : transmission_[level_->mesh().materials[triangle]];
     float strongest = 0;
     for (std::size_t b = 0; b < kBandCount; ++b) {
       through[b] *= transmitted[b];

@@ -8,12 +8,11 @@
 // counts as occluded, because sound heard through a wall would be worse.
 //
 // Threads: const functions may run on any number of threads at once.
-// Memory: about 200 bytes per triangle, and 90 per edge that diffracts.
+// Memory: that of the LevelSurfaces, which the listeners in a level share.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <future>
 #include <memory>
 #include <optional>
 #include <span>
@@ -24,8 +23,7 @@
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
 #include "formats/level/mesh.h"
-#include "runtime/occlusion/diffracting_edges.h"
-#include "runtime/occlusion/occluder_plane.h"
+#include "runtime/occlusion/level_surfaces.h"
 #include "runtime/occlusion/path_segment.h"
 
 namespace clamor {
@@ -35,7 +33,6 @@ inline bool has_seat_rows(const Material& material) {
   return material.rows_m > 0 && is_mirror(material);
 }
 
-class EmbreeMesh;
 class PartScene;
 
 class OcclusionGeometry {
@@ -43,17 +40,12 @@ class OcclusionGeometry {
   // Distance of ray origins from the source's wall; covers the rounding of both.
   static constexpr double kStartOffset_m = 0.005;
 
-  // kHigh builds the best BVH in the constructor. kFast takes a third of the time and builds one
-  // whose rays take a third longer, until improve() swaps in the better BVH, which a thread builds
-  // from its first call on. `mesh` must outlive that thread. kHighAlone is kHigh without any other
-  // thread than the caller's. Rays of kPortable hit the same surfaces on all machines, since they
-  // run the instruction set that bakes do; of others, a ray in a million may pass an edge on either
-  // side.
-  enum class BuildQuality { kHigh, kFast, kHighAlone, kPortable };
   // Throws std::bad_alloc if Embree runs out of memory.
+  OcclusionGeometry(std::shared_ptr<LevelSurfaces> level, std::span<const Material> materials,
+                    BvhQuality quality = BvhQuality::kHigh);
   OcclusionGeometry(const Mesh& mesh, std::span<const Material> materials,
-                    BuildQuality quality = BuildQuality::kHigh);
-  ~OcclusionGeometry();
+                    BvhQuality quality = BvhQuality::kHigh)
+      : OcclusionGeometry(std::make_shared<LevelSurfaces>(mesh), materials, quality) {}
 
   // Parts that occlude besides the mesh; null: none. They must outlive this or be replaced. Must
   // not run while other threads cast rays.
@@ -64,10 +56,10 @@ class OcclusionGeometry {
   std::uint64_t parts_version() const;
 
   // Whether nothing occludes.
-  bool empty() const { return planes_.empty() && !has_parts(); }
+  bool empty() const { return level_->planes().empty() && !has_parts(); }
 
-  // Swaps in the better BVH if it is finished, and returns true from then on. Never waits. Must not
-  // run while other threads cast rays.
+  // Swaps in the better BVH of kFast if it is finished, and returns true from then on. Never waits.
+  // Must not run while other threads cast rays.
   bool improve();
 
   // Plane of the first surface on the segment, if there is one.
@@ -126,7 +118,6 @@ class OcclusionGeometry {
   std::optional<Vec3f> ray_origin(const Source& source) const;
 
  private:
-  static std::unique_ptr<EmbreeMesh> build_bvh(const Mesh& mesh, BuildQuality quality);
   static constexpr std::uint32_t kNone = 0xffffffff;
 
   // First triangle of the mesh beyond the fraction `near` of the segment, kNone if there is none.
@@ -136,17 +127,14 @@ class OcclusionGeometry {
   Bands transmission(const Vec3f& from_m, const Vec3f& to_m, std::uint64_t& rays,
                      bool parts_only) const;
 
-  std::vector<OccluderPlane> planes_;     // per triangle
-  std::vector<std::uint16_t> materials_;  // per triangle
-  std::vector<Bands> transmission_;       // per material
-  std::vector<Bands> mirrored_;           // per material
-  std::vector<Material> rows_;            // all materials, if any has rows of seats
+  const std::shared_ptr<LevelSurfaces> level_;
+  std::vector<Bands> transmission_;  // per material
+  std::vector<Bands> mirrored_;      // per material
+  std::vector<Material> rows_;       // all materials, if any has rows of seats
   bool transmits_ = false;
-  std::unique_ptr<EmbreeMesh> embree_;  // null in a free field
-  DiffractingEdges edges_;
+  std::shared_ptr<const EmbreeMesh> embree_;  // null in a free field
   const PartScene* parts_ = nullptr;
-  const Mesh* mesh_to_improve_ = nullptr;  // null: the BVH is final
-  std::future<std::unique_ptr<EmbreeMesh>> better_;
+  bool improves_;  // until the BVH is final
 };
 
 }  // namespace clamor

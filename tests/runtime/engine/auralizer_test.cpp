@@ -88,6 +88,24 @@ TEST(Auralizer, RendersTheSameSamplesFromAFileWithAlmostNoMemory) {
   EXPECT_EQ(pages.failed, 0u);
 }
 
+AuralizerInput with_occluders(const BakeFile& file) {
+  AuralizerInput input;
+  EXPECT_TRUE(read_occluders(file, input).ok());
+  return input;
+}
+
+TEST(Auralizer, SharesTheLevelsSurfacesWithTheOthersOfItsTime) {
+  const auto file = testing::as_file(testing::baked_contents(500));
+  const auto other = testing::as_file(testing::baked_contents(500));
+  auto one = with_occluders(*file);
+  EXPECT_EQ(with_occluders(*file).surfaces, one.surfaces);
+  EXPECT_NE(with_occluders(*other).surfaces, one.surfaces);
+  EXPECT_FALSE(mesh_of(one).triangles.empty());
+  const std::weak_ptr<LevelSurfaces> left = one.surfaces;
+  one = {};
+  EXPECT_TRUE(left.expired());
+}
+
 TEST(Auralizer, ReadsTheGeometryOnlyForOcclusion_NoAsan_NoTsan) {
   const testing::TemporaryFile written(".clamor");
   testing::write(testing::baked_contents(500), written);

@@ -75,7 +75,7 @@ TEST(EdgeInAir, HasItsWholeWeightAtEndsThatRoundingMoves) {
   DiffractingEdge edge;
   edge.to_m = {0, 0, 2};
   edge.along = {0, 0, 1};
-  const OcclusionGeometry free_field({}, {});
+  const OcclusionGeometry free_field(Mesh{}, {});
   std::uint64_t rays = 0;
   const EdgeInAir in_air(free_field, edge, 343, rays);
   for (const double z : {-1e-17, 0.0, 1.0, 2.0, std::nextafter(2.0, 3.0)})

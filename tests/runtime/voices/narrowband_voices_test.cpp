@@ -107,7 +107,7 @@ void compare_crowds(const Vec3f& middle, float spread) {
     Vec3f scatter;
     for (int axis = 0; axis < 3; ++axis) scatter[axis] = normal(random);
     const Vec3f from = normalize(middle + spread * scatter);
-    voices.push_back(heard(kemar_head(), from, anywhere(random), 0.02f, true));
+    voices.push_back(testing::heard(kemar_head(), from, anywhere(random), 0.02f, true));
   }
   std::array<std::array<ErbBands, kEars>, 2> energy{};
   for (const int fine : {0, static_cast<int>(kVoices)}) {
@@ -165,7 +165,7 @@ TEST(NarrowbandVoices, CrossfadeToOctavesAndBackWithoutATrace) {
     std::vector<Voice> voices;
     for (std::uint32_t v = 0; v < 2; ++v) {
       const float gain = static_cast<int>(v) == k % 2 ? 0.5f : 0.25f;
-      voices.push_back(heard(head, {0, 1, 0}, 300.25, gain, k == 0));
+      voices.push_back(testing::heard(head, {0, 1, 0}, 300.25, gain, k == 0));
       voices[v].signal = v;
     }
     return keyframe_of(voices);

@@ -1,0 +1,55 @@
+// level_surfaces.h: what all listeners in a level share to cast rays: its surfaces, the edges that
+// diffract, and the BVHs.
+//
+// Threads: any.
+// Memory: about 200 bytes per triangle, and 90 per edge that diffracts.
+#pragma once
+
+#include <array>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "formats/level/mesh.h"
+#include "runtime/occlusion/diffracting_edges.h"
+#include "runtime/occlusion/occluder_plane.h"
+
+namespace clamor {
+
+class EmbreeMesh;
+
+// kHigh is the best BVH. kFast takes a third of the time and has rays that take a third longer,
+// until better_bvh() replaces it. kHighAlone is kHigh without any other thread than the caller's.
+// Rays of kPortable hit the same surfaces on all machines, since they run the instruction set that
+// bakes do; of others, a ray in a million may pass an edge on either side.
+enum class BvhQuality { kHigh, kFast, kHighAlone, kPortable };
+
+class LevelSurfaces {
+ public:
+  explicit LevelSurfaces(Mesh mesh);
+  ~LevelSurfaces();  // waits for the thread that builds the better BVH
+
+  const Mesh& mesh() const { return mesh_; }
+  const std::vector<OccluderPlane>& planes() const { return planes_; }  // per triangle
+  const DiffractingEdges& edges() const { return edges_; }
+
+  // The BVH of that quality, built by the first caller, or a better one instead of kFast. Null in a
+  // free field. Throws std::bad_alloc if Embree runs out of memory.
+  std::shared_ptr<const EmbreeMesh> bvh(BvhQuality quality);
+
+  // kHigh for those who took kFast, which a thread builds from the first call on. Nothing until it
+  // is finished, and null if memory for it ran out. Never waits.
+  std::optional<std::shared_ptr<const EmbreeMesh>> better_bvh();
+
+ private:
+  const Mesh mesh_;
+  std::vector<OccluderPlane> planes_;
+  const DiffractingEdges edges_;
+  std::mutex building_;
+  std::array<std::weak_ptr<const EmbreeMesh>, 4> bvhs_;  // by quality
+  std::shared_future<std::shared_ptr<const EmbreeMesh>> better_;
+};
+
+}  // namespace clamor
