@@ -29,7 +29,7 @@ bool is_ready(const Future& future) {
 
 }  // namespace
 
-LevelSurfaces::LevelSurfaces(Mesh mesh) : mesh_(std::move(mesh)), edges_(mesh_) {
+LevelSurfaces::LevelSurfaces(Mesh mesh) : mesh_(std::move(mesh)) {
   planes_.reserve(mesh_.triangles.size());
   for (const auto& triangle : mesh_.triangles) planes_.push_back(plane_of(mesh_, triangle));
 }
@@ -39,6 +39,8 @@ LevelSurfaces::~LevelSurfaces() = default;
 std::shared_ptr<const EmbreeMesh> LevelSurfaces::bvh(BvhQuality quality) {
   if (mesh_.triangles.empty()) return nullptr;
   const std::lock_guard lock(building_);
+  if (!has_edges_) edges_ = DiffractingEdges(mesh_);
+  has_edges_ = true;
   if (quality == BvhQuality::kFast && is_ready(better_) && better_.get() != nullptr)
     return better_.get();
   std::weak_ptr<const EmbreeMesh>& built = bvhs_[static_cast<std::size_t>(quality)];

@@ -33,10 +33,11 @@ class LevelSurfaces {
 
   const Mesh& mesh() const { return mesh_; }
   const std::vector<OccluderPlane>& planes() const { return planes_; }  // per triangle
-  const DiffractingEdges& edges() const { return edges_; }
+  const DiffractingEdges& edges() const { return edges_; }              // none before bvh()
 
   // The BVH of that quality, built by the first caller, or a better one instead of kFast. Null in a
-  // free field. Throws std::bad_alloc if Embree runs out of memory.
+  // free field. The first of all calls looks for the edges, too: while a listener is made, that
+  // comes after its sounds have begun to load. Throws std::bad_alloc if Embree runs out of memory.
   std::shared_ptr<const EmbreeMesh> bvh(BvhQuality quality);
 
   // kHigh for those who took kFast, which a thread builds from the first call on. Nothing until it
@@ -46,8 +47,9 @@ class LevelSurfaces {
  private:
   const Mesh mesh_;
   std::vector<OccluderPlane> planes_;
-  const DiffractingEdges edges_;
   std::mutex building_;
+  bool has_edges_ = false;
+  DiffractingEdges edges_;
   std::array<std::weak_ptr<const EmbreeMesh>, 4> bvhs_;  // by quality
   std::shared_future<std::shared_ptr<const EmbreeMesh>> better_;
 };

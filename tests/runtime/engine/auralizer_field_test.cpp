@@ -257,7 +257,7 @@ TEST(AuralizerField, IsMixedForDenseLateSoundHoweverFewTheSources_NoTsan) {
 }
 
 // Where sources may move, a signal that so few play would otherwise be voices, and not dense.
-TEST(AuralizerField, MakesDenseWhatFewSourcesPlayBesideMovingOnes_NoTsan) {
+TEST(AuralizerField, MakesDenseWhatFewSourcesPlayBesideMovingOnes_NoAsan_NoTsan) {
   AuralizerOptions options = everything(Mixing::kField);
   options.voices = 300;
   options.moving.max_sources = 1;
