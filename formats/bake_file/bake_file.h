@@ -140,7 +140,7 @@ class BakeFile {
   // Triangles of all pages. An Error if any cannot be read.
   Result<Mesh> read_mesh() const;
 
-  // What the runtime makes of the file's surfaces, for all that use it at a time.
+  // Holds the BVH and edges that the runtime makes of the geometry, while anybody uses them.
   SharedWhileUsed& surfaces() const;
 
  private:

@@ -42,7 +42,7 @@ struct AuralizerInput {
   std::size_t first_portal_emitter = 0;
   // Image sources, if the other sources are read in pages; a list of sources contains them.
   std::vector<Source> images{};
-  // Of a file, whose listeners share them; otherwise made from the mesh.
+  // All listeners to a file share its surfaces. Without a file, a listener makes them from `mesh`.
   std::shared_ptr<LevelSurfaces> surfaces{};
   Vec3 origin_m{};  // of the level (formats/level/level_origin.h), which all of this is relative to
 };

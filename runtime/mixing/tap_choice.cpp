@@ -35,8 +35,7 @@ void TapChoice::choose_groups() {
   for (auto& [group, members] : groups_) {
     const auto partitions = static_cast<std::size_t>(
         2 + (members.last_frames - members.first_frames) / kKeyframeFrames);
-    members.is_worth_it =
-        members.count * (members.was_worth_it ? 2 : 1) >= least_taps_ * partitions;
+    members.is_worth_it = members.count * (members.was_worth_it ? 2 : 1) >= min_taps_ * partitions;
     if (members.is_worth_it) counts_.push_back(members.count);
   }
   if (counts_.size() <= kMaxFieldInputs) return;

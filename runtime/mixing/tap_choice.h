@@ -45,8 +45,8 @@ class TapChoice {
  public:
   // References and `signals` must outlive this. A response is worth its cost from so many taps per
   // partition on.
-  TapChoice(const RadiationModel& radiation, PlayableSignals signals, std::size_t least_taps)
-      : radiation_(radiation), signals_(signals), least_taps_(least_taps) {}
+  TapChoice(const RadiationModel& radiation, PlayableSignals signals, std::size_t min_taps)
+      : radiation_(radiation), signals_(signals), min_taps_(min_taps) {}
 
   // The numbers of those sources of a sample that must be voices, ascending. `voices` are those of
   // the sample before that were voices.
@@ -80,7 +80,7 @@ class TapChoice {
 
   const RadiationModel& radiation_;
   const PlayableSignals signals_;
-  const std::size_t least_taps_;  // per partition
+  const std::size_t min_taps_;  // per partition
   std::unordered_map<Group, Members, Hash> groups_;
   std::vector<std::uint64_t> last_sample_, numbers_, voices_;  // ascending
   std::vector<const Members*> members_;                        // by source; null: a voice

@@ -304,7 +304,7 @@ TEST(Plates, AreWholeMirrorsOrNoneInSecondAndThirdOrder) {
   }
 }
 
-// What the tests of several plates rest on: the exact solution of two plates is the same from the
+// The tests of several plates rest on their exact solution. That of two plates is the same from the
 // listener to the source, within 0.1 dB.
 TEST(Plates, HaveAReciprocalExactSolution) {
   for (const double size_m : {1.0, 2.0}) {

@@ -235,8 +235,10 @@ Value set_origin(void*, Arguments a) {
 
 Value is_offline(void*, Arguments) { return world().open() && world().is_offline(); }
 
+// The arguments of methods that take the number of a level, listener, part or source alone.
+std::vector<std::pair<const char*, Type>> number() { return {{"number", kInt}}; }
+
 std::vector<Method> level_methods() {
-  const std::vector<std::pair<const char*, Type>> number = {{"number", kInt}};
   return {
       {"open_level",
        "Opens a bake in the background, and returns the level's number. Errors name [param node].",
@@ -244,12 +246,12 @@ std::vector<Method> level_methods() {
        {{"file", kObject}, {"path", kString}, {"node", kString}},
        open_level},
       {"close_level", "Closes a level. Listeners in it hear it until they enter another one.", kNil,
-       number, close_level},
+       number(), close_level},
       {"get_level_state", "A level's [enum ClamorLevel3D.State], but 0 while it is being opened.",
-       kInt, number, level_state},
+       kInt, number(), level_state},
       {"get_level_info",
        "What [method ClamorLevel3D.get_info] returns; empty until the level is open.", kDictionary,
-       number, level_info},
+       number(), level_info},
       {"set_emitter",
        "Sets an emitter's gain, an amplitude of 0 to 1. Returns whether the level is open and has "
        "it.",
@@ -265,7 +267,6 @@ std::vector<Method> level_methods() {
 }
 
 std::vector<Method> part_methods() {
-  const std::vector<std::pair<const char*, Type>> number = {{"number", kInt}};
   return {
       {"find_part",
        "The number of a level's movable part, or 0 if there is none of this name.",
@@ -292,24 +293,23 @@ std::vector<Method> part_methods() {
        kNil,
        {{"part", kInt}, {"enabled", kBool}},
        enable_part},
-      {"remove_part", "Removes a part that [method add_part] has added.", kNil, number,
+      {"remove_part", "Removes a part that [method add_part] has added.", kNil, number(),
        remove_part}};
 }
 
 std::vector<Method> listener_methods() {
-  const std::vector<std::pair<const char*, Type>> number = {{"number", kInt}};
   return {{"create_listener",
            "Creates a listener in a level, in the background, and returns its number. See the "
            "properties of [ClamorListener3D] for the options.",
            kInt,
            {{"level", kInt}, {"options", kDictionary}, {"node", kString}},
            create_listener},
-          {"get_listener_stream", "The [AudioStream] of what a listener hears.", kAny, number,
+          {"get_listener_stream", "The [AudioStream] of what a listener hears.", kAny, number(),
            listener_stream},
           {"get_listener_effect",
            "An [AudioEffect] for a bus of the listener's own, whose [code]layout[/code] has more "
            "than two channels.",
-           kAny, number, listener_effect},
+           kAny, number(), listener_effect},
           {"enter_level",
            "Crossfades a listener into another level.",
            kNil,
@@ -320,11 +320,11 @@ std::vector<Method> listener_methods() {
            kNil,
            {{"listener", kInt}, {"position", kVector3}, {"rotation", kQuaternion}},
            move_listener},
-          {"free_listener", "Ends a listener, which fades out.", kNil, number, free_listener},
+          {"free_listener", "Ends a listener, which fades out.", kNil, number(), free_listener},
           {"get_listener_statistics",
            "What [method ClamorListener3D.get_statistics] returns, and the number of "
            "[code]keyframes[/code] made.",
-           kDictionary, number, listener_statistics},
+           kDictionary, number(), listener_statistics},
           {"get_loudest_sources",
            "Vectors to the loudest sources, in the frame of a listener's head, whose lengths are "
            "amplitudes. The listener must have been created with [code]reports_voices[/code].",
@@ -334,7 +334,6 @@ std::vector<Method> listener_methods() {
 }
 
 std::vector<Method> source_methods() {
-  const std::vector<std::pair<const char*, Type>> number = {{"number", kInt}};
   return {
       {"play_source",
        "Plays a stream where a node is, from a position [s] on, and returns the source's number. "
@@ -351,8 +350,8 @@ std::vector<Method> source_methods() {
        kNil,
        {{"source", kInt}, {"options", kDictionary}},
        change_source},
-      {"stop_source", "Ends a source, which dies away.", kNil, number, stop_source},
-      {"get_source_position", "The position [s] in what a source plays.", kFloat, number,
+      {"stop_source", "Ends a source, which dies away.", kNil, number(), stop_source},
+      {"get_source_position", "The position [s] in what a source plays.", kFloat, number(),
        source_position},
       {"set_origin",
        "Maps places of nodes to places in the level, for all sources.",

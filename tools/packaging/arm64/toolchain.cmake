@@ -7,11 +7,5 @@ set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
 # processors with AES, which they do not use, and GCC puts no function into others that may lack it.
 set(CMAKE_C_FLAGS_INIT "-ffunction-sections -fdata-sections -ffp-contract=off -march=armv8-a+crypto")
 set(CMAKE_CXX_FLAGS_INIT "${CMAKE_C_FLAGS_INIT}")
-# Of this system it finds nothing but programs, and else what tools/bundle has built.
-set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES CLAMOR_BUNDLE_PREFIX)
-set(CMAKE_FIND_ROOT_PATH /usr/aarch64-linux-gnu ${CLAMOR_BUNDLE_PREFIX})
-set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
-set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
-set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
-set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
-set(ENV{PKG_CONFIG_LIBDIR} ${CLAMOR_BUNDLE_PREFIX}/lib/pkgconfig:${CLAMOR_BUNDLE_PREFIX}/share/pkgconfig)
+set(system_root /usr/aarch64-linux-gnu)
+include(${CMAKE_CURRENT_LIST_DIR}/../cross_build.cmake)

@@ -9,11 +9,5 @@ set(CMAKE_RC_COMPILER x86_64-w64-mingw32-windres)
 set(CMAKE_C_FLAGS_INIT
   "-D_WIN32_WINNT=0x0A00 -DFLAC__NO_DLL -Wa,-muse-unaligned-vector-move -ffunction-sections -fdata-sections")
 set(CMAKE_CXX_FLAGS_INIT "${CMAKE_C_FLAGS_INIT}")
-# Of this system it finds nothing but programs, and else what tools/bundle has built.
-set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES CLAMOR_BUNDLE_PREFIX)
-set(CMAKE_FIND_ROOT_PATH /usr/x86_64-w64-mingw32 ${CLAMOR_BUNDLE_PREFIX})
-set(CMAKE_FIND_ROOT_PATH_MODE_PROGRAM NEVER)
-set(CMAKE_FIND_ROOT_PATH_MODE_LIBRARY ONLY)
-set(CMAKE_FIND_ROOT_PATH_MODE_INCLUDE ONLY)
-set(CMAKE_FIND_ROOT_PATH_MODE_PACKAGE ONLY)
-set(ENV{PKG_CONFIG_LIBDIR} ${CLAMOR_BUNDLE_PREFIX}/lib/pkgconfig:${CLAMOR_BUNDLE_PREFIX}/share/pkgconfig)
+set(system_root /usr/x86_64-w64-mingw32)
+include(${CMAKE_CURRENT_LIST_DIR}/../cross_build.cmake)
