@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -16,6 +17,8 @@
 #include "common/air.h"
 #include "formats/bake_file/expanded_sources.h"
 #include "formats/level/material_presets.h"
+#include "runtime/occlusion/occlusion_batch.h"
+#include "runtime/propagation/received_intensity.h"
 #include "runtime/response/energy_response.h"
 #include "tests/portal_rooms.h"
 #include "tests/rooms.h"
@@ -190,6 +193,57 @@ TEST(CoupledRooms, HaveTheLevelOfAnIndependentTracerBeyondTheDoorway) {
                    std::to_string(std::sqrt(mean_variance)));
     EXPECT_NEAR(mean_db, 0, 0.7) << kBandCentres_hz[kFirstTraced + b] << " Hz";
     EXPECT_LT(std::sqrt(mean_variance), 0.4) << kBandCentres_hz[kFirstTraced + b] << " Hz";
+  }
+}
+
+// Power of reflections at a place, as zones let it pass and as straight lines would.
+struct PassedPower {
+  std::array<double, kBandCount> by_zones{}, by_lines{};
+  double loss_db(std::size_t band) const {
+    return 10 * std::log10(by_zones[band] / by_lines[band]);
+  }
+};
+
+// An opening lets pass what falls on it, so summed over the reflections behind it, zones and lines
+// should pass the same power. The curve of a zone is that of one edge, and where the two sides of
+// an opening are within the zone, it is too low. Reflections of the room itself lose nothing.
+TEST(CoupledRooms, LoseThroughTheDoorwayAloneWhatTheFresnelZoneTakes) {
+  Level level = testing::portal_rooms(false);
+  level.materials = {testing::uniform_material(0.1f, 0.3f, kMirrorExponent)};
+  const auto baked = bake(level, {.settings = {.photons = 5000, .sources = 10000}});
+  ASSERT_TRUE(baked.ok());
+  const OcclusionGeometry surfaces(baked->mesh, baked->materials);
+  const ReflectionLaws laws(baked->materials);
+  const Bands air = air_loss_per_m(level.air);
+  std::vector<Vec3> places_m = kFarPlaces_m;
+  places_m.emplace_back(6.8, 1.4, 2.5);  // 0.8 m from the doorway
+  for (const Vec3& place_m : places_m) {
+    std::vector<const Source*> sources;
+    for (const Source& source : baked->octree.sources)
+      if (!source.is_emitter) sources.push_back(&source);
+    const std::vector<Bands> visible =
+        fine_visibility(surfaces, speed_of_sound_mps(level.air), sources, place_m);
+    PassedPower through, within;
+    for (std::size_t i = 0; i < sources.size(); ++i) {
+      const Bands power = received_intensity(*sources[i], baked->emitters, laws, air, place_m);
+      const auto from_m = surfaces.ray_origin(*sources[i]);
+      const bool is_free = from_m && surfaces.is_free(*from_m, Vec3f(place_m));
+      PassedPower& passed =
+          sources[i]->position_m.x < testing::kPortalWall_m - 0.01f ? through : within;
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        passed.by_zones[b] += static_cast<double>(power[b]) * static_cast<double>(visible[i][b]);
+        if (is_free) passed.by_lines[b] += static_cast<double>(power[b]);
+      }
+    }
+    std::printf("| %.1f, %.1f, %.1f |", place_m.x, place_m.y, place_m.z);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      std::printf(" %+.1f (%.0f %%) |", through.loss_db(b),
+                  100 * through.by_lines[b] / (through.by_lines[b] + within.by_lines[b]));
+      EXPECT_NEAR(within.loss_db(b), 0, 0.2) << kBandCentres_hz[b] << " Hz";
+      EXPECT_LT(through.loss_db(b), 0.5) << kBandCentres_hz[b] << " Hz";
+      EXPECT_GT(through.loss_db(b), kBandCentres_hz[b] < 8000 ? -7.5 : -1) << kBandCentres_hz[b];
+    }
+    std::printf("\n");
   }
 }
 

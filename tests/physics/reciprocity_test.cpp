@@ -11,14 +11,17 @@
 
 #include <gtest/gtest.h>
 
+#include "bake/bake.h"
 #include "bake/report/level_report.h"
 #include "bake/trace/photon_tracer.h"
 #include "bake/trace/scene.h"
 #include "common/thread_team.h"
+#include "formats/bake_file/expanded_sources.h"
 #include "formats/gltf/level_import.h"
 #include "runtime/occlusion/fresnel_visibility.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/propagation/received_intensity.h"
+#include "runtime/response/energy_response.h"
 #include "tests/build_paths.h"
 #include "tests/rooms.h"
 
@@ -256,6 +259,63 @@ TEST(Reciprocity, OfFresnelZonesIsOffByWhatTheyPassMoreInOnePlaceThanInAnother) 
     EXPECT_LT(most[b], 1) << "band " << b;
     EXPECT_LT(most[b] - least[b], 0.65) << "band " << b;
   }
+}
+
+// Direct sounds and image sources have no noise. Sums over several edges differ with the end that
+// is asked, and what is an image from one end may be left to photons from the other.
+TEST(Reciprocity, OfDirectSoundsAndImagesInAFurnishedRoomIsOffWhereEdgesAreBetween) {
+  Level level = violin_room();
+  const std::vector<Vec3>& places_m = kPlacesOfViolinRoom_m;
+  const std::uint32_t signal = level.emitters.at(0).signal;
+  level.emitters.clear();
+  for (std::size_t i = 0; i < places_m.size(); ++i) {
+    Emitter& emitter = level.emitters.emplace_back();
+    emitter.name = "place " + std::to_string(i);
+    emitter.position_m = places_m[i];
+    emitter.signal = signal;
+  }
+  const auto baked = bake(level, {.settings = {.photons = 1000, .sources = 1000}});
+  ASSERT_TRUE(baked.ok());
+  std::vector<Source> sources = image_sources(baked->images, baked->emitters);
+  for (const Source& source : baked->octree.sources)
+    if (source.is_emitter) sources.push_back(source);
+  const OcclusionGeometry surfaces(baked->mesh, baked->materials);
+  // By kind, emitter, listener and band.
+  using Energies = std::vector<std::vector<Exchanged::Energy>>;
+  const std::vector<Exchanged::Energy> none(places_m.size());
+  std::array<Energies, 2> energy = {Energies(places_m.size(), none),
+                                    Energies(places_m.size(), none)};
+  for (std::size_t from = 0; from < places_m.size(); ++from)
+    for (std::size_t to = 0; to < places_m.size(); ++to)
+      for (const bool is_image : {false, true}) {
+        std::vector<Source> some;
+        for (const Source& source : sources)
+          if (source.is_image == is_image && source.emitter == from && from != to)
+            some.push_back(source);
+        for (const Arrival& arrival : energy_response(some, baked->emitters, baked->materials,
+                                                      level.air, places_m[to], {}, &surfaces))
+          for (std::size_t b = 0; b < kBandCount; ++b)
+            energy[is_image ? 1 : 0][from][to][b] += static_cast<double>(arrival.energy[b]);
+      }
+  for (std::size_t kind = 0; kind < energy.size(); ++kind) {
+    std::printf("| %s |", kind == 0 ? "direct" : "images");
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      double squares = 0, worst_db = 0;
+      for (std::size_t i = 0; i < places_m.size(); ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+          const double db = 10 * std::log10(energy[kind][i][j][b] / energy[kind][j][i][b]);
+          squares += db * db / 10;
+          worst_db = std::max(worst_db, std::abs(db));
+        }
+      std::printf(" %.2f, %.2f |", std::sqrt(squares), worst_db);
+      EXPECT_LT(std::sqrt(squares), kind == 0 ? 1.0 : 1.4) << "kind " << kind << ", band " << b;
+      EXPECT_LT(worst_db, 2.6) << "kind " << kind << ", band " << b;
+    }
+    std::printf("\n");
+  }
+  // The first two places see each other.
+  for (std::size_t b = 0; b < kBandCount; ++b)
+    EXPECT_NEAR(energy[0][1][0][b] / energy[0][0][1][b], 1, 1e-3) << "band " << b;
 }
 
 }  // namespace
