@@ -6,7 +6,7 @@
 //   in the loop: ears.update(); bell.update(); for (const other of others) other.update();
 import {LoaderUtils, Quaternion, Vector3} from "three";
 
-const kSteps = 512;
+const kSteps = 256;
 const kMostDirectivity = 1000;
 const place = new Vector3();
 const turn = new Quaternion();
@@ -65,7 +65,7 @@ function khrSources({audio, sources, emitters}, index) {
   return played.map((each) => sources[each])
     .map((source) => ({
       audio: audio[source.audio], loop: source.loop ?? false, gain: gain * (source.gain ?? 1) * (refDistance || 1),
-      cone: {inner: shape.coneInnerAngle, outer: shape.coneOuterAngle, gain: shape.coneOuterGain},
+      cone: shape.shapeType === "omnidirectional" ? {} : {inner: shape.coneInnerAngle, outer: shape.coneOuterAngle, gain: shape.coneOuterGain},
       facing: new Vector3(0, 0, -1)}));
 }
 
@@ -76,15 +76,16 @@ function msftSources({clips, emitters}, index) {
     cone: {inner: 2 * innerAngle, outer: 2 * outerAngle}, facing: new Vector3(0, 0, 1)}];
 }
 
-// The exponent of a directivity that radiates as much as a cone of these angles, whose gain falls in a straight line.
+// The exponent of a directivity that radiates as much as a cone of these angles, whose gain falls in a straight line: closed
+// forms inside and outside, and Simpson's rule between.
 function exponentOfCone({inner = 2 * Math.PI, outer = 2 * Math.PI, gain = 0}) {
-  let power = 0;
-  for (let i = 0; i < kSteps; ++i) {
-    const angle = (i + 0.5) * Math.PI / kSteps;
-    const share = Math.min(1, Math.max(0, angle - inner / 2) / Math.max(1e-9, (outer - inner) / 2));
-    power += (1 + share * (gain - 1)) ** 2 * Math.sin(angle) * Math.PI / (2 * kSteps);
+  const from = inner / 2, to = Math.max(outer, inner) / 2, step = (to - from) / kSteps;
+  let power = (1 - Math.cos(from)) / 2 + gain ** 2 * (1 + Math.cos(to)) / 2;
+  for (let i = 0; i <= kSteps; ++i) {
+    const weight = i === 0 || i === kSteps ? 1 : i % 2 === 1 ? 4 : 2;
+    power += weight * step / 3 * (1 + (gain - 1) * i / kSteps) ** 2 * Math.sin(from + i * step) / 2;
   }
-  return Math.min(kMostDirectivity, Math.max(0, 1 / power - 1));
+  return Math.min(kMostDirectivity, Math.max(0, 1 / Math.max(power, 1e-9) - 1));
 }
 
 async function loadSound(clamor, parser, {uri, bufferView}, loops) {

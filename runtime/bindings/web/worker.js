@@ -41,7 +41,8 @@ class Feed {
       this.state = new Int32Array(new SharedArrayBuffer(4));
     }
     this.capacity = capacity;
-    this.port.postMessage({capacity, channels: this.channels, ring: this.ring, state: this.state});
+    const begins_at = this.offline ? 1 : this.lead_frames;
+    this.port.postMessage({capacity, channels: this.channels, begins_at, ring: this.ring, state: this.state});
   }
 
   pump() {

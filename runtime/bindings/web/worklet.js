@@ -3,7 +3,8 @@
 const kToldFrames = 512;  // so often the Worker hears what has played
 
 // Reads a ring of planes, of a power of two frames, which the Worker writes itself where it can share memory; otherwise
-// its blocks are written here. Frames are counted in 32 bits.
+// its blocks are written here. It begins once `begins_at` frames are there, so that the blocks after the first have their
+// lead, too. Frames are counted in 32 bits.
 class ClamorListenerProcessor extends AudioWorkletProcessor {
   constructor() {
     super();
@@ -25,7 +26,8 @@ class ClamorListenerProcessor extends AudioWorkletProcessor {
     port.onmessage = ({data}) => (data.block ? this.write(data.block) : this.hold(data));
   }
 
-  hold({capacity, channels, ring, state}) {
+  hold({capacity, channels, begins_at, ring, state}) {
+    this.begins_at = begins_at;
     if (capacity <= this.capacity) return;
     const before = this.ring;
     this.ring = ring ?? new Float32Array(channels * capacity);
@@ -45,7 +47,9 @@ class ClamorListenerProcessor extends AudioWorkletProcessor {
 
   process(_, [output]) {
     const frames = output[0].length;
-    const count = Math.min(frames, (this.written - this.played) | 0);
+    const ahead = (this.written - this.played) | 0;
+    this.has_begun ||= ahead >= this.begins_at;
+    const count = this.has_begun ? Math.min(frames, ahead) : 0;
     for (let done = 0; done < count;) {
       const at = this.played & (this.capacity - 1);
       const part = Math.min(count - done, this.capacity - at);
@@ -56,8 +60,7 @@ class ClamorListenerProcessor extends AudioWorkletProcessor {
       done += part;
       this.played = (this.played + part) | 0;
     }
-    if (count < frames && this.has_played) this.port.postMessage({missed: ++this.missed});
-    this.has_played ||= count > 0;
+    if (count < frames && this.has_begun) this.port.postMessage({missed: ++this.missed});
     if (((this.played - this.told) | 0) >= kToldFrames) this.feed.postMessage(this.told = this.played);
     return !this.ends;
   }
