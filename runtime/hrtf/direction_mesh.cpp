@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "common/random.h"
 
@@ -62,14 +63,14 @@ std::vector<Face> hull_of(const std::vector<Vec3>& points) {
                              face_of(points, c, b, d), face_of(points, b, a, d)};
   for (std::uint32_t p = 0; p < points.size(); ++p) {
     if (p == a || p == b || p == c || p == d) continue;
-    const auto seen = [&](const Face& face) { return dot(face.normal, points[p]) > face.height; };
     // The horizon of the visible faces: edges whose other side is not visible.
-    std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
-    for (const Face& face : faces)
-      if (seen(face))
-        for (std::size_t k = 0; k < 3; ++k) edges[{face.corner[k], face.corner[(k + 1) % 3]}] = 1;
-    std::erase_if(faces, seen);
-    for (const auto& [edge, one] : edges)
+    std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+    std::erase_if(faces, [&](const Face& face) {
+      if (!(dot(face.normal, points[p]) > face.height)) return false;
+      for (std::size_t k = 0; k < 3; ++k) edges.emplace(face.corner[k], face.corner[(k + 1) % 3]);
+      return true;
+    });
+    for (const auto& edge : edges)
       if (!edges.contains({edge.second, edge.first}))
         faces.push_back(face_of(points, edge.first, edge.second, p));
   }

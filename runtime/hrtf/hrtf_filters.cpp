@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <numbers>
 #include <span>
 
 #include "common/crossover.h"
-#include "common/fourier.h"
 #include "runtime/hrtf/erb_bands.h"
 
 namespace clamor {
@@ -43,52 +41,58 @@ double hat(std::span<const double> nodes, std::size_t node, double at) {
 }
 
 // Filters of a layer, one for each node, [filter][tap]: the inverse transform of the bands at the
-// nodes times factor(filter, frequency), under a Kaiser window. The response at negative
-// frequencies is the conjugate.
+// nodes times factor(filter, frequency), under a Kaiser window. They are symmetric, sums of
+// cosines, or antisymmetric, sums of sines, and then a quarter of a period ahead. At most two bands
+// are heard at a frequency, and few taps are needed, so that the sums take less than fast
+// transforms.
 template <class Factor>
 std::vector<float> windowed(const HrtfLayer& layer, std::span<const double> nodes_hz,
-                            const Factor& factor) {
+                            bool is_symmetric, const Factor& factor) {
   constexpr std::size_t kSize = 8192;
-  const auto frequency_hz = [&](std::size_t k) {
-    return static_cast<double>(k) * layer.rate_hz / kSize;
-  };
-  std::vector<double> nodes, at, window;
+  const auto reach = static_cast<std::size_t>(layer.reach);
+  std::vector<double> nodes, cosine, wave(reach + 1), sums(nodes_hz.size() * (reach + 1));
   for (const double node_hz : nodes_hz) nodes.push_back(erb_number(node_hz));
-  for (std::size_t k = 0; k <= kSize / 2; ++k) at.push_back(erb_number(frequency_hz(k)));
-  for (int k = -layer.reach; k <= layer.reach; ++k) {
-    const double r = static_cast<double>(k) / (layer.reach + 1);
+  for (std::size_t k = 0; k < kSize; ++k)
+    cosine.push_back(std::cos(2 * std::numbers::pi * static_cast<double>(k) / kSize));
+  cosine[kSize / 4] = cosine[3 * kSize / 4] = 0;
+  for (std::size_t k = 0; k <= kSize / 2; ++k) {
+    const double frequency_hz = static_cast<double>(k) * layer.rate_hz / kSize;
+    const double at = erb_number(frequency_hz), share = k % (kSize / 2) == 0 ? 1 : 2;
+    for (std::size_t tap = 0; tap <= reach; ++tap)
+      wave[tap] = cosine[(k * tap + (is_symmetric ? 0 : 3 * kSize / 4)) % kSize];
+    for (std::size_t filter = 0; filter < nodes.size(); ++filter) {
+      const double response = share / kSize * factor(filter, frequency_hz) * hat(nodes, filter, at);
+      if (response == 0) continue;
+      double* const sum = &sums[filter * (reach + 1)];
+      for (std::size_t tap = 0; tap <= reach; ++tap) sum[tap] += response * wave[tap];
+    }
+  }
+  std::vector<double> window;
+  for (std::size_t tap = 0; tap <= reach; ++tap) {
+    const double r = static_cast<double>(tap) / static_cast<double>(reach + 1);
     window.push_back(bessel_i0(kKaiserBeta * std::sqrt(1 - r * r)) / bessel_i0(kKaiserBeta));
   }
-  const Fourier fourier(kSize);
-  std::vector<std::complex<double>> spectrum(kSize);
   std::vector<float> filters;
-  for (std::size_t filter = 0; filter < nodes.size(); ++filter) {
-    for (std::size_t k = 0; k <= kSize / 2; ++k) {
-      const std::complex<double> response =
-          factor(filter, frequency_hz(k)) * hat(nodes, filter, at[k]);
-      spectrum[(kSize - k) % kSize] = std::conj(response);
-      spectrum[k] = response;
+  for (std::size_t filter = 0; filter < nodes.size(); ++filter)
+    for (int tap = -layer.reach; tap <= layer.reach; ++tap) {
+      const auto from = static_cast<std::size_t>(std::abs(tap));
+      const double sum = window[from] * sums[filter * (reach + 1) + from];
+      filters.push_back(static_cast<float>(tap < 0 && !is_symmetric ? -sum : sum));
     }
-    fourier.inverse(spectrum);
-    for (std::size_t tap = 0; tap < window.size(); ++tap) {
-      const std::size_t from = (kSize + tap - static_cast<std::size_t>(layer.reach)) % kSize;
-      filters.push_back(static_cast<float>(window[tap] * spectrum[from].real()));
-    }
-  }
   return filters;
 }
 
-// Symmetric filters.
 std::vector<float> filters_of(const HrtfLayer& layer) {
-  return windowed(layer, std::span(kHrtfNodes_hz).subspan(layer.first, layer.bands),
-                  [](std::size_t, double) { return std::complex<double>(1); });
+  return windowed(layer, std::span(kHrtfNodes_hz).subspan(layer.first, layer.bands), true,
+                  [](std::size_t, double) { return 1.0; });
 }
 
-// Antisymmetric filters, a quarter of a period ahead. The last tap multiplies the newest sample.
+// The last tap multiplies the newest sample.
 std::vector<float> quadrature_filters() {
-  return windowed(kHrtfLowLayer, kQuadratureNodes_hz, [](std::size_t k, double frequency_hz) {
-    return std::complex<double>(0, -std::min(1.0, frequency_hz / kQuadratureNodes_hz[k]));
-  });
+  return windowed(kHrtfLowLayer, kQuadratureNodes_hz, false,
+                  [](std::size_t k, double frequency_hz) {
+                    return std::min(1.0, frequency_hz / kQuadratureNodes_hz[k]);
+                  });
 }
 
 // Frequency response of a symmetric filter, which has zero phase: a sum of cosines, by Clenshaw's

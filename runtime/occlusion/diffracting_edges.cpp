@@ -75,6 +75,12 @@ std::vector<FacesAtEdge> faces_at_edges(const Mesh& mesh) {
   return group(std::move(sides));
 }
 
+// Boundsf::touches() that ends at the first axis apart, since searches ask it of a million boxes.
+bool overlap(const Boundsf& a, const Boundsf& b) {
+  return a.low_m.x <= b.high_m.x && b.low_m.x <= a.high_m.x && a.low_m.y <= b.high_m.y &&
+         b.low_m.y <= a.high_m.y && a.low_m.z <= b.high_m.z && b.low_m.z <= a.high_m.z;
+}
+
 // Returns whether a segment may come as near to the box as points on it lie to its line.
 bool is_near_segment(const Boundsf& box, const Vec3& middle_m, const Vec3& along, double half_m) {
   const Vec3 centre_m = 0.5 * (Vec3(box.low_m) + Vec3(box.high_m));
@@ -137,8 +143,12 @@ std::vector<FacesAtEdge> divided(const std::vector<FacesAtEdge>& edges) {
     const Vec3 along = (edge.to_m - edge.from_m) / length_m;
     cuts.assign({{0, Vec3f(edge.from_m)}, {length_m, Vec3f(edge.to_m)}});
     const Vec3 middle_m = 0.5 * (edge.from_m + edge.to_m);
+    const Boundsf around{Vec3f(glm::min(edge.from_m, edge.to_m) - 2 * kSameLine_m),
+                         Vec3f(glm::max(edge.from_m, edge.to_m) + 2 * kSameLine_m)};
     tree.find(
-        [&](const Boundsf& box) { return is_near_segment(box, middle_m, along, 0.5 * length_m); },
+        [&](const Boundsf& box) {
+          return overlap(box, around) && is_near_segment(box, middle_m, along, 0.5 * length_m);
+        },
         [&](std::size_t end) {
           const Vec3 to_end_m = Vec3(ends_m[end]) - edge.from_m;
           const double z = dot(to_end_m, along);
@@ -189,7 +199,7 @@ Vec3 along_face(const DiffractingEdge& edge, std::size_t which) {
 // Width of a face of one edge that ends at the other, if they are the two edges of the end of a
 // wall; infinite otherwise.
 float width_between_m(const DiffractingEdge& edge, std::size_t face, const DiffractingEdge& other) {
-  if (!is_corner(other) || std::abs(glm::dot(edge.along, other.along)) < kParallel) return kWide_m;
+  if (std::abs(glm::dot(edge.along, other.along)) < kParallel) return kWide_m;
   const Vec3 along(edge.along), across = along_face(edge, face);
   const Vec3 start_m = Vec3(other.from_m) - Vec3(edge.from_m),
              end_m = Vec3(other.to_m) - Vec3(edge.from_m);
@@ -339,10 +349,10 @@ void DiffractingEdges::add_ends_of_walls() {
     if (!is_corner(edge)) continue;
     const std::array beside{beside_m(edge, 0), beside_m(edge, 1)};
     const auto touches = [&](const Boundsf& box) {
-      return beside[0].touches(box) || beside[1].touches(box);
+      return overlap(beside[0], box) || overlap(beside[1], box);
     };
     tree_.find(touches, [&](std::size_t other) {
-      if (other <= e) return;
+      if (other <= e || !is_corner(edges_[other])) return;
       for (std::size_t face = 0; face < 2; ++face) {
         const float width_m = width_between_m(edge, face, edges_[other]);
         if (!(width_m < kWide_m)) continue;

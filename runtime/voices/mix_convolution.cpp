@@ -77,19 +77,27 @@ std::vector<float> spectra_of(const std::vector<float>& filters, std::size_t tap
   const LaneFourier& fourier = spectrum_fourier();
   constexpr std::size_t kSize = kSpectrumSize, kLanes = kSpectrumLanes;
   const std::size_t count = filters.size() / taps, reach = taps / 2;
+  // [tap from the middle on][filter], so that all filters are summed at once
+  std::vector<double> middle;
+  for (std::size_t k = 0; k <= reach; ++k)
+    for (std::size_t filter = 0; filter < count; ++filter)
+      middle.push_back(static_cast<double>(filters[filter * taps + reach + k]));
   std::vector<double> cosine(kSize);
   for (std::size_t k = 0; k < kSize; ++k)
     cosine[k] = std::cos(2 * std::numbers::pi * static_cast<double>(k) / kSpectrumSize);
   std::vector<float> spectra((count + kLanes - 1) / kLanes * kSize * kLanes);
-  for (std::size_t filter = 0; filter < count; ++filter)
-    for (std::size_t index = 0; index < kSize; ++index) {
-      const float* const middle = &filters[filter * taps + reach];
-      double sum = static_cast<double>(middle[0]);
-      for (std::size_t k = 1; k <= reach; ++k)
-        sum += 2 * static_cast<double>(middle[k]) * cosine[k * fourier.bin(index) % kSize];
-      spectra[(filter / kLanes * kSize + index) * kLanes + filter % kLanes] =
-          static_cast<float>(sum / kSpectrumSize);
+  std::vector<double> sum(count);
+  for (std::size_t index = 0; index < kSize; ++index) {
+    std::copy_n(middle.begin(), count, sum.begin());
+    for (std::size_t k = 1; k <= reach; ++k) {
+      const double twice = 2 * cosine[k * fourier.bin(index) % kSize];
+      for (std::size_t filter = 0; filter < count; ++filter)
+        sum[filter] += twice * middle[k * count + filter];
     }
+    for (std::size_t filter = 0; filter < count; ++filter)
+      spectra[(filter / kLanes * kSize + index) * kLanes + filter % kLanes] =
+          static_cast<float>(sum[filter] / kSpectrumSize);
+  }
   return spectra;
 }
 
