@@ -54,6 +54,7 @@ class ApplicationLevel {
   std::size_t materials() const { return file_.level.materials.size() + added_.materials.size(); }
   std::size_t sounds() const { return file_.level.signals.size() + added_.signals.size(); }
   std::size_t emitters() const { return file_.level.emitters.size() + added_.emitters.size(); }
+  std::size_t probes() const { return file_.level.probes_m.size(); }
   std::size_t triangles() const {
     return file_.level.mesh.triangles.size() + added_.mesh.triangles.size();
   }

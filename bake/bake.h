@@ -31,9 +31,9 @@ struct BakeReport {
 };
 
 // Traces the level. Sets provenance.tool and the statistics; the caller sets provenance.level and
-// input_hash. A level without triangles is a free field; one without emitters is an Error. Photons
-// are traced in fixed batches that are joined in order, so the result does not depend on the number
-// of threads. Memory grows with the kept sources, not with the photons.
+// input_hash. A level without triangles is a free field; one without emitters and probes is an
+// Error. Photons are traced in fixed batches that are joined in order, so the result does not
+// depend on the number of threads. Memory grows with the kept sources, not with the photons.
 Result<BakeContents> bake(const Level& level, const BakeOptions& options,
                           BakeReport* report = nullptr);
 

@@ -63,7 +63,7 @@ enum {
   CLAMOR_BAKE_ERROR_FILE = -3,     /* cannot be read or written, or is damaged */
   CLAMOR_BAKE_ERROR_MEMORY = -4,   /* there is not enough, or options.memory_bytes is too low */
   CLAMOR_BAKE_ERROR_INTERNAL = -8, /* a fault of the library; please report it */
-  CLAMOR_BAKE_ERROR_LEVEL = -9,    /* the level cannot be baked, as one without emitters */
+  CLAMOR_BAKE_ERROR_LEVEL = -9,    /* the level has neither emitters nor probes to bake */
   CLAMOR_BAKE_ERROR_CANCELLED = -10,
   CLAMOR_BAKE_ERROR_WARNINGS = -11 /* there were warnings, and options.strict is set */
 };

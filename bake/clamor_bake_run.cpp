@@ -183,9 +183,11 @@ clamor_bake_result run_bake(const clamor_bake_level* level, const clamor_bake_op
     return refuse(error, size_refusal(report));
   if (const char* const wrong = complaint(chosen)) return refuse(error, wrong);
   const ApplicationLevel& made = clamor::level_of(*level);
-  if (made.emitters() == 0)
-    return fail(error, CLAMOR_BAKE_ERROR_LEVEL,
-                "the level has no emitter, so there is nothing to bake; add one");
+  if (made.emitters() == 0 && (made.probes() == 0 || made.triangles() == 0))
+    return fail(
+        error, CLAMOR_BAKE_ERROR_LEVEL,
+        "the level has no emitter, and no surfaces with probes, so there is nothing to bake; "
+        "add an emitter");
   clamor::LevelBakeOptions run = run_options(made, chosen);
   run.output = path;
   clamor::BakeWatch watch(callbacks_of(chosen));

@@ -101,6 +101,17 @@ TEST_F(BakeLibrary, ReadsALevelWithTheOptionsOfTheCommand_NoAsan) {
                                  sidecar + " --emitter " + three));
 }
 
+TEST_F(BakeLibrary, BakesALevelWithProbesAlone_NoAsan) {
+  const std::string path = box_file();
+  write("box.acoustics.json", R"({"probes": [{"at": [2, 1.5, 3]}]})");
+  const std::string baked = in_memory(read(path), few_photons());
+  EXPECT_TRUE(baked == bytes_of_command(path, "--photons 1000 --sources 1000"));
+  const testing::TemporaryFile kept(".clamor", baked);
+  const auto opened = testing::opened(kept);
+  EXPECT_TRUE(opened->emitters().empty());
+  EXPECT_EQ(opened->probes().places.size(), 1u);
+}
+
 TEST_F(BakeLibrary, BakesTrianglesLikeAFileWithTheSameTriangles) {
   const std::string path = box_file();
   write("box.acoustics.json",

@@ -59,9 +59,8 @@ func poll() -> void:
 	var level := _level
 	_level = null
 	for warning: String in status.warnings:
-		if not warning.begins_with("'silence.wav'"):  # of a scene with sources alone
-			var text := warning.replace("in the sidecar", "in the level's Materials")
-			findings.append(["Warning: " + text, _named_in(warning, level)])
+		var text := warning.replace("in the sidecar", "in the level's Materials")
+		findings.append(["Warning: " + text, _named_in(warning, level)])
 	for note: String in status.notes:
 		if not note.begins_with("sidecar "):
 			findings.append([note, null])

@@ -42,8 +42,8 @@ func write(level: ClamorLevel3D, folder: String) -> String:
 			_doors.append(door.get_leaf())
 			_sidecar.movable.append(str(door.get_leaf().name))
 	_visit(_root, _gltf.scenes[0].nodes, false)
-	if _sidecar.emitters.is_empty():
-		_add_silence()
+	if _sidecar.emitters.is_empty() and _sidecar.probes.is_empty():
+		_add_probe_of_source()
 	_gltf.buffers = [{"byteLength": _bytes.size()}]
 	if _gltf.accessors.is_empty():
 		findings.append(["The scene has no surfaces: no visible meshes in the layers that are baked.", level])
@@ -236,15 +236,11 @@ func _write_sound(emitter: ClamorEmitter3D) -> String:
 	return sound
 
 
-# A bake begins at its emitters. Where a scene has sources alone, a silent one stands at the first.
-func _add_silence() -> void:
+# A bake begins at its emitters and probes. Where a scene has sources alone, a probe stands at the first.
+func _add_probe_of_source() -> void:
 	for source: Node in _root.find_children("*", "Node3D", true, false):
 		if source is ClamorSource3D:
-			var frames: PackedVector2Array = []
-			frames.resize(48000)
-			_write_wav("silence.wav", 48000, frames)
-			var at: Vector3 = (_to_level * source.global_transform).origin
-			_sidecar.emitters.append({"name": "Silence", "signal": "silence.wav", "at": _list(at)})
+			_sidecar.probes.append({"at": _list((_to_level * source.global_transform).origin)})
 			return
 
 
