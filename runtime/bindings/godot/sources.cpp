@@ -110,6 +110,10 @@ void read_options(const Value& values, clamor_group paused, clamor_source_option
   into.group = values["paused"].to_bool() ? paused : 0;
 }
 
+bool moves(const clamor_motion& motion) {
+  return std::any_of(motion.velocity_mps, motion.velocity_mps + 3, [](double v) { return v != 0; });
+}
+
 void rotate(const Transform& by, const Vector3& v, double* to) {
   for (int i = 0; i < 3; ++i)
     to[i] = double(by.rows[i].x) * v.x + double(by.rows[i].y) * v.y + double(by.rows[i].z) * v.z;
@@ -133,7 +137,7 @@ Integer GameSources::play(Object node, const Value& stream, const Value& values,
   const Integer number = ++last_;
   voices_[number] = played;
   // The next keyframe may be made before this frame ends, however fast the machine is.
-  if (world_.is_offline()) frame(0);
+  if (world_.is_offline()) frame(0, 0);
   return number;
 }
 
@@ -197,7 +201,7 @@ void GameSources::set_origin(const Transform& origin) {
   origin_ = origin;
 }
 
-void GameSources::frame(double elapsed_s) {
+void GameSources::frame(double elapsed_s, double moved_s) {
   now_s_ += elapsed_s;
   std::vector<Integer> ended;
   const bool may_publish = !is_publishing_;
@@ -205,7 +209,7 @@ void GameSources::frame(double elapsed_s) {
     Voice& played = *it->second;
     advance(played, elapsed_s);
     if (played.is_over && played.node != nullptr) ended.push_back(it->first);
-    if (played.node != nullptr && !played.is_over) follow(played);
+    if (played.node != nullptr && !played.is_over) follow(played, moved_s);
     if (may_publish && publish(it->second))
       it = voices_.erase(it);
     else
@@ -221,12 +225,27 @@ void GameSources::frame(double elapsed_s) {
       is_publishing_ = false;
     });
   }
+  if (world_.is_offline() && moved_s > 0) {
+    const std::lock_guard lock(moving_on_);
+    moving_.clear();
+    for (const auto& [number, moved] : voices_)
+      if (!moved->is_over && moves(moved->options.motion))
+        moving_.emplace_back(moved->source, moved->options.motion);
+  }
   if (now_s_ > looked_s_ + 1) forget_unused();
   for (const Integer number : ended) {
     // The game's answer to the end of a sound may have freed another node.
     const auto over = voice(number);
     if (over == nullptr || over->node == nullptr) continue;
     Value(std::exchange(over->node, nullptr)).call("_on_ended", {number});
+  }
+}
+
+void GameSources::move_on(double later_s) {
+  const std::lock_guard lock(moving_on_);
+  for (auto [source, motion] : moving_) {
+    for (int i = 0; i < 3; ++i) motion.position_m[i] += later_s * motion.velocity_mps[i];
+    clamor_move_source(world_.context(), source, &motion);
   }
 }
 
@@ -256,17 +275,21 @@ void GameSources::advance(Voice& played, double elapsed_s) {
   if (has_ended) played.is_over = true, played.over_s = now_s_;
 }
 
-void GameSources::follow(Voice& moved) const {
+void GameSources::follow(Voice& moved, double moved_s) const {
   const Transform place = global_transform(moved.node);
-  if (!has_new_origin_ && std::memcmp(&place, &moved.place, sizeof(place)) == 0) return;
+  clamor_motion& motion = moved.options.motion;
+  if (!has_new_origin_ && !moves(motion) && std::memcmp(&place, &moved.place, sizeof(place)) == 0)
+    return;
   moved.place = place;
   moved.has_moved = true;
-  clamor_motion& motion = moved.options.motion;
+  const clamor_motion before = motion;
   rotate(origin_, place.origin, motion.position_m);
   motion.position_m[0] += origin_.origin.x;
   motion.position_m[1] += origin_.origin.y;
   motion.position_m[2] += origin_.origin.z;
   rotate(origin_, {-place.rows[0].z, -place.rows[1].z, -place.rows[2].z}, motion.axis);
+  if (!world_.is_offline() || !moved.is_added || moved_s <= 0) return;
+  velocity_between(before.position_m, motion.position_m, moved_s, motion.velocity_mps);
 }
 
 // Appends what the publisher must do; true if nothing is left to be done for the voice.

@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -74,8 +75,11 @@ class GameSources {
   // Maps places of Godot's to the level's.
   void set_origin(const Transform& origin);
 
-  // Publishes what has changed, after `elapsed_s` of playing.
-  void frame(double elapsed_s);
+  // Publishes what has changed, after `elapsed_s` of playing. Nodes have moved for `moved_s`.
+  void frame(double elapsed_s, double moved_s);
+  // Offline, by the thread that makes keyframes: puts sources where their nodes would be so much
+  // later than at the last frame.
+  void move_on(double later_s);
   void clear();
 
  private:
@@ -92,7 +96,7 @@ class GameSources {
   void begin(Voice& begun, double from_s, double pitch);
   std::shared_ptr<SharedSound> shared_sound(const Value& stream);
   void advance(Voice& played, double elapsed_s);
-  void follow(Voice& moved) const;
+  void follow(Voice& moved, double moved_s) const;
   bool publish(const std::shared_ptr<Voice>& published);
   void apply(Change& change) const;
   void forget_unused();
@@ -107,6 +111,8 @@ class GameSources {
   double now_s_ = 0, looked_s_ = 0;
   std::vector<Change> changes_;  // the publisher's while is_publishing_
   std::atomic<bool> is_publishing_ = false;
+  std::mutex moving_on_;  // of the list below: sources that moved in the last frame, offline
+  std::vector<std::pair<clamor_source, clamor_motion>> moving_;
 };
 
 }  // namespace clamor::godot

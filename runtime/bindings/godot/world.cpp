@@ -8,6 +8,9 @@ namespace clamor::godot {
 namespace {
 
 constexpr std::size_t kMaxBlock_frames = 4096;  // Godot's are of 512
+constexpr double kMaxSpeed_mps = 150;
+constexpr double kLead_s = 0.1;       // by which keyframes are made ahead of the sound, offline
+constexpr double kMaxLater_s = 0.05;  // between a frame and the keyframes that have its places
 
 template <class T>
 std::shared_ptr<T> found(const std::map<Integer, std::shared_ptr<T>>& map, Integer number) {
@@ -33,6 +36,15 @@ std::int32_t read_bake(void* user, std::uint64_t offset, std::uint64_t count, vo
 void copy(const Vector3& from, double* to) { to[0] = from.x, to[1] = from.y, to[2] = from.z; }
 
 }  // namespace
+
+void velocity_between(const double* from_m, const double* to_m, double seconds, double* mps) {
+  double squared = 0;
+  for (int i = 0; i < 3; ++i) {
+    mps[i] = (to_m[i] - from_m[i]) / seconds;
+    squared += mps[i] * mps[i];
+  }
+  if (!(squared <= kMaxSpeed_mps * kMaxSpeed_mps)) std::fill_n(mps, 3, 0.0);
+}
 
 clamor_pose pose_of(const Value& position, const Value& rotation) {
   clamor_pose pose{};
@@ -208,10 +220,13 @@ void World::move_listener(Integer number, const Value& position, const Value& ro
   const auto moved = listener(number);
   if (moved == nullptr) return;
   const clamor_pose pose = pose_of(position, rotation);
-  if (const clamor_listener handle = moved->known; handle != 0) {
+  if (const clamor_listener handle = moved->known; handle != 0 && !is_offline_) {
     publisher_.run([this, handle, pose] { clamor_move_listener(context_, handle, &pose); });
   } else {
+    const double seconds = is_offline_ ? moved_s() : 0;
     const std::lock_guard lock(moved->rendering);
+    if (seconds > 0)
+      velocity_between(moved->pose.position_m, pose.position_m, seconds, moved->velocity_mps);
     moved->pose = pose;
   }
 }
@@ -230,8 +245,17 @@ double World::elapsed_s() {
   return is_offline_ ? played_s : passed.count();
 }
 
+// How long the game's last frame was, offline.
+double World::moved_s() const {
+  const Value tree = Value::singleton("Engine").call("get_main_loop");
+  return tree.call("get_root").call("get_process_delta_time").to_float();
+}
+
 void World::frame() {
-  if (context_ != nullptr) sources_.frame(elapsed_s());
+  if (context_ == nullptr) return;
+  const double frame_s = is_offline_ ? moved_s() : 0;
+  frame_s_ = frame_s_ + frame_s;
+  sources_.frame(elapsed_s(), frame_s);
 }
 
 void World::make_keyframes(Listener& offline) {
@@ -241,6 +265,13 @@ void World::make_keyframes(Listener& offline) {
     if (clamor_next_keyframe(context_, offline.handle, &wanted, &time_s) != CLAMOR_OK ||
         wanted == 0)
       return;
+    if (offline.began_s < 0) offline.began_s = frame_s_ - time_s;
+    const double later_s =
+        std::clamp(offline.began_s + time_s - kLead_s - frame_s_, -kMaxLater_s, kMaxLater_s);
+    clamor_pose pose = offline.pose;
+    for (int i = 0; i < 3; ++i) pose.position_m[i] += later_s * offline.velocity_mps[i];
+    clamor_move_listener(context_, offline.handle, &pose);
+    sources_.move_on(later_s);
     clamor_commit(context_, time_s);
     if (clamor_update(context_, 0, &made) != CLAMOR_OK) return;
   }
@@ -251,7 +282,11 @@ void World::mix(Listener& heard, float* frames, int count) {
   const int channels = heard.channels;
   float* const mixed = channels == 2 ? frames : heard.block.data();
   const bool fits = channels == 2 || count <= int(kMaxBlock_frames);
-  const std::unique_lock lock(heard.rendering, std::try_to_lock);
+  std::unique_lock lock(heard.rendering, std::defer_lock);
+  if (is_offline_)
+    lock.lock();
+  else
+    (void)lock.try_lock();
   bool is_rendered = false;
   if (fits && lock.owns_lock() && heard.handle != 0 && heard.gain != 0) {
     if (is_offline_) make_keyframes(heard);

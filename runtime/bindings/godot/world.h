@@ -6,7 +6,8 @@
 // another, the publisher, so that no frame and no block of audio waits; a number is valid at once,
 // and what it stands for follows. Where `is_offline` (movies, tests), all is done where it is asked
 // for, and keyframes are made before the block that needs them, so that the samples do not depend
-// on the machine's speed.
+// on the machine's speed. What moves is put where it will be at a keyframe's time, as it moved in
+// the game's last frame, so that Doppler shifts are steady at any number of frames per second.
 //
 // Threads: the main thread alone, but for mix(), which is for Godot's audio thread and never waits.
 #pragma once
@@ -48,7 +49,8 @@ struct Level {
 
 struct Listener {
   std::string node;
-  std::mutex rendering;        // held while a block is rendered; the audio thread only tries it
+  std::mutex rendering;        // held while a block is rendered; the audio thread only tries it,
+                               // but offline
   clamor_listener handle = 0;  // under `rendering`; 0: silence
   std::atomic<clamor_listener> known = 0;  // the same for the main thread
   std::atomic<bool> is_freed = false;      // creating it would be in vain
@@ -60,8 +62,13 @@ struct Listener {
   std::vector<float> block{};
   unsigned untaken = 0;
   std::atomic<double> load = 0;  // share of the audio thread's time, over half a second
-  clamor_pose pose{};            // the newest; under `rendering` until there is a handle
+  clamor_pose pose{};            // the newest; under `rendering` until there is a handle, or offline
+  double velocity_mps[3]{};      // of the last frame, offline; under `rendering`
+  double began_s = -1;           // on the game's clock, offline; under `rendering`
 };
+
+// Zeros for what is faster than anything moves, since it has leapt.
+void velocity_between(const double* from_m, const double* to_m, double seconds, double* mps);
 
 clamor_pose pose_of(const Value& position, const Value& rotation);
 
@@ -104,12 +111,14 @@ class World {
  private:
   void make_keyframes(Listener& listener);
   double elapsed_s();
+  double moved_s() const;
 
   clamor_context* context_ = nullptr;
   clamor_group paused_ = 0;
   bool is_offline_ = false;
   double rate_hz_ = 48000;
   std::atomic<std::uint64_t> mixed_frames_ = 0;
+  std::atomic<double> frame_s_ = 0;  // the game's time at its last frame, offline
   Integer last_ = 0;
   std::map<Integer, std::shared_ptr<Level>> levels_;
   std::map<Integer, std::shared_ptr<Listener>> listeners_;

@@ -22,7 +22,7 @@ func _ready() -> void:
 	AudioServer.set_bus_name(1, "Ears")
 	capture.buffer_length = 10
 	AudioServer.add_bus_effect(1, capture)
-	level.bake = load("res://portal.clamor" if mode == "portal" else "res://room.clamor")
+	level.bake = load("res://%s.clamor" % (mode if mode in ["portal", "retuned"] else "room"))
 	add_child(level)
 	ears.follow_camera = false
 	ears.bus = "Ears"
@@ -161,7 +161,9 @@ func _begin_source(stream: AudioStream = _ramp(0.5)) -> void:
 
 func _end_source() -> void:
 	var source: ClamorSource3D = $Source
-	get_tree().quit(0 if has_finished and not source.is_playing() else 1)
+	if not has_finished:
+		await source.finished
+	get_tree().quit(1 if source.is_playing() else 0)
 
 
 # As above, of a stream that is decoded while it plays, since it may be another one each time.
@@ -173,6 +175,38 @@ func _begin_streamed() -> void:
 
 func _end_streamed() -> void:
 	_end_source()
+
+
+# A tone that comes nearer at 5 m/s for 0.6 s, and goes away again.
+func _begin_doppler() -> void:
+	ears.output = ClamorListener3D.Output.RECEIVERS
+	_begin_source(_looping("res://tone.wav"))
+	var source: ClamorSource3D = $Source
+	source.directivity = 0
+	source.reverberation_db = -80
+	source.position = Vector3(-3.5, 1.75, 1)
+	var flight := create_tween()
+	flight.tween_property(source, "position:x", -0.5, 0.6)
+	flight.tween_property(source, "position:x", -3.5, 0.6)
+
+
+# The bake's emitter, whose pitch becomes one and a half times as high after a second, and which falls silent after two.
+func _begin_retuned() -> void:
+	var emitter := ClamorEmitter3D.new()
+	emitter.name = "violin"
+	emitter.stream = AudioStreamWAV.load_from_file("res://retuned.wav")
+	emitter.position = Vector3(1, 1.2, -3)
+	add_child(emitter)
+	var score := create_tween()
+	score.tween_property(emitter, "pitch_scale", 1.5, 0).set_delay(1)
+	score.tween_property(emitter, "muted", true, 0).set_delay(1)
+
+
+func _looping(path: String) -> AudioStreamWAV:
+	var stream := AudioStreamWAV.load_from_file(path)
+	stream.loop_mode = AudioStreamWAV.LOOP_FORWARD
+	stream.loop_end = roundi(stream.get_length() * stream.mix_rate)
+	return stream
 
 
 # Four sounds are asked for of a source that plays two at a time, and others are sought, stopped and paused.

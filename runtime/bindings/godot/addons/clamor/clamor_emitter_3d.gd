@@ -1,8 +1,8 @@
 ## A sound that is baked into a level with all its reflections: it costs no more however much it reverberates.
 ##
 ## The Bake button makes an emitter of the bake of each such node: where it is, with its [member stream].
-## In the game, the node turns the emitter down; what is baked can be neither moved nor made louder, and keeps its
-## pitch, [member baked_pitch_scale]. Sounds that move or begin when the game says so are for [ClamorSource3D].
+## In the game, the node turns the emitter down or gives it another pitch; what is baked can be neither moved nor made
+## louder. Sounds that move or begin when the game says so are for [ClamorSource3D].
 @tool
 @icon("icons/emitter.svg")
 class_name ClamorEmitter3D
@@ -26,6 +26,14 @@ extends Node3D
 		muted = value
 		_is_applied = false
 
+## Speed and pitch of the sound in the game, relative to the bake's. Other than at 1, the emitter is heard as a
+## [ClamorSource3D] at its place would be, from the beginning of its [member stream] on, and with the reflections of
+## the bake's probes.
+@export_range(0.01, 4, 0.01, "or_greater") var pitch_scale := 1.0:
+	set(value):
+		pitch_scale = value
+		_is_applied = false
+
 @export_group("Bake")
 
 ## The sound, any [AudioStream] that has an end. It loops, and its channels are mixed to one.
@@ -45,6 +53,7 @@ extends Node3D
 
 var _is_applied := false
 var _level_number := 0
+var _source := 0  # the number in ClamorServer of what is heard at another pitch; 0: the bake is heard
 
 
 ## The emitter's name in the bake.
@@ -63,8 +72,52 @@ func _process(_delta: float) -> void:
 	_is_applied = true
 	_level_number = level._number
 	var gain := ClamorLevel3D._gain(volume_db)
-	if not ClamorServer.set_emitter(level._number, get_emitter_name(), gain, muted):
+	var is_retuned := pitch_scale != 1 and stream != null and not muted
+	if not ClamorServer.set_emitter(level._number, get_emitter_name(), gain, muted or is_retuned):
 		push_warning("%s: %s has no emitter '%s'; it has %s." % [get_path(), level.bake.resource_path, get_emitter_name(), level.get_info().emitters])
+		return
+	if pitch_scale != 1 and stream == null:
+		push_warning("%s: the emitter has no stream, so it keeps the pitch of the bake." % get_path())
+	if not is_retuned:
+		_end_source()
+		return
+	var options := {
+		"gain": gain * ClamorLevel3D._gain(baked_volume_db), "pitch": pitch_scale * baked_pitch_scale,
+		"directivity": directivity, "reverberation": 1.0, "paused": false,
+	}
+	if _source == 0:
+		_source = ClamorServer.play_source(self, _looping(stream), options, 0.0)
+	else:
+		ClamorServer.change_source(_source, options)
+
+
+func _exit_tree() -> void:
+	_end_source()
+	_is_applied = false
+
+
+# ClamorServer calls this when a stream has ended that cannot loop by itself.
+func _on_ended(_number: int) -> void:
+	_source = 0
+	_is_applied = false
+
+
+func _end_source() -> void:
+	ClamorServer.stop_source(_source)
+	_source = 0
+
+
+# A copy of the stream that loops, as it does in the bake.
+static func _looping(stream_once: AudioStream) -> AudioStream:
+	var copy: AudioStream = stream_once.duplicate()
+	if copy is AudioStreamWAV:
+		copy.loop_mode = AudioStreamWAV.LOOP_FORWARD
+		copy.loop_begin = 0
+		copy.loop_end = roundi(copy.get_length() * copy.mix_rate)
+	elif "loop" in copy:
+		copy.set("loop", true)
+		copy.set("loop_offset", 0.0)
+	return copy
 
 
 func _get_configuration_warnings() -> PackedStringArray:
