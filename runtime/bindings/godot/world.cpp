@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::size_t kMaxBlock_frames = 4096;  // Godot's are of 512
 constexpr double kMaxSpeed_mps = 150;
-constexpr double kLead_s = 0.1;       // by which keyframes are made ahead of the sound, offline
-constexpr double kMaxLater_s = 0.05;  // between a frame and the keyframes that have its places
+constexpr double kLead_s = 0.1;      // by which keyframes are made ahead of the sound, offline
+constexpr double kMaxLater_s = 0.1;  // between a frame and the keyframes that have its places
 
 template <class T>
 std::shared_ptr<T> found(const std::map<Integer, std::shared_ptr<T>>& map, Integer number) {

@@ -62,9 +62,9 @@ struct Listener {
   std::vector<float> block{};
   unsigned untaken = 0;
   std::atomic<double> load = 0;  // share of the audio thread's time, over half a second
-  clamor_pose pose{};            // the newest; under `rendering` until there is a handle, or offline
-  double velocity_mps[3]{};      // of the last frame, offline; under `rendering`
-  double began_s = -1;           // on the game's clock, offline; under `rendering`
+  clamor_pose pose{};        // the newest; under `rendering` until there is a handle, or offline
+  double velocity_mps[3]{};  // of the last frame, offline; under `rendering`
+  double began_s = -1;       // on the game's clock, offline; under `rendering`
 };
 
 // Zeros for what is faster than anything moves, since it has leapt.
