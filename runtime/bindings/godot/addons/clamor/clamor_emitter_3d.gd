@@ -53,6 +53,7 @@ extends Node3D
 
 var _is_applied := false
 var _level_number := 0
+var _state := []  # what ClamorServer knows of the bake's emitter; telling it more may wait for a keyframe
 var _source := 0  # the number in ClamorServer of what is heard at another pitch; 0: the bake is heard
 
 
@@ -73,9 +74,11 @@ func _process(_delta: float) -> void:
 	_level_number = level._number
 	var gain := ClamorLevel3D._gain(volume_db)
 	var is_retuned := pitch_scale != 1 and stream != null and not muted
-	if not ClamorServer.set_emitter(level._number, get_emitter_name(), gain, muted or is_retuned):
+	var state := [_level_number, get_emitter_name(), gain, muted or is_retuned]
+	if state != _state and not ClamorServer.callv("set_emitter", state):
 		push_warning("%s: %s has no emitter '%s'; it has %s." % [get_path(), level.bake.resource_path, get_emitter_name(), level.get_info().emitters])
 		return
+	_state = state
 	if pitch_scale != 1 and stream == null:
 		push_warning("%s: the emitter has no stream, so it keeps the pitch of the bake." % get_path())
 	if not is_retuned:
