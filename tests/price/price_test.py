@@ -46,6 +46,10 @@ class Price(unittest.TestCase):
         self.assertIn("not installed", price.not_judged_because(table(0), {}, processor))
         self.assertIn("AVX2", price.not_judged_because(table(0), here, "flags\t: fpu avx\n"))
 
+    def test_runs_where_valgrind_has_the_instructions_of_the_processor(self):
+        self.assertEqual(price.not_run_because("flags\t: fpu rdtscp avx2\n"), "")
+        self.assertIn("RDTSCP", price.not_run_because("flags\t: fpu avx2\n"))
+
     def test_has_a_committed_table_of_its_scenes_and_packages(self):
         committed = price.Table(price.TABLE.read_text())
         self.assertTrue(committed.scenes)
