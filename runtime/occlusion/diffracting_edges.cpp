@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/maths.h"
+#include "runtime/occlusion/mirror_plane.h"
 
 namespace clamor {
 
@@ -264,7 +265,19 @@ bool may_bend(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m)
   return edge.is_between(from_m, to_m) && (edge.is_in_air(from_m) || edge.is_in_air(to_m));
 }
 
+// Returns whether a point of the box may lie in the plane.
+bool touches(const MirrorPlane& plane, const Boundsf& box) {
+  const Vec3 low_m(box.low_m), high_m(box.high_m);
+  return std::abs(plane.height_m(0.5 * (low_m + high_m))) <=
+         0.5 * dot(glm::abs(plane.normal), high_m - low_m) + kOnPlane_m;
+}
+
 }  // namespace
+
+bool DiffractingEdge::is_in(const MirrorPlane& plane) const {
+  return std::abs(plane.height_m(Vec3(from_m))) < kOnPlane_m &&
+         std::abs(plane.height_m(Vec3(to_m))) < kOnPlane_m;
+}
 
 double DiffractingEdge::angle_rad(const Vec3& point_m) const {
   const Vec3 to_point_m = point_m - Vec3(from_m);
@@ -374,13 +387,22 @@ void DiffractingEdges::add_ends_of_walls() {
 }
 
 void DiffractingEdges::find_nearest(const Vec3& from_m, const Vec3& to_m, std::size_t count,
-                                    double longest_m, std::vector<EdgeBetween>& found) const {
+                                    double longest_m, std::vector<EdgeBetween>& found,
+                                    const MirrorPlane* plane) const {
   if (count == 0) return;
+  constexpr double kNever_m = std::numeric_limits<double>::infinity();
   const double straight_m = length(to_m - from_m);
   const std::size_t end = found.size() + count;
   tree_.find_nearest(
-      straight_m + longest_m, [&](const Boundsf& box) { return min_path_m(from_m, to_m, box); },
-      [&](std::size_t edge) { return min_path_m(edges_[edge], from_m, to_m); },
+      straight_m + longest_m,
+      [&](const Boundsf& box) {
+        return plane != nullptr && !touches(*plane, box) ? kNever_m : min_path_m(from_m, to_m, box);
+      },
+      [&](std::size_t edge) {
+        return plane != nullptr && !edges_[edge].is_in(*plane)
+                   ? kNever_m
+                   : min_path_m(edges_[edge], from_m, to_m);
+      },
       [&](std::size_t edge) {
         return may_bend(edges_[edge], from_m, to_m)
                    ? std::optional(shortest_path_m(edges_[edge], from_m, to_m))

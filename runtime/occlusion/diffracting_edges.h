@@ -21,6 +21,10 @@
 
 namespace clamor {
 
+struct MirrorPlane;  // mirror_plane.h
+
+inline constexpr double kOnPlane_m = 0.01;  // covers the rounding of corners in a bake file
+
 // A straight edge with air around it from one face to the other. Angles are measured around the
 // edge from the first face through the air.
 struct DiffractingEdge {
@@ -44,6 +48,7 @@ struct DiffractingEdge {
   double angle_in_air_rad(const Vec3& point_m) const;
   bool is_in_air(const Vec3& point_m) const;
   bool is_on_face(const Vec3& point_m) const;
+  bool is_in(const MirrorPlane& plane) const;
   // Returns whether the points are on different sides of the plane of a face.
   bool is_between(const Vec3& a_m, const Vec3& b_m) const;
 };
@@ -82,8 +87,9 @@ class DiffractingEdges {
 
   // Appends the edges with the shortest detours between two points to `found`, at most `count` and
   // none longer than `longest_m`, of those that are between the points. In the order of detours.
+  // With a plane, only edges that lie in it.
   void find_nearest(const Vec3& from_m, const Vec3& to_m, std::size_t count, double longest_m,
-                    std::vector<EdgeBetween>& found) const;
+                    std::vector<EdgeBetween>& found, const MirrorPlane* plane = nullptr) const;
 
  private:
   void add_ends_of_walls();

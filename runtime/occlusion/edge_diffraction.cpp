@@ -282,9 +282,10 @@ bool bends(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m, co
   return edge.is_between(from_m, to_m) && is_beside(from_m) && is_beside(to_m);
 }
 
-// Multiplies the pressure by what mirrors reflect on the path from an end to the edge.
+// Multiplies the pressure by what mirrors reflect on the path from an end to the edge, unless that
+// goes by their planes alone.
 void reflect(const EdgeInAir& edge, const PathEnd& end, double z, EdgeSound& sound) {
-  if (!end.is_image()) return;
+  if (!end.is_image() || !end.planes.empty()) return;
   const auto path = edge.path_from(end, z);
   scale(sound.pressure, [&](std::size_t tone) {
     return path ? std::sqrt(static_cast<double>(path->reflected[tone / kTonesPerBand])) : 0.0;
@@ -375,20 +376,21 @@ EdgeSound sound_over_edge(const EdgeInAir& edge, const PathEnd& from, const Path
 }
 
 // A corner at the end of a thin plate is the border of a sheet to long waves.
-EdgeSound sound_over_border(const EdgeInAir& border, const Vec3& from_m, const Vec3& to_m,
+EdgeSound sound_over_border(const EdgeInAir& border, const PathEnd& from, const PathEnd& to,
                             const Vec3& image_m) {
   const DiffractingEdge& edge = border.edge();
+  const Vec3 &from_m = from.seen_m, &to_m = to.seen_m;
   const auto wedge_of = [&](const DiffractingEdge& faces) {
     return Wedge(faces, from_m, to_m, length(to_m - image_m),
                  weights_of_reflection(faces, from_m, to_m));
   };
   if (weights_of_reflection(edge, from_m, to_m) == Weights{}) return {};
   const Wedge wedge = wedge_of(edge);
-  if (!std::isfinite(edge.width_m)) return sound_over(border, edge, wedge, nullptr, from_m, to_m);
+  if (!std::isfinite(edge.width_m)) return sound_over(border, edge, wedge, nullptr, from, to);
   DiffractingEdge sheet = edge;
   sheet.air_rad = static_cast<float>(2 * pi);
   const Wedge as_sheet = wedge_of(sheet);
-  return sound_over(border, edge, wedge, &as_sheet, from_m, to_m);
+  return sound_over(border, edge, wedge, &as_sheet, from, to);
 }
 
 EdgeSound sound_over_edges(const EdgeInAir& first, const EdgeInAir& second, const PathEnd& from,

@@ -59,7 +59,7 @@ EdgeSound sound_over_edges(const EdgeInAir& first, const EdgeInAir& second, cons
 // Sound that the border of a mirror, the first face of the edge, diffracts to a listener before it:
 // what that face reflects, and what is not part of the direct sound. It is relative to the free
 // field of a source's image.
-EdgeSound sound_over_border(const EdgeInAir& border, const Vec3& from_m, const Vec3& to_m,
+EdgeSound sound_over_border(const EdgeInAir& border, const PathEnd& from, const PathEnd& to,
                             const Vec3& image_m);
 
 }  // namespace clamor

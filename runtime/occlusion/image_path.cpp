@@ -3,9 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <optional>
+#include <span>
+#include <vector>
 
 #include "runtime/occlusion/diffraction_paths.h"
+#include "runtime/occlusion/image_mirrors.h"
 #include "runtime/occlusion/mirror_edges.h"
 #include "runtime/occlusion/mirror_path.h"
 
@@ -29,48 +34,223 @@ std::array<double, 2> disc_point(int i) {
 }
 
 // The share of the amplitude that arrives around the listener, and by the straight path itself.
-struct Unfolded {
-  Bands mean{}, straight{};
-  bool is_straight = false;
-  int order = 0;  // of the straight path
+class DiscView {
+ public:
+  DiscView(const OcclusionGeometry& geometry, const PathEnd& image, const Vec3& place,
+           std::uint64_t& rays)
+      : geometry_(geometry), image_(image), place_(place), rays_(rays) {
+    if (const auto path = look_from(place)) {
+      is_straight_ = true;
+      order_ = static_cast<std::size_t>(path->order);
+      straight_ = sum_;
+    }
+  }
 
-  Bands blended(double straight_share) const {
+  bool is_straight() const { return is_straight_; }
+  std::size_t order() const { return order_; }  // of the straight path
+
+  const Bands& straight() const { return straight_; }
+
+  // The mean, with a share of the straight path's.
+  Bands amplitude(const Bands& straight, double straight_share) {
+    if (straight_share >= 1) return straight;
+    look_around();
     Bands amplitude{};
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      amplitude[b] = mean[b] + static_cast<float>(straight_share) * (straight[b] - mean[b]);
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const float mean = sum_[b] / static_cast<float>(counted_);
+      amplitude[b] = mean + static_cast<float>(straight_share) * (straight[b] - mean);
+    }
     return amplitude;
   }
+
+ private:
+  std::optional<MirrorPath> look_from(const Vec3& point_m) {
+    const auto path = mirror_path(geometry_, point_m, image_, rays_);
+    ++counted_;
+    if (!path) return path;
+    for (std::size_t b = 0; b < kBandCount; ++b) sum_[b] += std::sqrt(path->reflected[b]);
+    ++heard_;
+    return path;
+  }
+
+  void look_around() {
+    if (counted_ > 1) return;
+    const Basis basis = basis_around(normalize(image_.seen_m - place_));
+    for (int i = 0; i < kRimPoints + kInnerPoints; ++i) {
+      if (i == kRimPoints && (heard_ == 0 || heard_ == counted_)) break;
+      const auto [u, v] = disc_point(i);
+      const Vec3 point_m = place_ + (basis.tangent * u + basis.bitangent * v) * kDiscRadius_m;
+      ++rays_;
+      if (geometry_.is_free(Vec3f(place_), Vec3f(point_m))) look_from(point_m);
+    }
+  }
+
+  const OcclusionGeometry& geometry_;
+  const PathEnd& image_;
+  const Vec3 place_;
+  std::uint64_t& rays_;
+  bool is_straight_ = false;
+  std::size_t order_ = 0;
+  Bands sum_{}, straight_{};
+  int counted_ = 0, heard_ = 0;
 };
 
-Unfolded look_from_disc(const OcclusionGeometry& geometry, const PathEnd& image, const Vec3& place,
-                        std::uint64_t& rays) {
-  const Basis basis = basis_around(normalize(image.seen_m - place));
-  Unfolded seen;
-  Bands amplitude{};
-  int counted = 0, heard = 0;
-  const auto look_from = [&](const Vec3& point_m) {
-    const auto path = mirror_path(geometry, point_m, image, rays);
-    ++counted;
-    if (!path) return;
-    for (std::size_t b = 0; b < kBandCount; ++b) amplitude[b] += std::sqrt(path->reflected[b]);
-    ++heard;
-    if (counted > 1) return;
-    seen.is_straight = true;
-    seen.order = path->order;
-    seen.straight = amplitude;
-  };
-  look_from(place);
-  for (int i = 0; i < kRimPoints + kInnerPoints; ++i) {
-    if (i == kRimPoints && (heard == 0 || heard == counted)) break;
-    const auto [u, v] = disc_point(i);
-    const Vec3 point_m = place + (basis.tangent * u + basis.bitangent * v) * kDiscRadius_m;
-    ++rays;
-    if (geometry.is_free(Vec3f(place), Vec3f(point_m))) look_from(point_m);
+// A path that a series of mirrors reflects, and what each of these sees of both ends.
+class UnfoldedPath {
+ public:
+  UnfoldedPath(const MirrorSeries& series, const Vec3& from_m, const Vec3& to_m) : series_(series) {
+    std::reverse_copy(planes().begin(), planes().end(), back_.begin());
+    sources_m_[0] = from_m;
+    for (std::size_t k = 0; k < order(); ++k)
+      sources_m_[k + 1] = series_.planes[k].image_of(sources_m_[k]);
+    listeners_m_[order()] = to_m;
+    for (std::size_t k = order(); k-- > 0;) {
+      listeners_m_[k] = series_.planes[k].image_of(listeners_m_[k + 1]);
+      points_m_[k] = series_.planes[k].crossing_m(sources_m_[k + 1], listeners_m_[k + 1]);
+    }
   }
-  for (std::size_t b = 0; b < kBandCount; ++b)
-    seen.mean[b] = amplitude[b] / static_cast<float>(counted);
-  return seen;
+
+  std::size_t order() const { return series_.order; }
+
+  // How far all points are before the planes that the path meets before and after; less than zero
+  // where it cannot meet them in this order.
+  double depth_m() const {
+    double depth_m = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < order(); ++k) {
+      const MirrorPlane& plane = series_.planes[k];
+      depth_m =
+          std::min({depth_m, plane.height_m(k == 0 ? sources_m_[0] : points_m_[k - 1]),
+                    plane.height_m(k + 1 == order() ? listeners_m_[k + 1] : points_m_[k + 1])});
+    }
+    return depth_m;
+  }
+
+  // The source, by way of all planes.
+  PathEnd source() const {
+    return {sources_m_[order()], sources_m_[0], std::span(back_).first(order())};
+  }
+  Reflection reflection(std::size_t k, bool is_in_part) const {
+    const auto before = std::span(back_).first(order()).last(k), after = planes().subspan(k + 1);
+    return {series_.planes[k], PathEnd(sources_m_[k], sources_m_[0], before),
+            PathEnd(listeners_m_[k + 1], listeners_m_[order()], after), order() == 1, is_in_part};
+  }
+  const MirrorPlane& plane(std::size_t k) const { return series_.planes[k]; }
+  // Where the straight path meets a plane.
+  const Vec3& point_m(std::size_t k) const { return points_m_[k]; }
+
+  // A place beside mirror k as the listener sees it.
+  Vec3 seen_m(std::size_t k, Vec3 place_m) const {
+    for (const MirrorPlane& plane : planes().subspan(k + 1)) place_m = plane.image_of(place_m);
+    return place_m;
+  }
+
+ private:
+  std::span<const MirrorPlane> planes() const {
+    return std::span(series_.planes).first(series_.order);
+  }
+
+  MirrorSeries series_;
+  std::array<MirrorPlane, kMaxImageOrder> back_{};  // the planes from the last on
+  std::array<Vec3, kMaxImageOrder + 1> sources_m_{}, listeners_m_{};
+  std::array<Vec3, kMaxImageOrder> points_m_{};  // where the straight path meets the planes
+};
+
+// An image that is not known in the level has one mirror, if any.
+UnfoldedPath unfolded(const OcclusionGeometry& geometry, const Source& image, const PathEnd& end,
+                      const Vec3& place_m) {
+  const Vec3 normal = normalize(end.real_m - end.seen_m);
+  const MirrorSeries half_way{{{{normal, 0.5 * dot(normal, end.real_m + end.seen_m)}}}, 1};
+  auto known = image.is_in_part ? std::span<const MirrorSeries>()
+                                : geometry.mirrors_of(image.position_m, image.original_m);
+  if (known.empty()) known = {&half_way, 1};
+  UnfoldedPath best(known[0], end.real_m, place_m);
+  for (const MirrorSeries& series : known.subspan(1))
+    if (const UnfoldedPath path(series, end.real_m, place_m); path.depth_m() > best.depth_m())
+      best = path;
+  return best;
 }
+
+// What the mirrors of a path make of its sound: the product of what each makes of it, as if the
+// others had no borders.
+class ReflectedSound {
+ public:
+  ReflectedSound(const OcclusionGeometry& geometry, const UnfoldedPath& path, bool is_in_part,
+                 bool is_hidden, double speed_of_sound_mps, std::uint64_t& rays)
+      : path_(path) {
+    for (std::size_t k = 0; k < path.order(); ++k) {
+      edges_[k] = sound_over_mirror_edges(geometry, path.reflection(k, is_in_part), is_hidden,
+                                          speed_of_sound_mps, rays);
+      nearness_ = std::max(nearness_, edges_[k].nearness);
+      is_over_edges_ |= !edges_[k].sounds.empty();
+    }
+    if (path.order() == 1 || !is_over_edges_) return;
+    for (std::size_t k = 0; k < path.order(); ++k) {
+      const Bands power = reflected_at(geometry, path.plane(k), path.point_m(k), false, rays);
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        straight_[k][b] = std::sqrt(power[b]);
+        whole_[b] *= straight_[k][b];
+      }
+    }
+  }
+
+  double nearness() const { return nearness_; }
+  bool is_over_edges() const { return is_over_edges_; }
+  const Bands& whole() const { return whole_; }
+
+  // Sets pressure and visibility. `amplitude` is that of the path itself.
+  void multiply(const Bands& amplitude, const LineOfSight& line, DirectSound& sound) {
+    const double straight_m = length(Vec3(line.from_m) - Vec3(line.to_m));
+    if (path_.order() == 1) straight_[0] = whole_ = amplitude;
+    sound.pressure.fill(1);
+    sound.visibility = same_in_all_bands(1);
+    for (std::size_t k = 0; k < path_.order(); ++k) {
+      Tones& factor = factors_[k] = edges_[k].across;
+      for (std::size_t i = 0; i < kTones; ++i)
+        factor[i] += static_cast<double>(straight_[k][i / kTonesPerBand]);
+      const Bands power = power_of(factor, straight_m, edges_[k].sounds, line.speed_of_sound_mps);
+      for (std::size_t b = 0; b < kBandCount; ++b) sound.visibility[b] *= power[b];
+      for (std::size_t i = 0; i < kTones; ++i) {
+        for (const EdgeSound& one : edges_[k].sounds) factor[i] += one.pressure[i];
+        sound.pressure[i] *= factor[i];
+      }
+    }
+    // Around the listener, part of the path may be hidden, or end where the material changes.
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const bool is_whole = whole_[b] > 0;
+      const float factor = is_whole ? amplitude[b] / whole_[b] : 1,
+                  more = is_whole ? 0 : amplitude[b];
+      sound.visibility[b] = factor * factor * sound.visibility[b] + more * more;
+      for (std::size_t i = kTonesPerBand * b; i < kTonesPerBand * (b + 1); ++i)
+        sound.pressure[i] =
+            static_cast<double>(factor) * sound.pressure[i] + static_cast<double>(more);
+    }
+  }
+
+  // All sounds over edges, as the listener sees them, after multiply().
+  std::vector<EdgeSound> sounds() const {
+    std::vector<EdgeSound> all;
+    for (std::size_t k = 0; k < path_.order(); ++k)
+      for (EdgeSound sound : edges_[k].sounds) {
+        for (std::size_t other = 0; other < path_.order(); ++other)
+          for (std::size_t i = 0; i < kTones && other != k; ++i)
+            sound.pressure[i] *= factors_[other][i];
+        sound.first_m = path_.seen_m(k, sound.first_m);
+        sound.last_m = path_.seen_m(k, sound.last_m);
+        all.push_back(sound);
+      }
+    return all;
+  }
+
+ private:
+  const UnfoldedPath& path_;
+  std::array<MirrorEdges, kMaxImageOrder> edges_{};  // by mirror
+  // The amplitude that each mirror reflects where the straight path meets it, and their product.
+  std::array<Bands, kMaxImageOrder> straight_{};
+  Bands whole_ = same_in_all_bands(1);
+  std::array<Tones, kMaxImageOrder> factors_{};
+  double nearness_ = 0;
+  bool is_over_edges_ = false;
+};
 
 }  // namespace
 
@@ -80,21 +260,29 @@ DirectSound image_sound(const OcclusionGeometry& geometry, const Source& image,
   const Vec3 place(line.to_m);
   const PathEnd end(Vec3(line.from_m), Vec3(image.original_m), image.is_in_part);
   if (!end.is_image() || end.seen_m == place) return sound;
-  const Unfolded seen = look_from_disc(geometry, end, place, rays);
-  MirrorEdges edges;
-  if (seen.order <= 1)
-    edges = sound_over_mirror_edges(geometry, end, place, !seen.is_straight,
-                                    line.speed_of_sound_mps, rays);
-  const Bands amplitude = seen.blended(edges.nearness);
-  sound.pressure = edges.across;
+  DiscView disc(geometry, end, place, rays);
+  const UnfoldedPath path = unfolded(geometry, image, end, place);
+  if (!disc.is_straight() || disc.order() == path.order()) {
+    ReflectedSound reflected(geometry, path, image.is_in_part, !disc.is_straight(),
+                             line.speed_of_sound_mps, rays);
+    if (reflected.is_over_edges()) {
+      // Of several mirrors, rays may miss one at its border.
+      const bool is_free = path.order() == 1
+                               ? disc.is_straight()
+                               : mirror_path(geometry, place, path.source(), rays).has_value();
+      const Bands amplitude =
+          path.order() == 1 ? disc.amplitude(disc.straight(), reflected.nearness())
+                            : disc.amplitude(reflected.whole(), is_free ? reflected.nearness() : 0);
+      reflected.multiply(amplitude, line, sound);
+      sound.is_over_edges = true;
+      if (!disc.is_straight()) sound.bent = mean_path(line, reflected.sounds());
+      return sound;
+    }
+  }
+  const Bands amplitude = disc.amplitude({}, 0);
   for (std::size_t i = 0; i < kTones; ++i)
-    sound.pressure[i] += static_cast<double>(amplitude[i / kTonesPerBand]);
-  sound.visibility =
-      power_of(sound.pressure, length(end.seen_m - place), edges.sounds, line.speed_of_sound_mps);
-  for (const EdgeSound& one : edges.sounds)
-    for (std::size_t i = 0; i < kTones; ++i) sound.pressure[i] += one.pressure[i];
-  sound.is_over_edges = !edges.sounds.empty();
-  if (sound.is_over_edges && !seen.is_straight) sound.bent = mean_path(line, edges.sounds);
+    sound.pressure[i] = static_cast<double>(amplitude[i / kTonesPerBand]);
+  sound.visibility = power_of(sound.pressure);
   return sound;
 }
 

@@ -1,15 +1,22 @@
 // image_path.h: how much of an image source's sound arrives, by the path that it takes, and from
 // where.
 //
-// mirror_path.h finds the path, and what hides it. Edges near the path diffract it as they do
-// direct sound, and so do the borders of the mirror itself (mirror_edges.h), also where the path is
-// beside the mirror or hidden: a small mirror reflects little of a long wave, but that to all
-// sides. This holds for paths with one reflection.
+// mirror_path.h finds the path, and what hides it. The borders of all mirrors on the way diffract it
+// (mirror_edges.h), also where the path is beside a mirror: a small one reflects little of a long
+// wave, but that to all sides. The sound is the product of what each mirror makes of it, seen from
+// the source's image before it and the listener's behind it, as if the others had no borders. That
+// is right for one finite mirror among large ones; of two small ones, it lacks the sound that goes
+// from border to border (tests/physics/plate_test.cpp). Which planes these mirrors have, the list of
+// images tells (image_mirrors.h), or the place half way to an image that is in no list. In a corner,
+// where sound meets the walls in either order, the order counts that the straight path has.
 //
-// Where a mirror ends without an edge, as it does where the material changes, and on paths with
-// more reflections, an image fades: a disc of kDiscRadius_m around the listener, across the
-// straight line, sees a share of it, which is that of the amplitude. At the end of the mirror this
-// is one half, as behind a half-plane.
+// Around the path of a single reflection, other edges diffract it as they do direct sound, also
+// where it is hidden.
+//
+// Where a mirror ends without an edge, as it does where the material changes, and where obstacles
+// hide a path with more reflections, an image fades: a disc of kDiscRadius_m around the listener,
+// across the straight line, sees a share of it, which is that of the amplitude. At the end of the
+// mirror this is one half, as behind a half-plane.
 //
 // Movable parts reflect as the level does. An image in one of their faces (part_images.h) is
 // reflected by parts alone, and one in the level by the level alone: where a door closes an opening

@@ -6,6 +6,7 @@
 
 #include "common/platform/thread.h"
 #include "formats/level/embree_mesh.h"
+#include "runtime/occlusion/image_mirrors.h"
 
 namespace clamor {
 
@@ -47,6 +48,16 @@ std::shared_ptr<const EmbreeMesh> LevelSurfaces::bvh(BvhQuality quality) {
   std::shared_ptr<const EmbreeMesh> bvh = built.lock();
   if (bvh == nullptr) built = bvh = build_bvh(mesh_, quality);
   return bvh;
+}
+
+void LevelSurfaces::set_images(std::span<const Source> sources) {
+  const std::lock_guard lock(building_);
+  if (mirrors_ == nullptr) mirrors_ = std::make_unique<const ImageMirrors>(planes_, sources);
+}
+
+std::span<const MirrorSeries> LevelSurfaces::mirrors_of(const Vec3f& image_m,
+                                                        const Vec3f& original_m) const {
+  return mirrors_ == nullptr ? std::span<const MirrorSeries>() : mirrors_->of(image_m, original_m);
 }
 
 std::optional<std::shared_ptr<const EmbreeMesh>> LevelSurfaces::better_bvh() {

@@ -1,5 +1,5 @@
 // level_surfaces.h: what all listeners in a level share to cast rays: its surfaces, the edges that
-// diffract, and the BVHs.
+// diffract, the mirrors of its images, and the BVHs.
 //
 // Threads: any.
 // Memory: about 200 bytes per triangle, and 90 per edge that diffracts.
@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "formats/level/mesh.h"
@@ -19,6 +20,9 @@
 namespace clamor {
 
 class EmbreeMesh;
+class ImageMirrors;   // image_mirrors.h
+struct MirrorSeries;  // image_mirrors.h
+struct Source;
 
 // kHigh is the best BVH. kFast takes a third of the time and has rays that take a third longer,
 // until better_bvh() replaces it. kHighAlone is kHigh without any other thread than the caller's.
@@ -34,6 +38,11 @@ class LevelSurfaces {
   const Mesh& mesh() const { return mesh_; }
   const std::vector<OccluderPlane>& planes() const { return planes_; }  // per triangle
   const DiffractingEdges& edges() const { return edges_; }              // none before bvh()
+
+  // Looks for the mirrors of the images among the sources. Later calls change nothing.
+  void set_images(std::span<const Source> sources);
+  // The series of mirrors that lead to an image; none if it is unknown.
+  std::span<const MirrorSeries> mirrors_of(const Vec3f& image_m, const Vec3f& original_m) const;
 
   // The BVH of that quality, built by the first caller, or a better one instead of kFast. Null in a
   // free field. The first of all calls looks for the edges, too: while a listener is made, that
@@ -52,6 +61,7 @@ class LevelSurfaces {
   DiffractingEdges edges_;
   std::array<std::weak_ptr<const EmbreeMesh>, 4> bvhs_;  // by quality
   std::shared_future<std::shared_ptr<const EmbreeMesh>> better_;
+  std::unique_ptr<const ImageMirrors> mirrors_;
 };
 
 }  // namespace clamor

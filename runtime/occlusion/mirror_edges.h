@@ -1,14 +1,16 @@
-// mirror_edges.h: the sound of an image source that edges diffract.
+// mirror_edges.h: the sound of an image source that the edges at one mirror diffract.
 //
-// The mirror is the plane half way between a source and its image. In the space that it unfolds,
-// the image's path is straight, and there are three ways around edges. Their sound is that of
-// edge_diffraction.h:
+// In the space that the mirror unfolds, the image's path is straight, and there are three ways
+// around edges. Their sound is that of edge_diffraction.h:
 //
 //   over a border of the mirror, with the terms of beta that its face reflects and those that the
 //     direct sound is without, because source and listener are on one side of the edge,
 //   over an edge behind the mirror, from the source's image to the listener,
 //   over an edge before it, from the source to the listener's image, both with the terms of direct
 //     sound. Two edges in a row count where the straight path is hidden.
+//
+// If other mirrors precede or follow, source and listener are their images in those, the ways are
+// reflected by the planes of those without regard to their borders, and only the first way counts.
 //
 // Direct sound and image together are exact for an infinite rigid half-plane and wedge. A plate no
 // wider than the wave needs the second order across its two sides, which is there for sheets and
@@ -28,6 +30,8 @@
 
 #include "common/vec.h"
 #include "runtime/occlusion/edge_diffraction.h"
+#include "runtime/occlusion/mirror_path.h"
+#include "runtime/occlusion/mirror_plane.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 
 namespace clamor {
@@ -44,10 +48,21 @@ struct MirrorEdges {
 // Blend radius: within it, edges alone decide where a path ends; from twice that on, the path does.
 inline constexpr double kBlendRadius_m = 0.15;
 
-// The sound over edges from an image in one mirror to `place_m`, relative to the image's free
-// field. `is_hidden` says whether the straight path is blocked. Adds the rays cast to `rays`.
-MirrorEdges sound_over_mirror_edges(const OcclusionGeometry& geometry, const PathEnd& image,
-                                    const Vec3& place_m, bool is_hidden, double speed_of_sound_mps,
-                                    std::uint64_t& rays);
+// One reflection of a path: its mirror, and both ends as they are seen from there.
+struct Reflection {
+  MirrorPlane plane;  // its normal points to the side of the path
+  PathEnd from, to;
+  bool is_only = true;      // of the path: then edges before and behind the mirror count as well
+  bool is_in_part = false;  // the mirror is a movable part, not a surface of the level
+};
+
+// The sound over edges, relative to the free field of the image in the mirror. `is_hidden` says
+// whether the straight path is blocked. Adds the rays cast to `rays`.
+MirrorEdges sound_over_mirror_edges(const OcclusionGeometry& geometry, const Reflection& reflection,
+                                    bool is_hidden, double speed_of_sound_mps, std::uint64_t& rays);
+
+// Share of the power that surfaces reflect at a point of a mirror; 0 where there is none.
+Bands reflected_at(const OcclusionGeometry& geometry, const MirrorPlane& plane,
+                   const Vec3& point_m, bool is_in_part, std::uint64_t& rays);
 
 }  // namespace clamor

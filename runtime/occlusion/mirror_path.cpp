@@ -7,8 +7,31 @@
 
 namespace clamor {
 
+namespace {
+
+std::optional<MirrorPath> path_by_planes(const OcclusionGeometry& geometry, const Vec3& from_m,
+                                         const PathEnd& end, std::uint64_t& rays) {
+  MirrorPath path;
+  Vec3 start_m = from_m, target_m = end.seen_m;
+  for (const MirrorPlane& plane : end.planes) {
+    if (!(plane.height_m(start_m) > 0 && plane.height_m(target_m) < 0)) return std::nullopt;
+    const Vec3 point_m =
+        plane.crossing_m(start_m, target_m) + plane.normal * OcclusionGeometry::kStartOffset_m;
+    ++rays;
+    if (!geometry.is_free(Vec3f(start_m), Vec3f(point_m))) return std::nullopt;
+    start_m = point_m;
+    target_m = plane.image_of(target_m);
+    ++path.order;
+  }
+  ++rays;
+  return geometry.is_free(Vec3f(end.real_m), Vec3f(start_m)) ? std::optional(path) : std::nullopt;
+}
+
+}  // namespace
+
 std::optional<MirrorPath> mirror_path(const OcclusionGeometry& geometry, const Vec3& from_m,
                                       const PathEnd& end, std::uint64_t& rays) {
+  if (!end.planes.empty()) return path_by_planes(geometry, from_m, end, rays);
   MirrorPath path;
   Vec3 start_m = from_m, target_m = end.seen_m;
   const double within_m = image_tolerance_m(length(target_m - from_m));

@@ -5,14 +5,19 @@
 // walk finds the mirrors: the same image behind a corner may be heard by different orders of
 // reflection in two places.
 //
+// Where the planes of the mirrors are known, the path is reflected by these, whatever surfaces they
+// have: the borders of the mirrors are left to mirror_edges.h.
+//
 // Threads: any.   Cost: a ray per reflection, and one more.
 #pragma once
 
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "common/bands.h"
 #include "common/vec.h"
+#include "runtime/occlusion/mirror_plane.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 
 namespace clamor {
@@ -23,11 +28,14 @@ struct PathEnd {
   PathEnd(const Vec3& place_m) : seen_m(place_m), real_m(place_m) {}
   PathEnd(const Vec3& image_m, const Vec3& place_m, bool part_reflects = false)
       : seen_m(image_m), real_m(place_m), is_in_part(part_reflects) {}
+  PathEnd(const Vec3& image_m, const Vec3& place_m, std::span<const MirrorPlane> by_planes)
+      : seen_m(image_m), real_m(place_m), planes(by_planes) {}
 
   bool is_image() const { return seen_m != real_m; }
 
   Vec3 seen_m, real_m;
   bool is_in_part = false;  // the mirror is a movable part, not a surface of the level
+  std::span<const MirrorPlane> planes{};  // on the way to the end, if they are known
 };
 
 struct MirrorPath {

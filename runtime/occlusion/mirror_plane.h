@@ -12,6 +12,11 @@ struct MirrorPlane {
 
   double height_m(const Vec3& point_m) const { return dot(normal, point_m) - offset_m; }
   Vec3 image_of(const Vec3& point_m) const { return point_m - 2 * height_m(point_m) * normal; }
+  // Where the line through two points crosses it; the first point if it does not.
+  Vec3 crossing_m(const Vec3& a_m, const Vec3& b_m) const {
+    const double a = height_m(a_m), b = height_m(b_m);
+    return a == b ? a_m : a_m + a / (a - b) * (b_m - a_m);
+  }
   Vec3 mirrored(const Vec3& direction) const {
     return direction - 2 * dot(normal, direction) * normal;
   }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "formats/level/embree_mesh.h"
+#include "runtime/occlusion/image_mirrors.h"
 #include "runtime/occlusion/packet_rays.h"
 #include "runtime/occlusion/part_scene.h"
 
@@ -141,6 +142,17 @@ void OcclusionGeometry::find_edges(const Vec3& from_m, const Vec3& to_m, std::si
                                    double longest_m, std::vector<EdgeBetween>& found) const {
   level_->edges().find_nearest(from_m, to_m, count, longest_m, found);
   if (has_parts()) parts_->find_edges(from_m, to_m, count, longest_m, found);
+}
+
+void OcclusionGeometry::find_edges_in(const MirrorPlane& plane, const Vec3& from_m,
+                                      const Vec3& to_m, std::size_t count, double longest_m,
+                                      std::vector<EdgeBetween>& found) const {
+  level_->edges().find_nearest(from_m, to_m, count, longest_m, found, &plane);
+}
+
+std::span<const MirrorSeries> OcclusionGeometry::mirrors_of(const Vec3f& image_m,
+                                                            const Vec3f& original_m) const {
+  return level_->mirrors_of(image_m, original_m);
 }
 
 bool OcclusionGeometry::is_free(const Vec3f& from_m, const Vec3f& to_m) const {

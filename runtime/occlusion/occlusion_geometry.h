@@ -34,6 +34,8 @@ inline bool has_seat_rows(const Material& material) {
 }
 
 class PartScene;
+struct MirrorPlane;   // mirror_plane.h
+struct MirrorSeries;  // image_mirrors.h
 
 class OcclusionGeometry {
  public:
@@ -98,6 +100,15 @@ class OcclusionGeometry {
   // most `count` and none longer than `longest_m`, in the order of detours.
   void find_edges(const Vec3& from_m, const Vec3& to_m, std::size_t count, double longest_m,
                   std::vector<EdgeBetween>& found) const;
+  // The same for those of the level in a plane.
+  void find_edges_in(const MirrorPlane& plane, const Vec3& from_m, const Vec3& to_m,
+                     std::size_t count, double longest_m, std::vector<EdgeBetween>& found) const;
+
+  // Tells which of the sources are images in the level. Their mirrors are looked for once, by the
+  // first listener in it.
+  void set_images(std::span<const Source> sources) { level_->set_images(sources); }
+  // The series of mirrors that lead to an image; none if it is unknown.
+  std::span<const MirrorSeries> mirrors_of(const Vec3f& image_m, const Vec3f& original_m) const;
 
   // The material, if its surfaces are the tops of rows of seats, or null.
   const Material* rows(std::size_t material) const {

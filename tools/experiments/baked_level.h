@@ -40,6 +40,7 @@ class BakedEnergies {
   // behind the level's surfaces.
   std::vector<Arrival> at(const Vec3& place_m, std::uint32_t emitter,
                           const OcclusionGeometry& surfaces) const;
+  const std::vector<Source>& sources() const { return sources_; }
 
  private:
   BakeContents contents_;

@@ -176,7 +176,8 @@ Result<MeasuredRoom> read_room(const std::string& path) {
   for (const char* key : {"sources", "receivers", "measured"}) fields.any(key);
   const Json *materials = fields.any("materials"), *air = fields.any("air");
   if (auto read = fields.result_without_unknown(); !read.ok()) return read.error();
-  auto imported = import_level((path_of(path).parent_path() / path_of(*file)).string(), ImportOptions());
+  auto imported =
+      import_level((path_of(path).parent_path() / path_of(*file)).string(), ImportOptions());
   if (!imported.ok()) return imported.error();
   room.level = std::move(imported->level);
   prepare_level(room.level, {.rounding_m = imported->rounding_m});
@@ -203,10 +204,11 @@ Result<MeasuredRoom> read_room(const std::string& path) {
   return room;
 }
 
-Result<AtPairs> baked_and_measured(const MeasuredRoom& room, const OcclusionGeometry& surfaces,
+Result<AtPairs> baked_and_measured(const MeasuredRoom& room, OcclusionGeometry& surfaces,
                                    const BakeSettings& settings) {
   const auto baked = BakedEnergies::bake_level(room.level, settings);
   if (!baked.ok()) return baked.error();
+  surfaces.set_images(baked->sources());
   AtPairs measured;
   for (std::uint32_t s = 0; s < room.level.emitters.size(); ++s)
     for (const ListenerSpec& receiver : room.receivers)
@@ -220,7 +222,7 @@ Result<AtPairs> baked_and_measured(const MeasuredRoom& room, const OcclusionGeom
 Result<ReportPage> room_experiment(const ExperimentOptions& options, std::ostream& err) {
   const auto room = read_room(options.level);
   if (!room.ok()) return room.error();
-  const OcclusionGeometry surfaces(room->level.mesh, room->level.materials);
+  OcclusionGeometry surfaces(room->level.mesh, room->level.materials);
   BakeSettings settings;
   settings.longest_path_s = 0;
   settings.air = room->level.air;

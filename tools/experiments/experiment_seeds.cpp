@@ -84,10 +84,11 @@ std::vector<Arrival> decaying_noise(const RoomParameters& room, std::uint64_t se
 }
 
 Result<std::vector<SeedResult>> baked_with(const Level& level, const BakeSettings& settings,
-                                           const OcclusionGeometry& surfaces,
+                                           OcclusionGeometry& surfaces,
                                            std::span<const Vec3> places_m) {
   const auto baked = BakedEnergies::bake_level(level, settings);
   if (!baked.ok()) return baked.error();
+  surfaces.set_images(baked->sources());
   const Bands at_10m = free_field_energy_at_10m(level.emitters[0]);
   std::vector<SeedResult> results(places_m.size());
   for (std::size_t p = 0; p < places_m.size(); ++p) {
@@ -168,7 +169,7 @@ Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostre
   if (!read.ok()) return read.error();
   const Level& level = read->level;
   if (level.emitters.empty()) return Error(options.level + ": it has no emitters");
-  const OcclusionGeometry surfaces(level.mesh, level.materials);
+  OcclusionGeometry surfaces(level.mesh, level.materials);
   const std::vector<Vec3> places_m =
       options.listener_m ? std::vector<Vec3>{*options.listener_m}
                          : listening_places(surfaces, level.mesh, level.emitters[0].position_m,

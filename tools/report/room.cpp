@@ -37,6 +37,7 @@ Result<Room> Room::read(const BakeFile& file, std::size_t max_sources) {
   if (!mesh.ok()) return mesh.error();
   room.mesh = std::move(*mesh);
   room.surfaces = std::make_unique<OcclusionGeometry>(room.mesh, file.materials());
+  room.surfaces->set_images(room.sources);
   return room;
 }
 

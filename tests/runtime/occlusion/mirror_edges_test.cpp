@@ -207,6 +207,71 @@ TEST(ImageDiffraction, ChangesSmoothlyOnAWalkPastPanelsAndAColumn) {
   }
 }
 
+// The images of a source in planes, one after the other.
+std::vector<Source> images_by(const std::vector<MirrorPlane>& planes, const Vec3& source_m) {
+  std::vector<Source> images;
+  Vec3 image_m = source_m, axis(0.6, 0, -0.8);
+  for (const MirrorPlane& plane : planes) {
+    image_m = plane.image_of(image_m);
+    axis = plane.mirrored(axis);
+    Source& image = images.emplace_back();
+    image.is_emitter = image.is_image = true;
+    image.position_m = Vec3f(image_m);
+    image.normal = Vec3f(axis);
+    image.original_m = Vec3f(source_m);
+  }
+  return images;
+}
+
+// Also where the path begins to meet the mirrors of a corner in the other order.
+TEST(ImageDiffraction, OfTwoAndThreeReflectionsHasNoStepsOnAWalkPastTheirMirrors_NoAsan) {
+  const auto across_x = [](Mesh& mesh, float x, float from, float to) {
+    testing::add_quad(
+        mesh, {Vec3f(x, from, from), Vec3f(x, to, from), Vec3f(x, to, to), Vec3f(x, from, to)});
+  };
+  Mesh wall_and_plate, plates, corner;
+  across_x(wall_and_plate, 0, -90, 90);
+  across_x(wall_and_plate, 3, 0.5f, 2.5f);
+  across_x(plates, 0, -1, 1);
+  across_x(plates, 3, 0.2f, 2.2f);
+  across_x(corner, 0, 0, 3);
+  testing::add_quad(corner, {Vec3f(0, 0, 0), Vec3f(4, 0, 0), Vec3f(4, 0, 3), Vec3f(0, 0, 3)});
+  const MirrorPlane left{{1, 0, 0}, 0}, right{{-1, 0, 0}, -3}, floor{{0, 1, 0}, 0};
+  struct Case {
+    const Mesh& mesh;
+    std::vector<std::vector<MirrorPlane>> series;
+    Vec3 source_m, from_m, to_m;
+  };
+  const Case cases[] = {
+      {wall_and_plate, {{left, right}}, {1.5, -1.5, 0.9}, {1, -1, 1.1}, {1, 6, 1.1}},
+      {wall_and_plate, {{right, left}}, {1.5, -1.5, 0.9}, {1, -1, 1.1}, {1, 6, 1.1}},
+      {wall_and_plate, {{left, right, left}}, {1.5, -1.5, 0.9}, {1, -1, 1.1}, {1, 7, 1.1}},
+      {plates, {{left, right}}, {1.5, -1.5, 0.6}, {1, -1, 0.4}, {1, 6, 0.4}},
+      {corner, {{left, floor}, {floor, left}}, {2, 1, 1}, {0.3, 3, 1.6}, {3, 0.3, 1.6}}};
+  for (const Case& one : cases) {
+    OcclusionGeometry geometry(one.mesh, mirrors());
+    std::vector<Source> images;
+    for (const auto& series : one.series) {
+      const auto more = images_by(series, one.source_m);
+      images.insert(images.end(), more.begin(), more.end());
+    }
+    geometry.set_images(images);
+    std::uint64_t rays = 0;
+    Bands last{};
+    const int steps = static_cast<int>(length(one.to_m - one.from_m) / 0.004);
+    for (int i = 0; i <= steps; ++i) {
+      const Vec3 to_m = one.from_m + i / static_cast<double>(steps) * (one.to_m - one.from_m);
+      const Bands power = image_sound(geometry, images.back(),
+                                      {images.back().position_m, Vec3f(to_m), kSound_mps}, rays)
+                              .visibility;
+      if (i > 0) {
+        EXPECT_LT(largest_step_db(power, last, -30), 1) << &one - cases << " at " << to_m.y;
+      }
+      last = power;
+    }
+  }
+}
+
 // Beyond the panel, its sound comes from the border, later and in the direction in which the image
 // sends it there.
 TEST(ImageDiffraction, IsHeardFromTheBorderBeyondThePanel) {
