@@ -90,6 +90,7 @@ func _play() -> void:
 	AudioServer.add_bus_effect(0, capture)
 	scene = load(path).instantiate()
 	scene.process_mode = Node.PROCESS_MODE_INHERIT
+	frame = 0
 	get_root().add_child(scene)
 
 
