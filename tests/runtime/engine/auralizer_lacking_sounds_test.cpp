@@ -172,7 +172,7 @@ TEST(CrowdSounds, LeaveTheirVoicesToOthersUntilTheyArrive_NoAsan_NoTsan) {
   // It works again.
   playing.play(50, 1);
   playing.play(50, 0);
-  EXPECT_EQ(playing.sounds_heard(), all);
+  EXPECT_GT(playing.sounds_heard().size(), 2 * first.size());
   expect_same_sample(playing.sample(), sample_of(file, all, 200));
   EXPECT_GT(playing.power(), 1.5 * without);
   EXPECT_EQ(playing.sounds().late, 0u);
