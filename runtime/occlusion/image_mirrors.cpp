@@ -18,6 +18,8 @@ constexpr double kNormalStep = 1.0 / 32, kOffsetStep_m = 0.125;
 constexpr double kSameAxis = 0.01;  // difference of unit vectors
 constexpr double kMinDistance_m = 0.01;
 constexpr std::size_t kMaxSeries = 8;  // of one image
+// Of one emitter. A bake finds 512; the search takes the square of their number.
+constexpr std::size_t kMaxImages = 4096;
 
 std::uint64_t mixed(std::uint64_t key, std::int64_t part) {
   return fibonacci_hash(key ^ static_cast<std::uint64_t>(part + 1));
@@ -147,6 +149,7 @@ ImageMirrors::ImageMirrors(std::span<const OccluderPlane> surfaces,
   if (by_emitter.empty()) return;
   const PlaneSet planes(surfaces);
   for (auto& [emitter, nodes] : by_emitter) {
+    if (nodes.size() > kMaxImages) continue;
     find_series(planes, nodes);
     for (const ImageNode& image : std::span(nodes).subspan(1)) {
       if (image.series.empty()) continue;

@@ -38,7 +38,8 @@ class ImageMirrors {
   // Of `sources`, those that are images count.
   ImageMirrors(std::span<const OccluderPlane> surfaces, std::span<const Source> sources);
 
-  // All series that lead to an image; none if it is unknown.
+  // All series that lead to an image; none if it is unknown, or one of more than 4096 of an
+  // emitter.
   std::span<const MirrorSeries> of(const Vec3f& image_m, const Vec3f& original_m) const;
 
  private:

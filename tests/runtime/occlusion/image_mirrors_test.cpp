@@ -11,7 +11,7 @@
 namespace clamor {
 namespace {
 
-constexpr Vec3 kRoom_m(5, 4, 3), kSourcePlace_m(1.2, 1.3, 1.1);
+constexpr Vec3 kRoom_m(5, 4, 3), kOriginal_m(1.2, 1.3, 1.1);
 
 std::vector<OccluderPlane> walls_of_box() {
   std::vector<OccluderPlane> walls;
@@ -31,7 +31,7 @@ using Reflections = std::array<int, 3>;  // of an image, across each axis
 std::map<std::tuple<float, float, float>, Reflections> images_of_box() {
   const auto along_m = [](std::size_t axis, int n, bool is_low) {
     const double size_m = kRoom_m[static_cast<int>(axis)];
-    double place_m = kSourcePlace_m[static_cast<int>(axis)];
+    double place_m = kOriginal_m[static_cast<int>(axis)];
     for (int i = n; i > 0; --i)
       place_m = ((i % 2 == 1) == is_low) ? -place_m : 2 * size_m - place_m;
     return static_cast<float>(place_m);
@@ -55,7 +55,7 @@ TEST(ImageMirrors, AreAllSeriesOfWallsThatLeadToTheImagesOfABox) {
     Source& image = sources.emplace_back();
     image.is_emitter = image.is_image = true;
     image.position_m = Vec3f(std::get<0>(at_m), std::get<1>(at_m), std::get<2>(at_m));
-    image.original_m = Vec3f(kSourcePlace_m);
+    image.original_m = Vec3f(kOriginal_m);
     image.normal = Vec3f(0.6f, 0.48f, 0.64f);
     for (int axis = 0; axis < 3; ++axis)
       if (reflections[static_cast<std::size_t>(axis)] % 2 == 1) image.normal[axis] *= -1;
@@ -74,7 +74,7 @@ TEST(ImageMirrors, AreAllSeriesOfWallsThatLeadToTheImagesOfABox) {
     EXPECT_EQ(found.size(), kFactorial[order] / orders);
     for (const MirrorSeries& series : found) {
       EXPECT_EQ(series.order, order);
-      Vec3 place_m = kSourcePlace_m;
+      Vec3 place_m = kOriginal_m;
       for (std::size_t k = 0; k < series.order; ++k) {
         EXPECT_GT(series.planes[k].height_m(place_m), 0);
         place_m = series.planes[k].image_of(place_m);
@@ -82,7 +82,19 @@ TEST(ImageMirrors, AreAllSeriesOfWallsThatLeadToTheImagesOfABox) {
       EXPECT_LT(length(place_m - Vec3(image.position_m)), 1e-4);
     }
   }
-  EXPECT_TRUE(mirrors.of({1, 2, 3}, Vec3f(kSourcePlace_m)).empty());
+  EXPECT_TRUE(mirrors.of({1, 2, 3}, Vec3f(kOriginal_m)).empty());
+}
+
+// The search takes the square of their number, and a file may hold a million.
+TEST(ImageMirrors, AreNotSoughtForMoreImagesThanABakeFinds) {
+  Source image;
+  image.is_emitter = image.is_image = true;
+  image.position_m = Vec3f(kOriginal_m) * Vec3f(-1, 1, 1);
+  image.original_m = Vec3f(kOriginal_m);
+  for (const std::size_t count : {512u, 100'000u}) {
+    const ImageMirrors mirrors(walls_of_box(), std::vector<Source>(count, image));
+    EXPECT_EQ(mirrors.of(image.position_m, image.original_m).size(), count == 512 ? 1u : 0u);
+  }
 }
 
 }  // namespace
