@@ -18,7 +18,7 @@ constexpr double kNormalStep = 1.0 / 32, kOffsetStep_m = 0.125;
 constexpr double kSameAxis = 0.01;  // difference of unit vectors
 constexpr double kMinDistance_m = 0.01;
 constexpr std::size_t kMaxSeries = 8;  // of one image
-// Of one emitter. A bake finds 512; the search takes the square of their number.
+// The limit for one emitter: a bake finds 512, and the search takes the square of their number.
 constexpr std::size_t kMaxImages = 4096;
 
 std::uint64_t mixed(std::uint64_t key, std::int64_t part) {

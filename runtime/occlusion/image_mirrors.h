@@ -35,7 +35,7 @@ struct MirrorSeries {
 class ImageMirrors {
  public:
   ImageMirrors() = default;
-  // Of `sources`, those that are images count.
+  // Sources that are no images are left out.
   ImageMirrors(std::span<const OccluderPlane> surfaces, std::span<const Source> sources);
 
   // All series that lead to an image; none if it is unknown, or one of more than 4096 of an

@@ -170,8 +170,8 @@ UnfoldedPath unfolded(const OcclusionGeometry& geometry, const Source& image, co
   return best;
 }
 
-// What the mirrors of a path make of its sound: the product of what each makes of it, as if the
-// others had no borders.
+// The sound of a path after its mirrors: the product of what each makes of it, as if the others had
+// no borders.
 class ReflectedSound {
  public:
   ReflectedSound(const OcclusionGeometry& geometry, const UnfoldedPath& path, bool is_in_part,
@@ -266,7 +266,7 @@ DirectSound image_sound(const OcclusionGeometry& geometry, const Source& image,
     ReflectedSound reflected(geometry, path, image.is_in_part, !disc.is_straight(),
                              line.speed_of_sound_mps, rays);
     if (reflected.is_over_edges()) {
-      // Of several mirrors, rays may miss one at its border.
+      // Rays may miss one of several mirrors at its border.
       const bool is_free = path.order() == 1
                                ? disc.is_straight()
                                : mirror_path(geometry, place, path.source(), rays).has_value();

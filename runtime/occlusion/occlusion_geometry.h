@@ -100,7 +100,7 @@ class OcclusionGeometry {
   // most `count` and none longer than `longest_m`, in the order of detours.
   void find_edges(const Vec3& from_m, const Vec3& to_m, std::size_t count, double longest_m,
                   std::vector<EdgeBetween>& found) const;
-  // The same for those of the level in a plane.
+  // Appends edges of the level that lie in a plane, as find_edges() does.
   void find_edges_in(const MirrorPlane& plane, const Vec3& from_m, const Vec3& to_m,
                      std::size_t count, double longest_m, std::vector<EdgeBetween>& found) const;
 
