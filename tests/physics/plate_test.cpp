@@ -21,7 +21,9 @@
 
 #include "formats/level/movable_part.h"
 #include "runtime/occlusion/image_path.h"
+#include "runtime/occlusion/mirror_plane.h"
 #include "tests/box_mesh.h"
+#include "tests/mirror_images.h"
 #include "tests/physics/boundary_elements.h"
 
 namespace clamor {
@@ -49,9 +51,7 @@ struct ScreenSheet {
   Vec3 at_m(double along_u_m, double along_v_m) const {
     return middle_m + along_u_m * u + along_v_m * v;
   }
-  Vec3 mirrored(const Vec3& point_m) const {
-    return point_m - 2 * dot(point_m - middle_m, normal()) * normal();
-  }
+  MirrorPlane plane() const { return {normal(), dot(normal(), middle_m)}; }
 };
 
 // The derivative of the incident pressure in a direction.
@@ -134,7 +134,7 @@ class ScatteredSound {
 };
 
 Vec3 image_in_sheets(const std::vector<ScreenSheet>& sheets, Vec3 point_m) {
-  for (const ScreenSheet& sheet : sheets) point_m = sheet.mirrored(point_m);
+  for (const ScreenSheet& sheet : sheets) point_m = sheet.plane().image_of(point_m);
   return point_m;
 }
 
@@ -155,22 +155,6 @@ std::vector<double> exact_reflections(const std::vector<ScreenSheet>& sheets, do
     powers.push_back(
         std::norm(last.pressure(to_m) * length(to_m - image_in_sheets(sheets, from_m))));
   return powers;
-}
-
-// The images of a source in sheets, one after the other.
-std::vector<Source> images_in_sheets(const std::vector<ScreenSheet>& sheets, const Vec3& from_m) {
-  std::vector<Source> images;
-  Vec3 image_m = from_m, axis(0.6, 0, -0.8);
-  for (const ScreenSheet& sheet : sheets) {
-    image_m = sheet.mirrored(image_m);
-    axis -= 2 * dot(axis, sheet.normal()) * sheet.normal();
-    Source& image = images.emplace_back();
-    image.is_emitter = image.is_image = true;
-    image.position_m = Vec3f(image_m);
-    image.normal = Vec3f(axis);
-    image.original_m = Vec3f(from_m);
-  }
-  return images;
 }
 
 // The middle tone of a band.
@@ -214,9 +198,9 @@ struct PlateSeries {
 std::vector<double> exact_reflections(PlateSeries of, double hz) {
   const auto is_wall = [](const ScreenSheet& sheet) { return sheet.width_m > 100; };
   for (; is_wall(of.sheets.front()); of.sheets.erase(of.sheets.begin()))
-    of.from_m = of.sheets.front().mirrored(of.from_m);
+    of.from_m = of.sheets.front().plane().image_of(of.from_m);
   for (; is_wall(of.sheets.back()); of.sheets.pop_back())
-    for (Vec3& to_m : of.listeners_m) to_m = of.sheets.back().mirrored(to_m);
+    for (Vec3& to_m : of.listeners_m) to_m = of.sheets.back().plane().image_of(to_m);
   return exact_reflections(of.sheets, hz, of.from_m, of.listeners_m);
 }
 
@@ -224,7 +208,9 @@ std::vector<double> exact_reflections(PlateSeries of, double hz) {
 void expect_exact_series(const PlateSeries& of, const Mesh& mesh, double within_db,
                          double quiet_within_db) {
   OcclusionGeometry geometry(mesh, std::vector{testing::uniform_material(0, 0, kMirrorExponent)});
-  const std::vector<Source> images = images_in_sheets(of.sheets, of.from_m);
+  std::vector<MirrorPlane> planes;
+  for (const ScreenSheet& sheet : of.sheets) planes.push_back(sheet.plane());
+  const std::vector<Source> images = testing::images_by(planes, of.from_m);
   geometry.set_images(images);
   for (std::size_t b = 0; b < of.bands; ++b) {
     const double hz = 62.5 * std::exp2(static_cast<double>(b));

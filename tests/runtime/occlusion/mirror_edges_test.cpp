@@ -12,6 +12,7 @@
 
 #include "runtime/occlusion/diffraction_paths.h"
 #include "runtime/occlusion/image_path.h"
+#include "tests/mirror_images.h"
 #include "tests/rooms.h"
 #include "tests/runtime/occlusion/half_plane_reference.h"
 
@@ -207,22 +208,6 @@ TEST(ImageDiffraction, ChangesSmoothlyOnAWalkPastPanelsAndAColumn) {
   }
 }
 
-// The images of a source in planes, one after the other.
-std::vector<Source> images_by(const std::vector<MirrorPlane>& planes, const Vec3& source_m) {
-  std::vector<Source> images;
-  Vec3 image_m = source_m, axis(0.6, 0, -0.8);
-  for (const MirrorPlane& plane : planes) {
-    image_m = plane.image_of(image_m);
-    axis = plane.mirrored(axis);
-    Source& image = images.emplace_back();
-    image.is_emitter = image.is_image = true;
-    image.position_m = Vec3f(image_m);
-    image.normal = Vec3f(axis);
-    image.original_m = Vec3f(source_m);
-  }
-  return images;
-}
-
 // Also where the path begins to meet the mirrors of a corner in the other order.
 TEST(ImageDiffraction, OfTwoAndThreeReflectionsHasNoStepsOnAWalkPastTheirMirrors_NoAsan) {
   const auto across_x = [](Mesh& mesh, float x, float from, float to) {
@@ -252,7 +237,7 @@ TEST(ImageDiffraction, OfTwoAndThreeReflectionsHasNoStepsOnAWalkPastTheirMirrors
     OcclusionGeometry geometry(one.mesh, mirrors());
     std::vector<Source> images;
     for (const auto& series : one.series) {
-      const auto more = images_by(series, one.source_m);
+      const auto more = testing::images_by(series, one.source_m);
       images.insert(images.end(), more.begin(), more.end());
     }
     geometry.set_images(images);
