@@ -276,6 +276,8 @@ void GameSources::advance(Voice& played, double elapsed_s) {
 }
 
 void GameSources::follow(Voice& moved, double moved_s) const {
+  // Where a node was before its first frame tells no velocity: it may have been put elsewhere since.
+  const bool had_frame = std::exchange(moved.has_frame, moved.has_frame || moved_s > 0);
   const Transform place = global_transform(moved.node);
   clamor_motion& motion = moved.options.motion;
   if (!has_new_origin_ && !moves(motion) && std::memcmp(&place, &moved.place, sizeof(place)) == 0)
@@ -288,7 +290,7 @@ void GameSources::follow(Voice& moved, double moved_s) const {
   motion.position_m[1] += origin_.origin.y;
   motion.position_m[2] += origin_.origin.z;
   rotate(origin_, {-place.rows[0].z, -place.rows[1].z, -place.rows[2].z}, motion.axis);
-  if (!world_.is_offline() || !moved.is_added || moved_s <= 0) return;
+  if (!world_.is_offline() || !had_frame || moved_s <= 0) return;
   velocity_between(before.position_m, motion.position_m, moved_s, motion.velocity_mps);
 }
 
@@ -310,8 +312,8 @@ bool GameSources::publish(const std::shared_ptr<Voice>& published) {
     return true;
   } else if (v.is_changed) {
     append(Kind::kChange);
-  } else if (v.has_moved) {
-    append(Kind::kMove);
+  } else if (v.has_moved && !(world_.is_offline() && moves(v.options.motion))) {
+    append(Kind::kMove);  // others are moved for each keyframe
   }
   v.is_changed = v.has_moved = false;
   return false;

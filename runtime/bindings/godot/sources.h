@@ -55,7 +55,7 @@ struct Voice {
   clamor_source_options options{};
   Transform place{};
   double played_s = 0;
-  bool is_added = false, is_changed = false, has_moved = false;
+  bool is_added = false, is_changed = false, has_moved = false, has_frame = false;
   bool is_over = false, is_stopped = false;
   double over_s = 0;                      // when it ended or was stopped
   std::atomic<clamor_result> result = 0;  // of adding it

@@ -179,15 +179,29 @@ func _end_streamed() -> void:
 
 # A tone that comes nearer at 5 m/s for 0.6 s, and goes away again.
 func _begin_doppler() -> void:
+	_begin_tone()
+	_fly($Source)
+
+
+# The same, but it is the listener that moves.
+func _begin_doppler_ears() -> void:
+	_begin_tone()
+	$Source.position = ears.position
+	_fly(ears)
+
+
+func _begin_tone() -> void:
 	ears.output = ClamorListener3D.Output.RECEIVERS
 	_begin_source(_looping("res://tone.wav"))
-	var source: ClamorSource3D = $Source
-	source.directivity = 0
-	source.reverberation_db = -80
-	source.position = Vector3(-3.5, 1.75, 1)
+	$Source.directivity = 0
+	$Source.reverberation_db = -80
+
+
+func _fly(node: Node3D) -> void:
+	node.position = Vector3(-3.5, 1.75, 1)
 	var flight := create_tween()
-	flight.tween_property(source, "position:x", -0.5, 0.6)
-	flight.tween_property(source, "position:x", -3.5, 0.6)
+	flight.tween_property(node, "position:x", -0.5, 0.6)
+	flight.tween_property(node, "position:x", -3.5, 0.6)
 
 
 # The bake's emitter, whose pitch becomes one and a half times as high after a second, and which falls silent after two.
