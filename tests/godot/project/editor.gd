@@ -1,5 +1,6 @@
 # A plugin that edits scene.tscn in Godot's editor, where `-- check_editor` asks for it: each property of each Clamor
 # node is changed, undone and redone, nodes are duplicated, a bake is taken and undone, and all of it saved and loaded.
+# Each node but the level has a gizmo.
 @tool
 extends EditorPlugin
 
@@ -32,6 +33,7 @@ func _check() -> void:
 		if node.get_script() != null:
 			is_right = _change_and_undo(node) and is_right
 			is_right = _duplicate(node, root) and is_right
+			is_right = _is(node is ClamorLevel3D or _has_gizmo(node), "%s has no gizmo" % node.name) and is_right
 	is_right = _take_bake(root) and is_right
 	is_right = await _read_help() and is_right
 	var values := _all_values(root)
@@ -78,6 +80,11 @@ func _duplicate(node: Node, root: Node) -> bool:
 	node.get_parent().add_child(copy, true)
 	copy.owner = root
 	return _is(_values(copy) == _values(node), "the copy of %s is another" % node.name)
+
+
+func _has_gizmo(node: Node3D) -> bool:
+	return node.get_gizmos().any(func(gizmo: EditorNode3DGizmo) -> bool:
+		return gizmo.get_plugin().get_script() != null and gizmo.get_plugin().get_script().resource_path.ends_with("clamor/editor/gizmos.gd"))
 
 
 func _take_bake(root: Node) -> bool:

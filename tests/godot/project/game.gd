@@ -125,12 +125,12 @@ func _begin_portal() -> void:
 	assert(absf(portal.get_openness() - 0.5) < 1e-6)
 
 
-# A board before the violin.
-func _begin_door() -> void:
-	var board := MeshInstance3D.new()
+# A board before the violin: a mesh, and, where it is turned, a CSG shape.
+func _begin_door(board: Node3D = MeshInstance3D.new()) -> void:
 	var box := BoxMesh.new()
 	box.size = Vector3(1, 2, 0.0625)
-	board.mesh = box
+	board.set("mesh", box)
+	board.set("size", box.size)
 	board.add_child(ClamorDoor3D.new())
 	add_child(board)
 	board.name = "Board"
@@ -140,7 +140,7 @@ func _begin_door() -> void:
 
 
 func _begin_turned() -> void:
-	_begin_door()
+	_begin_door(CSGBox3D.new())
 	$Board.rotation_degrees.y = 45
 
 

@@ -11,6 +11,7 @@ extends Node3D
 @export var leaf: Node3D:
 	set(value):
 		leaf = value
+		update_gizmos()
 		update_configuration_warnings()
 
 ## How much quieter sound is behind one of its surfaces. A door that is modelled as a box has two of them.
@@ -34,6 +35,19 @@ var _place := Transform3D()
 ## The node that moves.
 func get_leaf() -> Node3D:
 	return leaf if leaf != null else get_parent() as Node3D
+
+
+## Triangles of all meshes below the node that moves, relative to it as it stands, with its scale.
+func get_faces() -> PackedVector3Array:
+	var faces: PackedVector3Array = []
+	if get_leaf() == null or not get_leaf().is_inside_tree():
+		return faces
+	var to_leaf := get_leaf().global_transform.orthonormalized().affine_inverse()
+	for shape in _shapes(get_leaf()):
+		var meshes: Array = [Transform3D.IDENTITY, shape.mesh] if shape is MeshInstance3D else shape.get_meshes()
+		if meshes.size() == 2 and meshes[1] != null:
+			faces.append_array(to_leaf * shape.global_transform * meshes[0] * meshes[1].get_faces())
+	return faces
 
 
 func _process(_delta: float) -> void:
@@ -63,7 +77,7 @@ func _exit_tree() -> void:
 func _get_configuration_warnings() -> PackedStringArray:
 	if get_leaf() == null:
 		return ["Add the node below the one that moves, or set the property Leaf."]
-	if _faces(get_leaf()).is_empty():
+	if _shapes(get_leaf()).is_empty():
 		return ["%s has no meshes below it, so it hides nothing." % get_leaf().name]
 	return []
 
@@ -79,20 +93,12 @@ func _begin(place: Transform3D) -> void:
 			"transmission": db_to_linear(-2 * transmission_loss_db), "node": str(get_path()),
 			"absorption": maxf(absorption, db_to_linear(-2 * transmission_loss_db)),
 		}
-		_part = ClamorServer.add_part(_faces(get_leaf()), options, place.origin, place.basis.get_rotation_quaternion())
+		_part = ClamorServer.add_part(get_faces(), options, place.origin, place.basis.get_rotation_quaternion())
 	ClamorServer.enable_part(_part, enabled)
 
 
-# Triangles of all meshes below a node, relative to it as it stands, with its scale.
-static func _faces(node: Node3D) -> PackedVector3Array:
-	var faces: PackedVector3Array = []
-	if not node.is_inside_tree():
-		return faces
-	var to_node := node.global_transform.orthonormalized().affine_inverse()
+static func _shapes(node: Node3D) -> Array[Node]:
 	var nodes: Array[Node] = [node]
-	nodes.append_array(node.find_children("*", "MeshInstance3D", true, false))
-	for child in nodes:
-		var shape := child as MeshInstance3D
-		if shape != null and shape.mesh != null:
-			faces.append_array(to_node * shape.global_transform * shape.mesh.get_faces())
-	return faces
+	nodes.append_array(node.find_children("*", "GeometryInstance3D", true, false))
+	return nodes.filter(func(shape: Node) -> bool:
+		return shape is MeshInstance3D and shape.mesh != null or shape is CSGShape3D and shape.is_root_shape())

@@ -49,7 +49,10 @@ extends Node3D
 @export_range(0.01, 4, 0.01, "or_greater") var baked_pitch_scale := 1.0
 
 ## How much it favours the direction in which the node looks (-Z): 0 is omnidirectional, 1 a cardioid.
-@export_range(0, 20, 0.1, "or_greater") var directivity := 0.0
+@export_range(0, 20, 0.1, "or_greater") var directivity := 0.0:
+	set(value):
+		directivity = value
+		update_gizmos()
 
 var _is_applied := false
 var _level_number := 0

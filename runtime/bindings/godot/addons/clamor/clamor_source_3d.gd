@@ -29,7 +29,10 @@ signal finished
 		_change()
 
 ## Whether the sound begins when the node enters the tree.
-@export var autoplay := false
+@export var autoplay := false:
+	set(value):
+		autoplay = value
+		update_configuration_warnings()
 
 ## Whether sounds stand still. They also do while the tree is paused and [member Node.process_mode] says so.
 @export var stream_paused := false:
@@ -44,6 +47,7 @@ signal finished
 @export_range(0, 20, 0.1, "or_greater") var directivity := 0.0:
 	set(value):
 		directivity = value
+		update_gizmos()
 		_change()
 
 ## Gain of its reflections, relative to what the place has. -80 dB: direct sound alone.
@@ -118,7 +122,7 @@ func _on_ended(number: int) -> void:
 
 
 func _get_configuration_warnings() -> PackedStringArray:
-	return ["The source has no stream."] if stream == null else []
+	return ["The source has no stream to begin with."] if autoplay and stream == null else []
 
 
 func _options() -> Dictionary:
