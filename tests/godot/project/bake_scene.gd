@@ -40,6 +40,12 @@ func _initialize() -> void:
 	var carpet := _add(MeshInstance3D.new(), "Floor")
 	carpet.mesh = floor_mesh
 	carpet.position.y = -1.4
+	var ball := _add(RigidBody3D.new(), "Ball")
+	var moving := MeshInstance3D.new()
+	moving.name = "Unbaked"
+	moving.mesh = BoxMesh.new()
+	ball.add_child(moving)
+	moving.owner = scene
 	var hidden := _add(MeshInstance3D.new(), "Unseen")
 	hidden.mesh = BoxMesh.new()
 	hidden.visible = false
@@ -85,6 +91,7 @@ func _process(_delta: float) -> bool:
 	if baker.is_baking():
 		baker.poll()
 		return false
+	assert(not "Unbaked" in str(baker.findings))
 	print(baker.findings.map(func(finding: Array) -> String: return finding[0]))
 	if result == null:
 		quit(1)
@@ -95,6 +102,9 @@ func _process(_delta: float) -> bool:
 		OS.delay_msec(10)
 		if level.get_state() != ClamorLevel3D.State.OPENING:
 			break
+	# The line about a material selects the mesh that has it.
+	var about := baker.findings.filter(func(finding: Array) -> bool: return finding[0].begins_with("material 'Floor'"))
+	assert(about.size() == 1 and about[0][1].name == "Floor")
 	var info := level.get_info()
 	print(info)
 	var is_right: bool = info.emitters == (["Tone", "High"] if has_emitters else []) and info.portals == ["Opening"] and info.parts == ["Leaf"] \

@@ -20,6 +20,16 @@ extends Resource
 @export var transmission: PackedFloat32Array = []
 
 
+## A material of values as glTF files (CLAMOR_materials_acoustic) and sidecars have them.
+static func from_json(values: Dictionary) -> ClamorMaterial:
+	var material := ClamorMaterial.new()
+	material.preset = values.get("preset", "")
+	for property: String in ["absorption", "scattering", "transmission"]:
+		var bands: Variant = values.get(property, [])
+		material.set(property, PackedFloat32Array(bands if bands is Array else [bands]))
+	return material
+
+
 ## The values as a sidecar has them (LEVEL.acoustics.json).
 func to_json() -> Dictionary:
 	var values := {}

@@ -18,6 +18,7 @@ var fraction := 0.0
 var _level: ClamorLevel3D
 var _output := ""
 var _folder := ""
+var _nodes := {}
 
 
 ## Whether a bake is under way.
@@ -63,7 +64,8 @@ func poll() -> void:
 		findings.append(["Warning: " + text, _named_in(warning, level)])
 	for note: String in status.notes:
 		if not note.begins_with("sidecar "):
-			findings.append([note, null])
+			var own := "(sidecar '%s')" % note.get_slice("'", 1)
+			findings.append([note.replace(own, "(ClamorMaterial)").replace("(sidecar", "(the level's"), _named_in(note, null)])
 	if status.error == "":
 		var bake := ResourceLoader.load(_output, "", ResourceLoader.CACHE_MODE_REUSE) as ClamorBake
 		findings.push_front(["%s was baked in %.0f s." % [_output, status.seconds], level])
@@ -80,6 +82,7 @@ func _begin(level: ClamorLevel3D, output: String, sources: int) -> void:
 	var writer: RefCounted = Writer.new()
 	var path: String = writer.write(level, _folder)
 	findings.append_array(writer.findings)
+	_nodes = writer.nodes
 	var spacing: float = level.probe_spacing if level.probe_spacing > 0 else -1.0
 	var error: String = ClamorServer.start_bake(path, ProjectSettings.globalize_path(output), sources, spacing)
 	if error != "":
@@ -93,10 +96,9 @@ func _fail(text: String, node: Node) -> void:
 	findings.append([text, node])
 
 
-# The node whose name a sentence has in quotes, if there is one.
-func _named_in(sentence: String, level: Node) -> Node:
+# The node that a sentence is about, since it has its name or that of its material in quotes.
+func _named_in(sentence: String, otherwise: Node) -> Node:
 	for part in sentence.split("'"):
-		var node := level.owner.find_child(part, true, false) if level.owner != null and part != "" else null
-		if node != null:
-			return node
-	return level
+		if is_instance_valid(_nodes.get(part)):
+			return _nodes[part]
+	return otherwise

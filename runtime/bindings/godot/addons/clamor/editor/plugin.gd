@@ -5,10 +5,12 @@ extends EditorPlugin
 const Baker := preload("baker.gd")
 const Dock := preload("dock.gd")
 const Gizmos := preload("gizmos.gd")
+const Import := preload("import.gd")
 
 var _baker := Baker.new()
 var _dock := Dock.new()
 var _gizmos := Gizmos.new()
+var _import := Import.new()
 var _button := Button.new()
 var _quality := OptionButton.new()
 
@@ -28,6 +30,7 @@ func _enter_tree() -> void:
 	_dock.node_chosen.connect(_select)
 	add_control_to_dock(DOCK_SLOT_RIGHT_BL, _dock)
 	add_node_3d_gizmo_plugin(_gizmos)
+	GLTFDocument.register_gltf_document_extension(_import)
 	_show_state()
 
 
@@ -37,6 +40,7 @@ func _exit_tree() -> void:
 	remove_control_from_container(CONTAINER_SPATIAL_EDITOR_MENU, _quality)
 	remove_control_from_docks(_dock)
 	remove_node_3d_gizmo_plugin(_gizmos)
+	GLTFDocument.unregister_gltf_document_extension(_import)
 	_button.queue_free()
 	_quality.queue_free()
 	_dock.queue_free()

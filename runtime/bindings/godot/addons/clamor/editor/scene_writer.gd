@@ -8,6 +8,8 @@ extends RefCounted
 
 ## What was found while writing: an array of [text, node].
 var findings: Array[Array] = []
+## Nodes, by the names that they and their materials have in the level.
+var nodes := {}
 
 var _root: Node3D
 var _to_level: Transform3D
@@ -54,12 +56,13 @@ func write(level: ClamorLevel3D, folder: String) -> String:
 	return path
 
 
-# Adds a node's surfaces and sounds, and those below it. Surfaces of a door become children of a node of its own.
-func _visit(node: Node, siblings: Array, is_in_door: bool) -> void:
+# Adds a node's surfaces and sounds, and those below it. Surfaces of a door become children of a node of its own; those
+# of a body that physics or the game moves are left out.
+func _visit(node: Node, siblings: Array, moves: bool) -> void:
 	var place := node as Node3D
 	if place != null and not place.visible:
 		return
-	if place != null and place in _doors and not is_in_door:
+	if place != null and place in _doors:
 		var children := []
 		var pivot := (_to_level * place.global_transform).orthonormalized()
 		_add_node(siblings, str(place.name), pivot).children = children
@@ -69,8 +72,10 @@ func _visit(node: Node, siblings: Array, is_in_door: bool) -> void:
 		if children.is_empty():
 			_gltf.nodes.back().erase("children")
 		return
+	moves = moves or node is RigidBody3D or node is CharacterBody3D
 	if place != null:
-		_add_surfaces(place, siblings, Transform3D.IDENTITY)
+		if not moves:
+			_add_surfaces(place, siblings, Transform3D.IDENTITY)
 		if place is ClamorEmitter3D:
 			_add_emitter(place)
 		elif place is ClamorPortal3D:
@@ -78,7 +83,7 @@ func _visit(node: Node, siblings: Array, is_in_door: bool) -> void:
 		elif place is ClamorProbe3D:
 			_sidecar.probes.append({"at": _list((_to_level * place.global_transform).origin)})
 	for child in node.get_children():
-		_visit(child, siblings, false)
+		_visit(child, siblings, moves)
 
 
 func _visit_door(node: Node, siblings: Array, to_pivot: Transform3D) -> void:
@@ -126,6 +131,7 @@ func _add_mesh(siblings: Array, title: String, mesh: Mesh, place: Transform3D, n
 		_meshes[key] = _write_mesh(mesh, materials)
 	if _meshes[key] >= 0:
 		_add_node(siblings, title, place).mesh = _meshes[key]
+		nodes.get_or_add(title, node)
 
 
 func _add_node(siblings: Array, title: String, place: Transform3D) -> Dictionary:
@@ -185,10 +191,11 @@ func _material(material: Material, mesh: Mesh, node: Node3D) -> int:
 	var key: Variant = title if own == null else own
 	if not _materials.has(key):
 		if own != null:
-			title = "%s (ClamorMaterial %d)" % [title, _materials.size()]
+			title = "%s (%d)" % [title, _materials.size()]
 			_sidecar.materials[title] = own.to_json()
 		_materials[key] = _gltf.materials.size()
 		_gltf.materials.append({"name": title})
+		nodes.get_or_add(title, node)
 	return _materials[key]
 
 
@@ -207,6 +214,7 @@ func _add_emitter(emitter: ClamorEmitter3D) -> void:
 	var sound := _write_sound(emitter)
 	if sound == "":
 		return
+	nodes[emitter.get_emitter_name()] = emitter
 	var place := _to_level * emitter.global_transform
 	_sidecar.emitters.append({
 		"name": emitter.get_emitter_name(), "signal": sound, "at": _list(place.origin), "facing": _list(-place.basis.z),
@@ -257,6 +265,7 @@ func _write_wav(file: String, rate: int, frames: PackedVector2Array) -> void:
 
 
 func _add_portal(portal: ClamorPortal3D) -> void:
+	nodes[portal.get_portal_name()] = portal
 	var place := _to_level * portal.global_transform
 	var values := {
 		"name": portal.get_portal_name(), "at": _list(place.origin), "facing": _list(place.basis.z),
