@@ -26,8 +26,7 @@ func _initialize() -> void:
 	cubes.mesh = BoxMesh.new()
 	cubes.mesh.resource_name = "wood"
 	cubes.instance_count = 3
-	for i in 3:
-		cubes.set_instance_transform(i, Transform3D(Basis.IDENTITY, Vector3(i - 1, -1, -2)))
+	cubes.buffer = [1, 0, 0, -1.5, 0, 1, 0, -1, 0, 0, 1, -2, 1, 0, 0, 0, 0, 1, 0, -1, 0, 0, 1, -2, 1, 0, 0, 1.5, 0, 1, 0, -1, 0, 0, 1, -2]
 	_add(MultiMeshInstance3D.new(), "Crates").multimesh = cubes
 	var library := MeshLibrary.new()
 	library.create_item(0)
@@ -91,7 +90,7 @@ func _process(_delta: float) -> bool:
 	if baker.is_baking():
 		baker.poll()
 		return false
-	assert(not "Unbaked" in str(baker.findings))
+	assert(not "Unbaked" in str(baker.findings) and not "there twice" in str(baker.findings))
 	print(baker.findings.map(func(finding: Array) -> String: return finding[0]))
 	if result == null:
 		quit(1)

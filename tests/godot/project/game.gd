@@ -29,6 +29,8 @@ func _ready() -> void:
 	ears.limiter = false
 	ears.position = Vector3(0, 1.75, 1)
 	call("_begin_" + mode)
+	while mode == "turned" and $Board/Door.get_faces().is_empty():  # CSG shapes have no mesh in their first frame
+		await get_tree().process_frame
 	add_child(ears)
 
 
@@ -131,7 +133,9 @@ func _begin_door(board: Node3D = MeshInstance3D.new()) -> void:
 	box.size = Vector3(1, 2, 0.0625)
 	board.set("mesh", box)
 	board.set("size", box.size)
-	board.add_child(ClamorDoor3D.new())
+	var door := ClamorDoor3D.new()
+	door.name = "Door"
+	board.add_child(door)
 	add_child(board)
 	board.name = "Board"
 	board.position = Vector3(0.5, 1.25, -1)

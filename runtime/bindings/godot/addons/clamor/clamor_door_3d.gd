@@ -58,6 +58,8 @@ func _process(_delta: float) -> void:
 		return
 	var place := ClamorLevel3D.to_level(get_leaf().global_transform).orthonormalized()
 	if level._number != _level_number:
+		if get_faces().is_empty() and not _shapes(get_leaf()).is_empty():
+			return  # CSG shapes have no mesh in their first frame
 		_level_number = level._number
 		_begin(place)
 	elif place == _place:

@@ -105,8 +105,14 @@ func _add_surfaces(node: Node3D, siblings: Array, to_parent: Transform3D) -> voi
 	elif node is MultiMeshInstance3D and node.multimesh != null and node.multimesh.mesh != null:
 		var many: MultiMesh = node.multimesh
 		var count := many.instance_count if many.visible_instance_count < 0 else many.visible_instance_count
-		for i in count:
-			_add_mesh(siblings, str(node.name), many.mesh, place * many.get_instance_transform(i), node)
+		# Without a screen, Godot knows of no instance but those in the buffer.
+		var values := many.buffer
+		@warning_ignore("integer_division")
+		var stride := values.size() / maxi(many.instance_count, 1)
+		for i in count if stride >= 12 else 0:
+			var v := values.slice(i * stride, i * stride + 12)
+			var there := Transform3D(Vector3(v[0], v[4], v[8]), Vector3(v[1], v[5], v[9]), Vector3(v[2], v[6], v[10]), Vector3(v[3], v[7], v[11]))
+			_add_mesh(siblings, str(node.name), many.mesh, place * there, node)
 	elif node is CSGShape3D and node.is_root_shape():
 		var meshes: Array = node.get_meshes()
 		if meshes.size() == 2 and meshes[1] != null:
