@@ -58,6 +58,7 @@ func _place(i: int) -> Vector3:
 	return Vector3(i % 10 * 0.3 - 1.5, 0.5 + i / 100 * 0.2, i / 10 % 10 * 0.4 - 3 + (0.2 * sin(time_s) if is_moving else 0.0))
 
 
+# Of the main thread, which does all but to wait for the screen.
 func _cpu_s() -> float:
-	var values := FileAccess.open("/proc/self/stat", FileAccess.READ).get_line().get_slice(")", 1).split(" ", false)
+	var values := FileAccess.open("/proc/thread-self/stat", FileAccess.READ).get_line().get_slice(")", 1).split(" ", false)
 	return (float(values[11]) + float(values[12])) / 100
