@@ -18,7 +18,7 @@ func _take(file: String) -> void:
 		press.physical_keycode = KEY_E
 		press.pressed = true
 		Input.parse_input_event(press)
-		while get_node("/root/Demo/Ears").get_statistics().voices == 0:
+		while get_tree().current_scene.get_node("Ears").get_statistics().voices == 0:
 			await _frames(1)
 		await _frames(90)
 	get_tree().root.get_texture().get_image().save_png(file)
