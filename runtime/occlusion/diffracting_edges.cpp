@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <tuple>
+#include <span>
 #include <utility>
 
 #include "common/maths.h"
@@ -28,19 +28,19 @@ constexpr float kParallel = 0.999f;
 constexpr double kSameFace = 0.98;
 constexpr double kOnFace_rad = 0.01;  // from a face to points on it, as rounded
 
-// The faces at an edge, by the corner that is not on it.
-struct FacesAtEdge {
-  Vec3 from_m{}, to_m{};
-  std::vector<Vec3> corners_m;
-};
-
 // A side of a face, with its ends in order.
 struct Side {
   Vec3f from_m{}, to_m{}, corner_m{};
 };
 
 bool comes_before(const Vec3f& a, const Vec3f& b) {
-  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+  if (a.x != b.x) return a.x < b.x;
+  return a.y != b.y ? a.y < b.y : a.z < b.z;
+}
+
+bool comes_before(const Side& a, const Side& b) {
+  if (a.from_m != b.from_m) return comes_before(a.from_m, b.from_m);
+  return a.to_m != b.to_m ? comes_before(a.to_m, b.to_m) : comes_before(a.corner_m, b.corner_m);
 }
 
 Side side_between(Vec3f a, Vec3f b, const Vec3f& corner_m) {
@@ -48,24 +48,23 @@ Side side_between(Vec3f a, Vec3f b, const Vec3f& corner_m) {
   return {a, b, corner_m};
 }
 
-std::vector<FacesAtEdge> group(std::vector<Side> sides) {
-  const auto key = [](const Side& side) {
-    return std::tie(side.from_m.x, side.from_m.y, side.from_m.z, side.to_m.x, side.to_m.y,
-                    side.to_m.z, side.corner_m.x, side.corner_m.y, side.corner_m.z);
-  };
+// The sides of faces that are one edge.
+using FacesAtEdge = std::span<const Side>;
+
+// Sorts the sides and calls act(faces) for each edge, in order.
+template <class Act>
+void for_edges(std::vector<Side>& sides, const Act& act) {
   std::sort(sides.begin(), sides.end(),
-            [&](const Side& a, const Side& b) { return key(a) < key(b); });
-  std::vector<FacesAtEdge> edges;
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    const Side& side = sides[i];
-    if (i == 0 || side.from_m != sides[i - 1].from_m || side.to_m != sides[i - 1].to_m)
-      edges.push_back({Vec3(side.from_m), Vec3(side.to_m), {}});
-    edges.back().corners_m.emplace_back(side.corner_m);
+            [](const Side& a, const Side& b) { return comes_before(a, b); });
+  for (std::size_t first = 0, end = 0; first < sides.size(); first = end) {
+    while (end < sides.size() && sides[end].from_m == sides[first].from_m &&
+           sides[end].to_m == sides[first].to_m)
+      ++end;
+    act(FacesAtEdge(&sides[first], end - first));
   }
-  return edges;
 }
 
-std::vector<FacesAtEdge> faces_at_edges(const Mesh& mesh) {
+std::vector<Side> sides_of(const Mesh& mesh) {
   std::vector<Side> sides;
   sides.reserve(3 * mesh.triangles.size());
   for (const auto& triangle : mesh.triangles)
@@ -73,13 +72,7 @@ std::vector<FacesAtEdge> faces_at_edges(const Mesh& mesh) {
       sides.push_back(side_between(mesh.vertices_m[triangle[c]],
                                    mesh.vertices_m[triangle[(c + 1) % 3]],
                                    mesh.vertices_m[triangle[(c + 2) % 3]]));
-  return group(std::move(sides));
-}
-
-// Boundsf::touches() that ends at the first axis apart, since searches ask it of a million boxes.
-bool overlap(const Boundsf& a, const Boundsf& b) {
-  return a.low_m.x <= b.high_m.x && b.low_m.x <= a.high_m.x && a.low_m.y <= b.high_m.y &&
-         b.low_m.y <= a.high_m.y && a.low_m.z <= b.high_m.z && b.low_m.z <= a.high_m.z;
+  return sides;
 }
 
 // Returns whether a segment may come as near to the box as points on it lie to its line.
@@ -95,19 +88,20 @@ bool is_near_segment(const Boundsf& box, const Vec3& middle_m, const Vec3& along
          across_m.z <= extent_m.x * reach.y + extent_m.y * reach.x;
 }
 
-// Adds the edge if it diffracts. Returns whether it does.
-bool add_edge(const FacesAtEdge& faces, std::vector<DiffractingEdge>& edges) {
-  const double length_m = length(faces.to_m - faces.from_m);
-  if (!(length_m >= kMinLength_m)) return false;
-  const Vec3 along = (faces.to_m - faces.from_m) / length_m;
+// The edge, if it diffracts. `angles` is working memory.
+std::optional<DiffractingEdge> edge_of(FacesAtEdge faces, std::vector<double>& angles) {
+  const Vec3 from_m(faces[0].from_m), to_m(faces[0].to_m);
+  const double length_m = length(to_m - from_m);
+  if (!(length_m >= kMinLength_m)) return std::nullopt;
+  const Vec3 along = (to_m - from_m) / length_m;
   const Basis basis = basis_around(along);
-  std::vector<double> angles;
-  for (const Vec3& corner_m : faces.corners_m) {
-    const Vec3 into_m = corner_m - faces.from_m;
+  angles.clear();
+  for (const Side& face : faces) {
+    const Vec3 into_m = Vec3(face.corner_m) - from_m;
     const double x = dot(into_m, basis.tangent), y = dot(into_m, basis.bitangent);
     if (x != 0 || y != 0) angles.push_back(std::atan2(y, x));
   }
-  if (angles.empty()) return false;
+  if (angles.empty()) return std::nullopt;
   std::sort(angles.begin(), angles.end());
   double widest = 0, start = 0;
   for (std::size_t i = 0; i < angles.size(); ++i) {
@@ -116,42 +110,39 @@ bool add_edge(const FacesAtEdge& faces, std::vector<DiffractingEdge>& edges) {
     widest = next - angles[i];
     start = angles[i];
   }
-  if (widest < pi + kMinBend_rad) return false;
+  if (widest < pi + kMinBend_rad) return std::nullopt;
   const Vec3 face = std::cos(start) * basis.tangent + std::sin(start) * basis.bitangent;
   const Vec3 air = std::cos(start) * basis.bitangent - std::sin(start) * basis.tangent;
-  edges.push_back({Vec3f(faces.from_m), Vec3f(faces.to_m), Vec3f(along), Vec3f(face), Vec3f(air),
-                   static_cast<float>(widest)});
-  return true;
+  return DiffractingEdge{faces[0].from_m, faces[0].to_m, Vec3f(along),
+                         Vec3f(face),     Vec3f(air),    static_cast<float>(widest)};
 }
 
-// Divides edges where the end of another lies on them, and groups their faces anew: a wall whose
-// side is longer than the jamb that joins it makes a corner with the jamb.
-std::vector<FacesAtEdge> divided(const std::vector<FacesAtEdge>& edges) {
+// Divides edges where the end of another lies on them: a wall whose side is longer than the jamb
+// that joins it makes a corner with the jamb.
+std::vector<Side> divided(const std::vector<FacesAtEdge>& edges) {
   std::vector<Vec3f> ends_m;
-  for (const FacesAtEdge& edge : edges) {
-    ends_m.emplace_back(edge.from_m);
-    ends_m.emplace_back(edge.to_m);
-  }
-  std::sort(ends_m.begin(), ends_m.end(), comes_before);
+  for (const FacesAtEdge& faces : edges)
+    ends_m.insert(ends_m.end(), {faces[0].from_m, faces[0].to_m});
+  std::sort(ends_m.begin(), ends_m.end(),
+            [](const Vec3f& a, const Vec3f& b) { return comes_before(a, b); });
   ends_m.erase(std::unique(ends_m.begin(), ends_m.end()), ends_m.end());
   std::vector<Boundsf> points;
   for (const Vec3f& end_m : ends_m) points.push_back({end_m, end_m});
   const BoxTree tree(points);
   std::vector<Side> sides;
   std::vector<std::pair<double, Vec3f>> cuts;  // by distance from the edge's first end
-  for (const FacesAtEdge& edge : edges) {
-    const double length_m = length(edge.to_m - edge.from_m);
-    const Vec3 along = (edge.to_m - edge.from_m) / length_m;
-    cuts.assign({{0, Vec3f(edge.from_m)}, {length_m, Vec3f(edge.to_m)}});
-    const Vec3 middle_m = 0.5 * (edge.from_m + edge.to_m);
-    const Boundsf around{Vec3f(glm::min(edge.from_m, edge.to_m) - 2 * kSameLine_m),
-                         Vec3f(glm::max(edge.from_m, edge.to_m) + 2 * kSameLine_m)};
+  for (const FacesAtEdge& faces : edges) {
+    const Vec3 from_m(faces[0].from_m), to_m(faces[0].to_m), middle_m = 0.5 * (from_m + to_m);
+    const double length_m = length(to_m - from_m);
+    const Vec3 along = (to_m - from_m) / length_m;
+    cuts.assign({{0, faces[0].from_m}, {length_m, faces[0].to_m}});
+    const Boundsf around{Vec3f(glm::min(from_m, to_m) - 2 * kSameLine_m),
+                         Vec3f(glm::max(from_m, to_m) + 2 * kSameLine_m)};
     tree.find(
-        [&](const Boundsf& box) {
-          return overlap(box, around) && is_near_segment(box, middle_m, along, 0.5 * length_m);
-        },
+        std::span(&around, 1),
+        [&](const Boundsf& box) { return is_near_segment(box, middle_m, along, 0.5 * length_m); },
         [&](std::size_t end) {
-          const Vec3 to_end_m = Vec3(ends_m[end]) - edge.from_m;
+          const Vec3 to_end_m = Vec3(ends_m[end]) - from_m;
           const double z = dot(to_end_m, along);
           if (z > kSameLine_m && z < length_m - kSameLine_m &&
               length(to_end_m - z * along) < kSameLine_m)
@@ -160,10 +151,10 @@ std::vector<FacesAtEdge> divided(const std::vector<FacesAtEdge>& edges) {
     std::sort(cuts.begin(), cuts.end(),
               [](const auto& a, const auto& b) { return a.first < b.first; });
     for (std::size_t c = 1; c < cuts.size(); ++c)
-      for (const Vec3& corner_m : edge.corners_m)
-        sides.push_back(side_between(cuts[c - 1].second, cuts[c].second, Vec3f(corner_m)));
+      for (const Side& face : faces)
+        sides.push_back(side_between(cuts[c - 1].second, cuts[c].second, face.corner_m));
   }
-  return group(std::move(sides));
+  return sides;
 }
 
 // The shortest path from one point over the edge to the other.
@@ -197,11 +188,18 @@ Vec3 along_face(const DiffractingEdge& edge, std::size_t which) {
   return std::cos(angle) * Vec3(edge.face) + std::sin(angle) * Vec3(edge.air);
 }
 
+// Directions along both faces of an edge, away from it.
+using AlongFaces = std::array<Vec3, 2>;
+AlongFaces along_faces(const DiffractingEdge& edge) {
+  return {along_face(edge, 0), along_face(edge, 1)};
+}
+
 // Width of a face of one edge that ends at the other, if they are the two edges of the end of a
 // wall; infinite otherwise.
-float width_between_m(const DiffractingEdge& edge, std::size_t face, const DiffractingEdge& other) {
+float width_between_m(const DiffractingEdge& edge, const AlongFaces& faces, std::size_t face,
+                      const DiffractingEdge& other) {
   if (std::abs(glm::dot(edge.along, other.along)) < kParallel) return kWide_m;
-  const Vec3 along(edge.along), across = along_face(edge, face);
+  const Vec3 along(edge.along), across = faces[face], into = faces[1 - face];
   const Vec3 start_m = Vec3(other.from_m) - Vec3(edge.from_m),
              end_m = Vec3(other.to_m) - Vec3(edge.from_m);
   const double width_m = dot(start_m, across);
@@ -213,18 +211,17 @@ float width_between_m(const DiffractingEdge& edge, std::size_t face, const Diffr
   const double high = std::max(dot(start_m, along), dot(end_m, along));
   const double longer_m = std::max(length_m, high - low);
   if (std::min(high, length_m) - std::max(low, 0.0) < 0.5 * longer_m) return kWide_m;
-  const Vec3 into = along_face(edge, 1 - face);
-  for (std::size_t of_other = 0; of_other < 2; ++of_other)
-    if (dot(along_face(other, of_other), across) < -kSameFace &&
-        dot(along_face(other, 1 - of_other), into) > kSameFace)
+  const AlongFaces of_other = along_faces(other);
+  for (std::size_t k = 0; k < 2; ++k)
+    if (dot(of_other[k], across) < -kSameFace && dot(of_other[1 - k], into) > kSameFace)
       return static_cast<float>(width_m);
   return kWide_m;
 }
 
 // Bounds of a face, if it is the end of a wall, and of the other edge of that end: they overlap by
 // half of the longer one, so that is at most twice as long, and nearly parallel.
-Boundsf beside_m(const DiffractingEdge& edge, std::size_t face) {
-  const Vec3f across_m(kMaxWidth_m * along_face(edge, face));
+Boundsf beside_m(const DiffractingEdge& edge, const Vec3& along_face) {
+  const Vec3f across_m(kMaxWidth_m * along_face);
   const float around_m =
       static_cast<float>(2 * kSameLine_m) + 0.1f * glm::length(edge.to_m - edge.from_m);
   Boundsf beside;
@@ -340,11 +337,16 @@ double PointsAroundEdge::path_m(double z) const {
 }
 
 DiffractingEdges::DiffractingEdges(const Mesh& mesh) {
+  std::vector<double> angles;
+  std::vector<Side> sides = sides_of(mesh);
   std::vector<FacesAtEdge> sharp;
-  std::vector<DiffractingEdge> found;
-  for (FacesAtEdge& faces : faces_at_edges(mesh))
-    if (add_edge(faces, found)) sharp.push_back(std::move(faces));
-  for (const FacesAtEdge& faces : divided(sharp)) add_edge(faces, edges_);
+  for_edges(sides, [&](FacesAtEdge faces) {
+    if (edge_of(faces, angles)) sharp.push_back(faces);
+  });
+  std::vector<Side> parts = divided(sharp);
+  for_edges(parts, [&](FacesAtEdge faces) {
+    if (const auto edge = edge_of(faces, angles)) edges_.push_back(*edge);
+  });
   tree_ = BoxTree(boxes_of(edges_));
   const std::size_t corners = edges_.size();
   add_ends_of_walls();
@@ -360,14 +362,13 @@ void DiffractingEdges::add_ends_of_walls() {
   for (std::size_t e = 0; e < edges_.size(); ++e) {
     DiffractingEdge& edge = edges_[e];
     if (!is_corner(edge)) continue;
-    const std::array beside{beside_m(edge, 0), beside_m(edge, 1)};
-    const auto touches = [&](const Boundsf& box) {
-      return overlap(beside[0], box) || overlap(beside[1], box);
-    };
-    tree_.find(touches, [&](std::size_t other) {
+    const AlongFaces along = along_faces(edge);
+    const std::array beside{beside_m(edge, along[0]), beside_m(edge, along[1])};
+    const auto any_box = [](const Boundsf&) { return true; };
+    tree_.find(beside, any_box, [&](std::size_t other) {
       if (other <= e || !is_corner(edges_[other])) return;
       for (std::size_t face = 0; face < 2; ++face) {
-        const float width_m = width_between_m(edge, face, edges_[other]);
+        const float width_m = width_between_m(edge, along, face, edges_[other]);
         if (!(width_m < kWide_m)) continue;
         ends.push_back({e, face, other, width_m});
         for (const std::size_t corner : {e, other})
