@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
+#include <utility>
 
 #include "common/random.h"
 
@@ -61,18 +61,21 @@ std::vector<Face> hull_of(const std::vector<Vec3>& points) {
     std::swap(b, c);
   std::vector<Face> faces = {face_of(points, a, b, c), face_of(points, a, c, d),
                              face_of(points, c, b, d), face_of(points, b, a, d)};
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
   for (std::uint32_t p = 0; p < points.size(); ++p) {
     if (p == a || p == b || p == c || p == d) continue;
     // The horizon of the visible faces: edges whose other side is not visible.
-    std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+    edges.clear();
     std::erase_if(faces, [&](const Face& face) {
       if (!(dot(face.normal, points[p]) > face.height)) return false;
-      for (std::size_t k = 0; k < 3; ++k) edges.emplace(face.corner[k], face.corner[(k + 1) % 3]);
+      for (std::size_t k = 0; k < 3; ++k)
+        edges.emplace_back(face.corner[k], face.corner[(k + 1) % 3]);
       return true;
     });
-    for (const auto& edge : edges)
-      if (!edges.contains({edge.second, edge.first}))
-        faces.push_back(face_of(points, edge.first, edge.second, p));
+    std::ranges::sort(edges);
+    for (const auto& [from, to] : edges)
+      if (!std::ranges::binary_search(edges, std::pair(to, from)))
+        faces.push_back(face_of(points, from, to, p));
   }
   return faces;
 }

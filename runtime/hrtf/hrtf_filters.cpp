@@ -57,11 +57,14 @@ std::vector<float> windowed(const HrtfLayer& layer, std::span<const double> node
   cosine[kSize / 4] = cosine[3 * kSize / 4] = 0;
   for (std::size_t k = 0; k <= kSize / 2; ++k) {
     const double frequency_hz = static_cast<double>(k) * layer.rate_hz / kSize;
-    const double at = erb_number(frequency_hz), share = k % (kSize / 2) == 0 ? 1 : 2;
-    for (std::size_t tap = 0; tap <= reach; ++tap)
-      wave[tap] = cosine[(k * tap + (is_symmetric ? 0 : 3 * kSize / 4)) % kSize];
+    const double place = erb_number(frequency_hz), share = k % (kSize / 2) == 0 ? 1 : 2;
+    for (std::size_t tap = 0, at = is_symmetric ? 0 : 3 * kSize / 4; tap <= reach; ++tap) {
+      wave[tap] = cosine[at];
+      at = (at + k) % kSize;
+    }
     for (std::size_t filter = 0; filter < nodes.size(); ++filter) {
-      const double response = share / kSize * factor(filter, frequency_hz) * hat(nodes, filter, at);
+      const double response =
+          share / kSize * factor(filter, frequency_hz) * hat(nodes, filter, place);
       if (response == 0) continue;
       double* const sum = &sums[filter * (reach + 1)];
       for (std::size_t tap = 0; tap <= reach; ++tap) sum[tap] += response * wave[tap];

@@ -26,7 +26,7 @@ ItdTable::ItdTable(const Hrtf& head) : itd_frames_((kCells + 1) * (kCells + 1)) 
       const Vec3f from = direction_at(2 * static_cast<float>(i) / kCells - 1,
                                       2 * static_cast<float>(j) / kCells - 1);
       itd_frames_[static_cast<std::size_t>(j * (kCells + 1) + i)] =
-          static_cast<float>(head.delay_frames(from, 1) - head.delay_frames(from, 0));
+          static_cast<float>(2 * head.delay_frames(from, 1));
     }
 }
 

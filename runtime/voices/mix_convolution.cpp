@@ -1,6 +1,7 @@
 #include "runtime/voices/mix_convolution.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <numbers>
@@ -49,6 +50,22 @@ void filter_pairs_here(const SpectrumJob& job, const LaneFourier& fourier) {
   fourier.inverse(job.sum->left, job.sum->right);
 }
 
+// Adds factors[k] x terms[k] to the first term, lane by lane, for k from 1 to `last`.
+void sum_terms_here(const double* terms, const double* factors, std::size_t last, double* sums) {
+  const hn::CappedTag<double, kSpectrumLanes> d;
+  constexpr std::size_t kDoubles = hn::MaxLanes(d), kVectors = kSpectrumLanes / kDoubles;
+  hn::Vec<decltype(d)> sum[kVectors];
+  for (std::size_t i = 0; i < kVectors; ++i) sum[i] = hn::LoadU(d, terms + i * kDoubles);
+  for (std::size_t k = 1; k <= last; ++k) {
+    const auto factor = hn::Set(d, factors[k]);
+    terms += kSpectrumLanes;
+    // MulAdd() would be rounded differently on different processors.
+    for (std::size_t i = 0; i < kVectors; ++i)
+      sum[i] = hn::Add(sum[i], hn::Mul(factor, hn::LoadU(d, terms + i * kDoubles)));
+  }
+  for (std::size_t i = 0; i < kVectors; ++i) hn::StoreU(sum[i], d, sums + i * kDoubles);
+}
+
 }  // namespace
 }  // namespace HWY_NAMESPACE
 }  // namespace clamor
@@ -60,6 +77,7 @@ namespace clamor {
 
 namespace {
 HWY_EXPORT(filter_pairs_here);
+HWY_EXPORT(sum_terms_here);
 
 const LaneFourier& spectrum_fourier() noexcept REALTIME {
   static const LaneFourier kFourier(kSpectrumSize, kSpectrumLanes);
@@ -77,26 +95,26 @@ std::vector<float> spectra_of(const std::vector<float>& filters, std::size_t tap
   const LaneFourier& fourier = spectrum_fourier();
   constexpr std::size_t kSize = kSpectrumSize, kLanes = kSpectrumLanes;
   const std::size_t count = filters.size() / taps, reach = taps / 2;
-  // [tap from the middle on][filter], so that all filters are summed at once
-  std::vector<double> middle;
-  for (std::size_t k = 0; k <= reach; ++k)
-    for (std::size_t filter = 0; filter < count; ++filter)
-      middle.push_back(static_cast<double>(filters[filter * taps + reach + k]));
-  std::vector<double> cosine(kSize);
+  const std::size_t groups = (count + kLanes - 1) / kLanes;
+  std::vector<double> middle(groups * (reach + 1) * kLanes);  // [group][tap from there on][lane]
+  for (std::size_t filter = 0; filter < count; ++filter)
+    for (std::size_t k = 0; k <= reach; ++k)
+      middle[(filter / kLanes * (reach + 1) + k) * kLanes + filter % kLanes] =
+          static_cast<double>(filters[filter * taps + reach + k]);
+  std::vector<double> cosine(kSize), twice(reach + 1);
   for (std::size_t k = 0; k < kSize; ++k)
     cosine[k] = std::cos(2 * std::numbers::pi * static_cast<double>(k) / kSpectrumSize);
-  std::vector<float> spectra((count + kLanes - 1) / kLanes * kSize * kLanes);
-  std::vector<double> sum(count);
+  std::vector<float> spectra(groups * kSize * kLanes);
+  std::array<double, kLanes> sum;
   for (std::size_t index = 0; index < kSize; ++index) {
-    std::copy_n(middle.begin(), count, sum.begin());
-    for (std::size_t k = 1; k <= reach; ++k) {
-      const double twice = 2 * cosine[k * fourier.bin(index) % kSize];
-      for (std::size_t filter = 0; filter < count; ++filter)
-        sum[filter] += twice * middle[k * count + filter];
+    for (std::size_t k = 1; k <= reach; ++k) twice[k] = 2 * cosine[k * fourier.bin(index) % kSize];
+    for (std::size_t group = 0; group < groups; ++group) {
+      HWY_DYNAMIC_DISPATCH(sum_terms_here)
+      (&middle[group * (reach + 1) * kLanes], twice.data(), reach, sum.data());
+      for (std::size_t lane = 0; lane < kLanes; ++lane)
+        spectra[(group * kSize + index) * kLanes + lane] =
+            static_cast<float>(sum[lane] / kSpectrumSize);
     }
-    for (std::size_t filter = 0; filter < count; ++filter)
-      spectra[(filter / kLanes * kSize + index) * kLanes + filter % kLanes] =
-          static_cast<float>(sum[filter] / kSpectrumSize);
   }
   return spectra;
 }
