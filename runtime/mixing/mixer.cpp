@@ -16,6 +16,16 @@ constexpr std::size_t kVoicesAhead = 6;
 
 static_assert(kKeyframeFrames % kStepFrames == 0 && kBankTailFrames % kStepFrames == 0);
 
+// What is heard depends on so many frames before. The filters of a head end; those of octaves and
+// responses fade out.
+constexpr int kHeadTail_frames = 2048;
+static_assert(kHeadTail_frames % kStepFrames == 0 && kBankTailFrames % kHeadTail_frames == 0 &&
+              kHeadTail_frames > 2 * (kHrtfDelayFrames + kBankDelayFrames));
+int tail_frames(const MixMode& mode) {
+  if (mode.head && !mode.field) return kHeadTail_frames;
+  return mode.two_layers() ? kBankTailFrames : 0;
+}
+
 MixMode without_head(MixMode mode) {
   if (mode.head) mode.eight_bands = true;
   mode.head = false;
@@ -56,7 +66,7 @@ Mixer::Mixer(PlayableSignals signals, std::size_t slots, const MixMode& mode, co
 }
 
 void Mixer::begin(const Keyframe& keyframe, std::int64_t clock_frames) {
-  time_.clock_frames = clock_frames - (mode_.two_layers() ? kBankTailFrames : 0);
+  time_.clock_frames = clock_frames - tail_frames(mode_);
   time_.frame = kKeyframeFrames;
   clear_active();
   if (binaural_ != nullptr) {

@@ -65,7 +65,7 @@ class Mixer {
   // Latency of the filters: gains and delays are those of this many frames before.
   int lead_frames() const noexcept REALTIME { return lead_frames_; }
 
-  // Starts as if `keyframe` had held for kBankTailFrames before `clock_frames`.
+  // Starts as if `keyframe` had held for as long before `clock_frames` as filters can sound.
   void begin(const Keyframe& keyframe, std::int64_t clock_frames);
 
   // True at the end of a segment. Call load() with the next keyframe, or hold(), which lasts one
