@@ -1,6 +1,7 @@
 #include "runtime/occlusion/mirror_edges.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <cstddef>
@@ -66,12 +67,25 @@ double cosh_between(const DiffractingEdge& edge, const Vec3& on_edge_m, const Ve
          std::max(points.r_from_m * points.r_to_m, 1e-12);
 }
 
-// beta of a sheet between a point at this angle and one on the face.
-double beta_on_face(double angle_rad, double cosh_eta) {
-  const double cosh_half = std::sqrt(std::max(cosh_eta + 1, 2.0) / 2);
-  const auto part = [&](double phi) { return std::sin(phi) / (cosh_half - std::cos(phi) + 1e-12); };
-  return 2 * (part((pi + angle_rad) / 2) + part((pi - angle_rad) / 2));
-}
+// beta of a sheet between a point at an angle and one on the face.
+class BetaOnFace {
+ public:
+  explicit BetaOnFace(double angle_rad)
+      : parts_{Part((pi + angle_rad) / 2), Part((pi - angle_rad) / 2)} {}
+
+  double operator()(double cosh_eta) const {
+    const double cosh_half = std::sqrt(std::max(cosh_eta + 1, 2.0) / 2);
+    const auto of = [&](const Part& part) { return part.sine / (cosh_half - part.cosine + 1e-12); };
+    return 2 * (of(parts_[0]) + of(parts_[1]));
+  }
+
+ private:
+  struct Part {
+    explicit Part(double phi) : sine(std::sin(phi)), cosine(std::cos(phi)) {}
+    double sine, cosine;
+  };
+  std::array<Part, 2> parts_;
+};
 
 // Sound that goes along both sides of a sheet from one border to another, relative to the free
 // field of a source's image. It matters where the sheet is no wider than the wave.
@@ -92,6 +106,7 @@ Tones sound_across_sheet(const EdgeInAir& first, const EdgeInAir& second, const 
   }
   if (!(std::ranges::max(shares) > 0)) return pressure;
   const double a = first.edge().angle_rad(from_m), b = second.edge().angle_rad(to_m);
+  const BetaOnFace first_face(a), first_back(2 * pi - a), second_face(b), second_back(2 * pi - b);
   for (int i = 0; i < kNodesAcross; ++i)
     for (int j = 0; j < kNodesAcross; ++j) {
       const Vec3 p = first.point_m((i + 0.5) * steps_m[0]),
@@ -103,8 +118,8 @@ Tones sound_across_sheet(const EdgeInAir& first, const EdgeInAir& second, const 
         continue;
       const double cosh_1 = cosh_between(first.edge(), p, from_m, q),
                    cosh_2 = cosh_between(second.edge(), q, p, to_m);
-      const double beta = beta_on_face(a, cosh_1) * beta_on_face(b, cosh_2) +
-                          beta_on_face(2 * pi - a, cosh_1) * beta_on_face(2 * pi - b, cosh_2);
+      const double beta =
+          first_face(cosh_1) * second_face(cosh_2) + first_back(cosh_1) * second_back(cosh_2);
       const double density = beta / (128 * pi * pi) * steps_m[0] * steps_m[1] * straight_m /
                              (before_m * between_m * after_m);
       const double detour_m = before_m + between_m + after_m - straight_m;
