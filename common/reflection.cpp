@@ -207,12 +207,16 @@ ReflectionLaws::UpperBound ReflectionLaws::upper_bound(std::size_t material, dou
   const Law& law = laws_[material];
   UpperBound bound;
   bool any_lobe = false;
+  const PhongLobe* previous = nullptr;
+  double lost = 0;  // shared by bands of the same exponent
   for (std::size_t b = 0; b < kBandCount; ++b) {
     bound.diffuse[b] = static_cast<float>(law.scattering[b] / std::numbers::pi);
     if (const PhongLobe* const lobe = law.lobe[b]) {
+      if (lobe != previous) lost = 1 - lobe->albedo(cos_i);
+      previous = lobe;
       const double rest = 1 - law.scattering[b];
       bound.compensation[b] =
-          static_cast<float>(rest * (1 - lobe->albedo(cos_i)) * (1 - lobe->min_albedo()) /
+          static_cast<float>(rest * lost * (1 - lobe->min_albedo()) /
                              (std::numbers::pi * (1 - lobe->mean_albedo())));
       bound.lobe[b] = static_cast<float>(rest * (lobe->exponent() + 1) / (2 * std::numbers::pi));
       const auto exponent = static_cast<float>(lobe->exponent());
