@@ -22,8 +22,7 @@ namespace {
 // time anywhere.
 constexpr int chunk_frames(int buses, bool low) {
   if (low) return kStepFrames / kLowRate;
-  if (buses <= 2) return std::min(64, std::max(16, 4 * kFloats));
-  if (buses <= kHighBands * kEars) return kFloats == 16 ? 64 : 32;
+  if (buses <= kHighBands * kEars) return std::max(16, 4 * kFloats);
   return kFloats == 16 ? 32 : 16;
 }
 
