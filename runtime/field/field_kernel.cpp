@@ -14,7 +14,6 @@ namespace HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using Four = hn::CappedTag<float, 4>;
 using Eight = hn::CappedTag<float, 8>;
 
 // Adds the gains to successive rows, each time with another weight: a polynomial of the fraction,
@@ -53,14 +52,27 @@ void add_taps_here(std::span<const Tap> taps, float* HWY_RESTRICT high, float* H
 }
 
 void join_bands_here(const float* HWY_RESTRICT spectrum, const float* HWY_RESTRICT filters,
-                     std::size_t points, std::size_t lanes, float* HWY_RESTRICT sum) {
-  const Four d;
-  for (std::size_t p = 0; p < points; ++p) {
-    auto joined = hn::Zero(d);
-    for (std::size_t lane = 0; lane < lanes; lane += hn::Lanes(d))
-      joined = hn::MulAdd(hn::LoadU(d, spectrum + p * lanes + lane),
-                          hn::LoadU(d, filters + p * lanes + lane), joined);
-    sum[p] = hn::GetLane(hn::SumOfLanes(d, joined));
+                     std::size_t points, float* HWY_RESTRICT sum, float* HWY_RESTRICT other) {
+  const hn::CappedTag<float, 16> d;
+  const std::size_t lanes = hn::Lanes(d);
+  // Sums of as many fours of lanes as a vector has lanes.
+  const auto sums_at = [&](std::size_t at) {
+    alignas(64) std::array<float, 4 * 16> products;
+    for (std::size_t i = 0; i < 4 * lanes; i += lanes)
+      hn::Store(hn::Mul(hn::LoadU(d, spectrum + at + i), hn::LoadU(d, filters + at + i)), d,
+                products.data() + i);
+    hn::Vec<decltype(d)> first, second, third, fourth;
+    hn::LoadInterleaved4(d, products.data(), first, second, third, fourth);
+    return hn::Add(hn::Add(first, second), hn::Add(third, fourth));
+  };
+  for (std::size_t p = 0; p < points; p += lanes) {
+    alignas(64) std::array<float, 2 * 16> sums;
+    hn::Store(sums_at(8 * p), d, sums.data());
+    hn::Store(sums_at(8 * p + 4 * lanes), d, sums.data() + lanes);
+    hn::Vec<decltype(d)> even, odd;
+    hn::LoadInterleaved2(d, sums.data(), even, odd);
+    hn::StoreU(other == nullptr ? hn::Add(even, odd) : even, d, sum + p);
+    if (other != nullptr) hn::StoreU(odd, d, other + p);
   }
 }
 
@@ -118,9 +130,9 @@ void add_taps(std::span<const Tap> taps, float* high, float* low) {
   HWY_DYNAMIC_DISPATCH(add_taps_here)(taps, high, low);
 }
 
-void join_bands(const float* spectrum, const float* filters, std::size_t points, std::size_t lanes,
-                float* sum) {
-  HWY_DYNAMIC_DISPATCH(join_bands_here)(spectrum, filters, points, lanes, sum);
+void join_bands(const float* spectrum, const float* filters, std::size_t points, float* sum,
+                float* other) {
+  HWY_DYNAMIC_DISPATCH(join_bands_here)(spectrum, filters, points, sum, other);
 }
 
 void multiply_add(const FieldSpectrum& a, const FieldSpectrum& b,

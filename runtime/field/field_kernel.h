@@ -30,9 +30,10 @@ struct Tap {
 // one, whose signals end at a quarter of its rate.
 void add_taps(std::span<const Tap> taps, float* high, float* low);
 
-// Sums over the lanes of `spectrum` times `filters`, both [point][lane].
-void join_bands(const float* spectrum, const float* filters, std::size_t points, std::size_t lanes,
-                float* sum);
+// Sums over lanes of `spectrum` times `filters`, both [point][8]: the first four lanes make one sum
+// and the others another, or all eight the first one if there is no other.
+void join_bands(const float* spectrum, const float* filters, std::size_t points, float* sum,
+                float* other);
 
 // Adds the product of two spectra to a third.
 void multiply_add(const FieldSpectrum& a, const FieldSpectrum& b,

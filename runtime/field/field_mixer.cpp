@@ -25,13 +25,21 @@ FieldMixer::FieldMixer(PlayableSignals signals, int pairs)
   for (Part& part : parts_) part.pairs.resize(static_cast<std::size_t>(pairs));
 }
 
+FieldMixer::Roles FieldMixer::Part::partitions() const noexcept REALTIME {
+  if (to == nullptr) return {};
+  const std::span all(to->partitions);
+  if (from == nullptr) return {{{}, {}, all}};
+  if (to->number != from->number + 1) return {{from->partitions, all, {}}};
+  return {{to->replaced, all.first(to->new_partitions), all.subspan(to->new_partitions)}};
+}
+
 template <class Visit>
 void FieldMixer::for_inputs(const Visit& visit) const noexcept REALTIME {
   for (const Part& part : parts_)
     for (const FieldResponse* const response : {part.from, part.to}) {
       if (response == nullptr) continue;
       const FieldInput* last = nullptr;
-      for (const FieldResponse::Partition& one : response->partitions) {
+      for (const FieldPartition& one : response->partitions) {
         if (one.input == last) continue;
         last = one.input;
         visit(*one.input);
@@ -69,8 +77,7 @@ void FieldMixer::begin_block() noexcept REALTIME {
       part.from = std::exchange(part.to, std::exchange(part.next, nullptr));
       part.faded_blocks = 0;
     }
-    for (const FieldResponse* const response : {part.from, part.to})
-      if (response != nullptr) progress_.cost += response->partitions.size();
+    for (const auto& some : part.partitions()) progress_.cost += some.size();
     progress_.cost += kOutputCost * part.pairs.size();
   }
   for_inputs([this](FieldInput& input) noexcept REALTIME {
@@ -171,34 +178,32 @@ void FieldMixer::transform(const std::array<Wanted, kLanes>& wanted,
 bool FieldMixer::multiply_next() noexcept REALTIME {
   if (progress_.part == kFieldParts) return false;
   Part& part = parts_[progress_.part];
-  const FieldResponse* const response = progress_.outgoing ? part.from : part.to;
-  if (response != nullptr && progress_.partition < response->partitions.size()) {
-    const FieldResponse::Partition& one = response->partitions[progress_.partition];
+  if (const Roles roles = part.partitions(); progress_.role < roles.size()) {
+    const std::span some = roles[progress_.role];
+    if (progress_.partition == some.size()) {
+      ++progress_.role;
+      progress_.partition = 0;
+      return true;
+    }
+    const FieldPartition& one = some[progress_.partition++];
     const std::size_t place = one.input->place_of(block_ - one.delay);
     Pair& pair = part.pairs[one.pair];
+    FieldSpectrum* const sums[] = {&pair.sum_from, &pair.sum_to, &pair.sum_kept};
     if (one.input->silent[place] == 0)
-      multiply_add(one.input->blocks[place], response->spectra[progress_.partition],
-                   progress_.outgoing ? pair.sum_from : pair.sum_to);
-    ++progress_.partition;
+      multiply_add(one.input->blocks[place], *one.spectrum, *sums[progress_.role]);
     ++progress_.done;
-    return true;
-  }
-  if (progress_.outgoing) {
-    progress_.outgoing = false;
-    progress_.partition = 0;
     return true;
   }
   output(part, part.pairs[progress_.pair]);
   progress_.done += kOutputCost;
   if (++progress_.pair < part.pairs.size()) return true;
-  progress_.outgoing = true;
-  progress_.partition = progress_.pair = 0;
+  progress_.role = progress_.partition = progress_.pair = 0;
   ++progress_.part;
   return true;
 }
 
-// Transforms the sums back, four in the lanes of one: both responses, and both times the
-// correction; and fades.
+// Transforms the sums back, four in the lanes of one: both responses with what both have, and what
+// differs times the correction; and fades.
 void FieldMixer::output(const Part& part, Pair& pair) noexcept REALTIME {
   Block& block = pair.blocks[1 - current_];
   block.is_silent = part.to == nullptr;
@@ -208,19 +213,21 @@ void FieldMixer::output(const Part& part, Pair& pair) noexcept REALTIME {
   const float begins = fades ? static_cast<float>(part.faded_blocks) / whole : 1;
   const float share = fades ? 1 / whole : 0;
   Work& work = work_[0];
-  const auto put_out = [&](const LaneFourier& fourier, const FieldLayer& layer, float* sum_from,
-                           float* sum_to, const float* correction, auto& ears) noexcept REALTIME {
+  const auto put_out = [&](const LaneFourier& fourier, const FieldLayer& layer, auto layer_of,
+                           const float* correction, auto& ears) noexcept REALTIME {
     const std::size_t points = layer.transform;
     for (std::size_t half = 0; half < 2; ++half) {
       float* const lanes = half == 0 ? work.real.data() : work.imaginary.data();
-      const float* const from = sum_from + half * points;
-      const float* const to = sum_to + half * points;
+      float* const from = layer_of(pair.sum_from) + half * points;
+      float* const to = layer_of(pair.sum_to) + half * points;
+      float* const kept = layer_of(pair.sum_kept) + half * points;
       for (std::size_t i = 0; i < points; ++i) {
-        lanes[i * kLanes] = from[i];
-        lanes[i * kLanes + 1] = to[i];
+        lanes[i * kLanes] = from[i] + kept[i];
+        lanes[i * kLanes + 1] = to[i] + kept[i];
         lanes[i * kLanes + 2] = correction[i] * from[i];
         lanes[i * kLanes + 3] = correction[i] * to[i];
       }
+      for (float* const sum : {from, to, kept}) std::fill_n(sum, points, 0.0f);
     }
     fourier.inverse(work.real.data(), work.imaginary.data());
     const std::size_t first = (layer.partition + 2 * layer.margin) * kLanes;
@@ -234,13 +241,13 @@ void FieldMixer::output(const Part& part, Pair& pair) noexcept REALTIME {
         ears[e][f] = weights[0] * y[0] + weights[1] * y[1] + weights[2] * y[2] + weights[3] * y[3];
       }
     }
-    std::fill_n(sum_from, 2 * points, 0.0f);
-    std::fill_n(sum_to, 2 * points, 0.0f);
   };
-  put_out(high_, kHighField, pair.sum_from.high.data(), pair.sum_to.high.data(),
-          part.to->correction_high.data(), block.high);
-  put_out(low_, kLowField, pair.sum_from.low.data(), pair.sum_to.low.data(),
-          part.to->correction_low.data(), block.low);
+  put_out(
+      high_, kHighField, [](FieldSpectrum& all) noexcept REALTIME { return all.high.data(); },
+      part.to->correction_high.data(), block.high);
+  put_out(
+      low_, kLowField, [](FieldSpectrum& all) noexcept REALTIME { return all.low.data(); },
+      part.to->correction_low.data(), block.low);
 }
 
 void FieldMixer::end_block() noexcept REALTIME {

@@ -7,11 +7,11 @@
 // window of a signal reaches a block and a margin ahead of the clock (overlap-save): stored signals
 // are known ahead, so the field has no latency.
 //
-// A response fades in while the one before fades out. The weights w and 1 - w are right where both
-// are alike. Their sum is to be divided by sqrt(w^2 + (1 - w)^2 + 2 rho w (1 - w)), rho being the
-// correlation in a band. A filter that changes with each frame is not needed for that: each
-// response's output and its output times `correction` share one transform, and only the sum of
-// these four changes its weights.
+// What is new of a response fades in while what it replaces fades out; the rest stays. The weights
+// w and 1 - w are right where both are alike. Their sum is to be divided by sqrt(w^2 + (1 - w)^2 +
+// 2 rho w (1 - w)), rho being the correlation in a band. A filter that changes with each frame is
+// not needed for that: each response's output and its output times `correction` share one
+// transform, and only the sum of these four changes its weights.
 //
 // Output goes to all buses of a layer equally, which therefore only undo the phase that the signals
 // were prepared with (octave_filter_bank.h).
@@ -22,6 +22,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "runtime/field/field_response.h"
@@ -67,23 +68,26 @@ class FieldMixer {
     bool is_silent = true;
   };
   struct Pair {
-    FieldSpectrum sum_from{}, sum_to{};
+    FieldSpectrum sum_from{}, sum_to{}, sum_kept{};
     std::array<Block, 2> blocks;
   };
+  // What fades out, what fades in, and what stays.
+  using Roles = std::array<std::span<const FieldPartition>, 3>;
   struct Part {
     FieldResponse* from = nullptr;  // null unless one fades out
     FieldResponse* to = nullptr;
     FieldResponse* next = nullptr;  // to fade to when the current fade is over
     int faded_blocks = 0;
     std::vector<Pair> pairs;
+
+    Roles partitions() const noexcept REALTIME;
   };
   // What is done of the next block.
   struct Progress {
     bool has_begun = false;
     bool lacks_windows = true;  // of inputs
     std::size_t cost = 0, done = 0;
-    std::size_t part = 0, partition = 0, pair = 0;
-    bool outgoing = true;  // of `part`: the response that fades out
+    std::size_t part = 0, role = 0, partition = 0, pair = 0;  // role: of Part::partitions()
   };
   struct alignas(64) Work {
     std::array<float, kLanes * kHighField.transform> real, imaginary;

@@ -14,7 +14,9 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <limits>
+#include <memory>
 #include <vector>
 
 #include "runtime/hrtf/diffuse_hrtf_eq.h"
@@ -59,17 +61,31 @@ struct FieldInput {
   std::int64_t next_block = std::numeric_limits<std::int64_t>::min();
 };
 
+// A partition of a signal's response to a pair of channels.
+struct FieldPartition {
+  FieldInput* input;
+  const FieldSpectrum* spectrum;
+  std::uint32_t delay;  // in partitions
+  std::uint32_t pair;
+};
+
+// All of a signal's response, ascending by pair and delay. Successive responses of the field share
+// it until it is renewed.
+struct FieldSignalResponse {
+  std::vector<FieldPartition> partitions;
+  std::deque<FieldSpectrum> spectra;  // at least one for each partition
+};
+
 // One part's response at one moment. The sampler writes it while it is free, and the mixer frees it
 // once it has faded to a later one.
 struct FieldResponse {
-  struct Partition {
-    FieldInput* input;
-    std::uint32_t delay;  // in partitions
-    std::uint32_t pair;   // of channels
-  };
-  std::vector<Partition> partitions;
-  std::vector<FieldSpectrum> spectra;  // at least one for each partition
-  int fade_blocks = 0;                 // from the response before; 0 for the first
+  std::uint64_t number = 0;  // counts the responses of a part
+  // Those that are new, and then those of the response before.
+  std::vector<FieldPartition> partitions;
+  std::size_t new_partitions = 0;
+  std::vector<FieldPartition> replaced;  // partitions of the response before that have ended
+  std::vector<std::shared_ptr<const FieldSignalResponse>> signals;  // the sampler's: keeps spectra
+  int fade_blocks = 0;  // from the response before; 0 for the first
   // Share of the part of a fade that corrects its power (field_mixer.h), by index of a spectrum.
   std::array<float, kHighField.transform> correction_high{};
   std::array<float, kLowField.transform> correction_low{};

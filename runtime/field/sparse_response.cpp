@@ -38,7 +38,8 @@ std::vector<float> lane_filters(const MixMode& mode, const FieldLayer& layer, st
   const double first_hz = is_low ? 0 : 100, last_hz = is_low ? 5000 : 23'500;
   const double rate_hz = 1.0 * kSampleRate_hz / (is_low ? kLowRate : 1);
   const auto points = static_cast<double>(layer.transform);
-  const LaneFourier fourier(layer.transform, lanes);
+  constexpr std::size_t kLanes = 8;  // bands once, or twice
+  const LaneFourier fourier(layer.transform, kLanes);
   const Matrix& gains = mode.head ? HrtfFilters::bus_gains() : OctaveFilterBank::bus_gains();
   std::vector<std::array<float, kBandCount>> by_bin(layer.transform / 2 + 1);
   for (std::size_t bin = 0; bin < by_bin.size(); ++bin) {
@@ -55,11 +56,12 @@ std::vector<float> lane_filters(const MixMode& mode, const FieldLayer& layer, st
         by_bin[bin][lane] += static_cast<float>(passed * gains[bus][lane]);
     }
   }
-  std::vector<float> filters(layer.transform * lanes);
+  std::vector<float> filters(layer.transform * kLanes);
   for (std::size_t index = 0; index < layer.transform; ++index) {
     const std::size_t bin = fourier.bin(index);
     const auto& at = by_bin[std::min(bin, layer.transform - bin)];
-    std::copy(at.end() - static_cast<std::ptrdiff_t>(lanes), at.end(), &filters[index * lanes]);
+    for (std::size_t lane = 0; lane < kLanes; ++lane)
+      filters[index * kLanes + lane] = at[kBandCount - lanes + lane % lanes];
   }
   return filters;
 }
@@ -87,24 +89,23 @@ const LayerFilters& filters_of(const MixMode& mode) {
 
 }  // namespace
 
-SparseResponse::Layer::Layer(const FieldLayer& layer_size, std::size_t layer_lanes,
-                             const std::vector<float>& lane_filters)
-    : size(layer_size),
-      fourier(layer_size.transform, layer_lanes),
-      filters(lane_filters),
-      real(layer_size.transform * layer_lanes / 16),
-      imaginary(real.size()) {}
+template <std::size_t kBands>
+SparseResponse::Layer<kBands>::Layer(const FieldLayer& layer_size,
+                                     const std::vector<float>& lane_filters)
+    : size(layer_size), fourier(layer_size.transform, kLanes), filters(lane_filters) {
+  for (std::vector<Vector>& ear : work) ear.resize(layer_size.transform * kLanes / 16);
+}
 
 SparseResponse::SparseResponse(const MixMode& mode)
-    : high_(kHighField, kHighFieldLanes, filters_of(mode)[0]),
-      low_(kLowField, kLowFieldLanes, filters_of(mode)[1]) {}
+    : high_(kHighField, filters_of(mode)[0]), low_(kLowField, filters_of(mode)[1]) {}
 
 void SparseResponse::reserve(std::size_t partitions) {
   if (partitions <= touched_.size()) return;
   touched_.resize(partitions);
-  for (Layer* const layer : {&high_, &low_})
-    for (std::vector<float>& rows : layer->rows)
-      rows.resize((partitions * layer->size.partition + 2 * kPad) * layer->fourier.lanes());
+  for (std::vector<float>& rows : high_.rows)
+    rows.resize((partitions * kHighField.partition + 2 * kPad) * kHighFieldLanes);
+  for (std::vector<float>& rows : low_.rows)
+    rows.resize((partitions * kLowField.partition + 2 * kPad) * kLowFieldLanes);
 }
 
 void SparseResponse::add(std::size_t ear, std::span<const Tap> taps) {
@@ -135,32 +136,45 @@ void SparseResponse::add(std::size_t ear, std::span<const Tap> taps) {
   }
 }
 
-void SparseResponse::Layer::transform(std::size_t partition, float* spectrum) {
-  const std::size_t lanes = fourier.lanes();
+template <std::size_t kBands>
+void SparseResponse::Layer<kBands>::transform(std::span<const std::size_t> partitions,
+                                              const std::array<float*, kPartitions>& spectra) {
   for (std::size_t e = 0; e < kEars; ++e) {
-    // The pads belong to the first and to the last partition, whose margins have room for them.
-    const bool is_first = partition == 0;
-    const std::size_t whole = rows[e].size() / lanes - 2 * kPad;
-    const bool is_last = (partition + 1) * size.partition == whole;
-    const std::size_t before = is_first ? kPad : 0, after = is_last ? kPad : 0;
-    float* const from = rows[e].data() + (kPad - before + partition * size.partition) * lanes;
-    const std::size_t count = (before + size.partition + after) * lanes;
-    float* const to = (e == 0 ? real : imaginary).data()->floats.data();
-    std::fill_n(to, size.transform * lanes, 0.0f);
-    std::copy_n(from, count, to + (size.margin - before) * lanes);
-    std::fill_n(from, count, 0.0f);
+    float* const lanes = work[e].data()->floats.data();
+    std::fill_n(lanes, size.transform / 2 * kLanes, 0.0f);
+    for (std::size_t i = 0; i < partitions.size(); ++i) {
+      // The pads belong to the first and to the last partition, whose margins have room for them.
+      const std::size_t first = partitions[i] * size.partition, end = first + size.partition;
+      const std::size_t before = first == 0 ? kPad : 0;
+      const std::size_t after = (end + 2 * kPad) * kBands == rows[e].size() ? kPad : 0;
+      const std::size_t frames = before + size.partition + after;
+      float* const from = rows[e].data() + (kPad + first - before) * kBands;
+      float* const to = lanes + (size.margin - before) * kLanes + i * kBands;
+      for (std::size_t f = 0; f < frames; ++f)
+        std::copy_n(from + f * kBands, kBands, to + f * kLanes);
+      std::fill_n(from, frames * kBands, 0.0f);
+    }
   }
-  float* const re = real.data()->floats.data();
-  float* const im = imaginary.data()->floats.data();
-  fourier.forward(re, im);
-  join_bands(re, filters.data(), size.transform, lanes, spectrum);
-  join_bands(im, filters.data(), size.transform, lanes, spectrum + size.transform);
+  fourier.forward_of_half(work[0].data()->floats.data(), work[1].data()->floats.data());
+  for (std::size_t e = 0; e < kEars; ++e) {  // real and imaginary parts
+    const auto part_of = [&](std::size_t i) {
+      return i < partitions.size() ? spectra[i] + e * size.transform : nullptr;
+    };
+    join_bands(work[e].data()->floats.data(), filters.data(), size.transform, part_of(0),
+               kPartitions > 1 ? part_of(1) : nullptr);
+  }
 }
 
-void SparseResponse::transform(std::size_t partition, FieldSpectrum& spectrum) {
-  high_.transform(partition, spectrum.high.data());
-  low_.transform(partition, spectrum.low.data());
-  touched_[partition] = 0;
+void SparseResponse::transform(const std::array<std::size_t, 2>& partitions,
+                               const std::array<FieldSpectrum*, 2>& spectra, std::size_t count) {
+  const std::span some = std::span(partitions).first(count);
+  std::array<float*, 2> high{};
+  for (std::size_t i = 0; i < count; ++i) {
+    high[i] = spectra[i]->high.data();
+    low_.transform(some.subspan(i, 1), {spectra[i]->low.data()});
+    touched_[some[i]] = 0;
+  }
+  if (count > 0) high_.transform(some, high);
 }
 
 }  // namespace clamor

@@ -13,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "runtime/field/field_kernel.h"
@@ -35,32 +36,46 @@ class SparseResponse {
   // spectrum_of(partition) for each, ascending.
   template <class SpectrumOf>
   void transform(const SpectrumOf& spectrum_of) {
-    for (std::size_t p = 0; p < touched_.size(); ++p)
-      if (touched_[p] != 0) transform(p, spectrum_of(p));
+    std::array<std::size_t, 2> partitions;
+    std::array<FieldSpectrum*, 2> spectra{};
+    std::size_t count = 0;
+    for (std::size_t p = 0; p < touched_.size(); ++p) {
+      if (touched_[p] == 0) continue;
+      partitions[count] = p;
+      spectra[count++] = &spectrum_of(p);
+      if (count == 2) transform(partitions, spectra, std::exchange(count, 0));
+    }
+    transform(partitions, spectra, count);
   }
 
  private:
   static constexpr std::size_t kPad = 2;  // rows beyond both ends that splines reach
 
+  // Transforms have eight lanes, which one partition fills or two.
+  static constexpr std::size_t kLanes = 8;
+  template <std::size_t kBands>
   struct Layer {
-    Layer(const FieldLayer& layer_size, std::size_t layer_lanes,
-          const std::vector<float>& lane_filters);
+    static constexpr std::size_t kPartitions = kLanes / kBands;
+    Layer(const FieldLayer& layer_size, const std::vector<float>& lane_filters);
 
-    // Moves a partition of rows to the spectrum.
-    void transform(std::size_t partition, float* spectrum);
+    // Moves partitions of rows to spectra.
+    void transform(std::span<const std::size_t> partitions,
+                   const std::array<float*, kPartitions>& spectra);
 
     const FieldLayer size;
     const LaneFourier fourier;
     const std::vector<float>& filters;           // [index][lane], over the size of the transform
-    std::array<std::vector<float>, kEars> rows;  // [pad, then frame][lane]
+    std::array<std::vector<float>, kEars> rows;  // [pad, then frame][band]
     struct alignas(64) Vector {
       std::array<float, 16> floats;
     };
-    std::vector<Vector> real, imaginary;  // [point][lane]
+    std::array<std::vector<Vector>, kEars> work;  // [point][lane]
   };
-  void transform(std::size_t partition, FieldSpectrum& spectrum);
+  void transform(const std::array<std::size_t, 2>& partitions,
+                 const std::array<FieldSpectrum*, 2>& spectra, std::size_t count);
 
-  Layer high_, low_;
+  Layer<kHighFieldLanes> high_;
+  Layer<kLowFieldLanes> low_;
   std::vector<char> touched_;  // by partition
 };
 

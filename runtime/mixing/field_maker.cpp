@@ -26,8 +26,8 @@ FieldMaker::Input::Input(const RadiationModel& radiation, std::uint32_t of_signa
                          std::int64_t begins_frames)
     : signal(of_signal),
       start_frames(begins_frames),
-      groups{TapGroup(radiation), TapGroup(radiation)},
-      density(std::make_unique<LateDensity>()) {}
+      density(std::make_unique<LateDensity>()),
+      parts{Taps(radiation), Taps(radiation)} {}
 
 FieldMaker::Input::~Input() = default;
 
@@ -44,6 +44,8 @@ FieldMaker::FieldMaker(const RadiationModel& radiation, PlayableSignals signals,
     : radiation_(radiation),
       signals_(signals),
       ears_(ears),
+      receivers_(ears.head != nullptr || ears.panner != nullptr ? Receivers::kOne
+                                                                : Receivers::kPair),
       sparse_(static_cast<std::size_t>(ears.mode.pairs), SparseResponse(ears.mode)),
       high_sums_(kHighField, kSampleRate_hz),
       low_sums_(kLowField, 1.0 * kSampleRate_hz / kLowRate),
@@ -64,18 +66,22 @@ bool FieldMaker::suits(std::span<const Emitter> emitters, std::size_t voices) {
   return inputs.size() <= std::min(kMaxFieldInputs, voices / (kTapsPerPartition * kPartitions));
 }
 
-FieldMaker::Input& FieldMaker::input_of(const SampledSource& source, double emission_frames) {
+// Null if there is none and none is made.
+FieldMaker::Input* FieldMaker::input_of(const SampledSource& source, double emission_frames,
+                                        bool makes) {
   const std::int64_t start_frames = field_start_frames(source, emission_frames, signals_);
   for (const auto& input : inputs_)
-    if (input->signal == source.signal && input->start_frames == start_frames) return *input;
-  return *inputs_.emplace_back(std::make_unique<Input>(radiation_, source.signal, start_frames));
+    if (input->signal == source.signal && input->start_frames == start_frames) return input.get();
+  if (!makes) return nullptr;
+  inputs_.push_back(std::make_unique<Input>(radiation_, source.signal, start_frames));
+  return inputs_.back().get();
 }
 
 // What has neither taps nor a response that sounds. The signal may have been replaced since.
 void FieldMaker::forget_idle_inputs() {
   std::erase_if(inputs_, [this](const std::unique_ptr<Input>& input) {
-    for (const TapGroup& group : input->groups)
-      if (!group.is_empty()) return false;
+    for (const Taps& taps : input->parts)
+      if (!taps.group.is_empty()) return false;
     bool sounds = false;
     for_sounding([&](const FieldInput& one) {
       for (const auto& buffer : input->buffers) sounds = sounds || buffer.get() == &one;
@@ -114,35 +120,54 @@ void FieldMaker::take_taps(std::span<const SampledSource> sample, const Listener
   for (const auto& input : inputs_) {
     input->longest_frames = 0;
     input->first_start_frames = kFieldStart_frames;
-    for (auto& chosen : input->chosen) chosen.clear();
+    for (Taps& taps : input->parts) {
+      taps.chosen.clear();
+      taps.weight = 0;
+    }
   }
+  weight_ = 0;
   const double frames_per_m = kSampleRate_hz / radiation_.speed_of_sound_mps();
-  auto voice = next_numbers_.begin();
+  const auto is_in = [](auto& at, const std::vector<std::uint64_t>& numbers, std::uint64_t number) {
+    while (at != numbers.end() && *at < number) ++at;
+    return at != numbers.end() && *at == number;
+  };
+  auto voice = next_numbers_.begin(), voice_before = voice_numbers_.begin();
   for (const SampledSource& one : sample) {
-    while (voice != next_numbers_.end() && *voice < one.number) ++voice;
-    if (voice != next_numbers_.end() && *voice == one.number) continue;
-    if (choice_) tap_numbers_.push_back(one.number);
+    weight_ += one.weight;
+    const bool is_voice = is_in(voice, next_numbers_, one.number);
+    const bool was_voice = is_in(voice_before, voice_numbers_, one.number);
+    if (is_voice && was_voice) continue;
+    if (choice_ && !is_voice) tap_numbers_.push_back(one.number);
     const double emission_frames =
         (one.start_s + radiation_.emission_time_s(*one.source)) * kSampleRate_hz;
-    Input& input = input_of(one, emission_frames);
+    Input* const input = input_of(one, emission_frames, !is_voice);
+    if (input == nullptr) continue;
     const double on_air_frames =
         frames_per_m * length(listener.position_m - Vec3(one.source->position_m));
     const double delay_frames =
-        emission_frames - static_cast<double>(input.start_frames) + on_air_frames;
+        emission_frames - static_cast<double>(input->start_frames) + on_air_frames;
     const double since_emitter_frames =
         static_cast<double>(one.source->delay_s) * kSampleRate_hz + on_air_frames;
     if (!(delay_frames < (kMaxPartitions - 2) * kKeyframeFrames)) continue;
-    input.longest_frames = std::max(input.longest_frames, delay_frames);
-    input.first_start_frames =
-        std::min(input.first_start_frames, delay_frames - since_emitter_frames);
-    input.chosen[since_emitter_frames < kEarly_frames ? kEarlyField : kLateField].push_back(&one);
+    Taps& taps = input->parts[since_emitter_frames < kEarly_frames ? kEarlyField : kLateField];
+    if (is_voice || was_voice) taps.swapped_weight += one.weight;
+    if (is_voice) continue;
+    taps.weight += one.weight;
+    taps.chosen.push_back(&one);
+    input->longest_frames = std::max(input->longest_frames, delay_frames);
+    input->first_start_frames =
+        std::min(input->first_start_frames, delay_frames - since_emitter_frames);
   }
+  take_chosen();
+}
+
+void FieldMaker::take_chosen() {
   reads_.clear();
   tap_count_ = 0;
   for (const auto& input : inputs_) {
-    for (std::size_t part = 0; part < kFieldParts; ++part) {
-      input->groups[part].take(input->chosen[part]);
-      tap_count_ += input->chosen[part].size();
+    for (Taps& taps : input->parts) {
+      taps.group.take(taps.chosen);
+      tap_count_ += taps.chosen.size();
     }
     if (input->longest_frames == 0) continue;
     input->reserve(input->longest_frames);
@@ -211,7 +236,7 @@ void FieldMaker::find_voices(std::span<const SampledSource> sample) {
 double FieldMaker::taps_speed_mps() const {
   double moved_m = 0;
   for (const auto& input : inputs_)
-    for (const TapGroup& group : input->groups) moved_m = std::max(moved_m, group.moved_m());
+    for (const Taps& taps : input->parts) moved_m = std::max(moved_m, taps.group.moved_m());
   return std::min(moved_m / (std::max(every_[kLateField], 1) * kKeyframe_s), kFastestTap_mps);
 }
 
@@ -225,97 +250,162 @@ void FieldMaker::make(const Listener& listener, const Reception& reception, Keyf
   ++made_;
 }
 
+// Renewals for which a response is kept. Its error grows as the square root of that, and what the
+// signals differ by adds up as powers do, so a share of the weight of all sources may be kept for
+// the longer the smaller it is.
+int FieldMaker::kept_for(const Taps& taps) const {
+  if (!(weight_ > 0)) return 1;
+  const double most = kKeptShare * weight_ / std::max(taps.weight, 1e-9 * weight_);
+  return static_cast<int>(
+      std::bit_floor(static_cast<unsigned>(std::clamp(most, 1.0, 1.0 * kMostKept))));
+}
+
+// Whether a response is renewed that is kept for so many renewals.
+bool FieldMaker::is_due(const Input& input, std::size_t part, const ListenerFrame& frame, int kept,
+                        std::size_t index) const {
+  const Taps& taps = input.parts[part];
+  const auto turn = [](const Vec3& a, const Vec3& b) { return length(a - b); };
+  return (parts_[part].renewals + index) % static_cast<std::size_t>(kept) == 0 ||
+         taps.last == nullptr || taps.group.is_empty() ||
+         taps.swapped_weight > kKeptSwap * weight_ ||
+         turn(frame.ahead, taps.frame.ahead) > kKeptTurn_rad ||
+         turn(frame.up, taps.frame.up) > kKeptTurn_rad ||
+         (ears_.has_dense_late && part == kLateField && input.density->lacks_passes() > 0);
+}
+
 void FieldMaker::renew(std::size_t part_index, const Listener& listener, const Reception& reception,
                        Keyframe& keyframe) {
   Part& part = parts_[part_index];
   const bool is_first = part.last == nullptr;
   const int every = every_[part_index];
-  Listener then = listener;
-  if (!is_first && length(listener.velocity_mps) < kFastest_mps)
-    then.position_m += every * kKeyframe_s * listener.velocity_mps;
-  const Receivers receivers =
-      ears_.head != nullptr || ears_.panner != nullptr ? Receivers::kOne : Receivers::kPair;
-  const ListenerFrame frame = listener_frame(then, receivers);
-  bool makes_gains = part.reception != reception || needs_gains(part_index, frame);
-  bool has_changed = makes_gains || part.frame != frame;
-  if (ears_.has_dense_late && part_index == kLateField)
-    for (const auto& input : inputs_)
-      has_changed = has_changed || input->density->lacks_passes() > 0;
+  const Vec3 velocity_mps =
+      !is_first && length(listener.velocity_mps) < kFastest_mps ? listener.velocity_mps : Vec3(0);
+  const auto frame_in = [&](double seconds) {
+    Listener then = listener;
+    then.position_m += seconds * velocity_mps;
+    return listener_frame(then, receivers_);
+  };
+  const double fade_s = every * kKeyframe_s;
+  bool makes_gains = part.reception != reception || needs_gains(part_index, frame_in(fade_s));
+  for (const auto& input : inputs_)
+    makes_gains = makes_gains || input->parts[part_index].group.has_other_taps();
   for (const auto& input : inputs_) {
-    TapGroup& group = input->groups[part_index];
-    makes_gains = makes_gains || group.has_other_taps();
-    has_changed =
-        group.advance(is_first ? 1 : static_cast<float>(every) / kTapFade_keyframes) || has_changed;
+    Taps& taps = input->parts[part_index];
+    const float step = is_first ? 1 : static_cast<float>(every) / kTapFade_keyframes;
+    const bool lacks_passes =
+        ears_.has_dense_late && part_index == kLateField && input->density->lacks_passes() > 0;
+    taps.has_changed = taps.group.advance(step) || taps.has_changed || makes_gains || lacks_passes;
   }
-  if (!has_changed) return;
-  part.frame = frame;
-  part.reception = reception;
   if (makes_gains) {
-    const double speed_mps = length(then.velocity_mps);
-    if (!is_first && speed_mps > 0)
-      then.position_m +=
-          std::min(kGainAhead_s, kGainReach_m[part_index] / speed_mps) * then.velocity_mps;
-    part.gain_frame = listener_frame(then, receivers);
+    const double speed_mps = std::max(length(velocity_mps), 1e-9);
+    part.reception = reception;
+    part.gain_frame =
+        frame_in(fade_s + std::min(kGainAhead_s, kGainReach_m[part_index] / speed_mps));
+    renew_gains(part_index);
   }
-  if (makes_gains && part.eq != nullptr) part.eq->begin();
-  if (makes_gains)
-    for (const auto& input : inputs_) input->groups[part_index].begin_gains();
+  renewed_.clear();
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    Taps& taps = inputs_[i]->parts[part_index];
+    if (taps.group.used() == 0) continue;
+    const int kept = is_first ? 1 : kept_for(taps);
+    const ListenerFrame frame = frame_in(fade_s * 0.5 * (1 + kept));
+    if (!is_due(*inputs_[i], part_index, frame, kept, i)) continue;
+    if (!taps.has_changed && taps.frame == frame) continue;
+    taps.frame = frame;
+    taps.has_changed = false;
+    taps.swapped_weight = 0;
+    renewed_.push_back(inputs_[i].get());
+  }
+  ++part.renewals;
+  if (!renewed_.empty() || is_first) assemble(part_index, keyframe);
+}
+
+// A response with what has been renewed and what is kept.
+void FieldMaker::assemble(std::size_t part_index, Keyframe& keyframe) {
+  Part& part = parts_[part_index];
   FieldResponse& response = free_response(part);
   response.is_free.store(false, std::memory_order_relaxed);
-  response.partitions.clear();
-  for (const auto& input : inputs_) {
-    if (input->groups[part_index].used() == 0) continue;
-    add_taps_of(*input, part_index, makes_gains);
-    for (std::uint32_t pair = 0; pair < sparse_.size(); ++pair)
-      sparse_[pair].transform([&](std::size_t delay) -> FieldSpectrum& {
-        response.partitions.push_back(
-            {input->buffers.back().get(), static_cast<std::uint32_t>(delay), pair});
-        const std::size_t count = response.partitions.size();
-        if (response.spectra.size() < count) response.spectra.resize(count + count / 4);
-        return response.spectra[count - 1];
-      });
+  const auto append = [](std::vector<FieldPartition>& to, const FieldSignalResponse& all) {
+    to.insert(to.end(), all.partitions.begin(), all.partitions.end());
+  };
+  for (auto* const list : {&response.partitions, &response.replaced}) list->clear();
+  for (LayerSums* const sums : {&high_sums_, &low_sums_}) sums->clear();
+  for (Input* const input : renewed_) {
+    std::shared_ptr<const FieldSignalResponse>& last = input->parts[part_index].last;
+    const auto now = make_response(*input, part_index);
+    correlate_with(last.get(), *now);
+    if (last != nullptr) append(response.replaced, *last);
+    append(response.partitions, *now);
+    last = now;
   }
+  response.new_partitions = response.partitions.size();
+  for (const auto& input : inputs_) {
+    const auto& last = input->parts[part_index].last;
+    if (last == nullptr) continue;
+    response.signals.push_back(last);
+    if (std::ranges::find(renewed_, input.get()) == renewed_.end())
+      append(response.partitions, *last);
+  }
+  high_sums_.correct(response.correction_high);
+  low_sums_.correct(response.correction_low);
   if (part.eq != nullptr) response.powers = part.eq->powers();
-  response.fade_blocks = is_first ? 0 : every;
-  if (!is_first) correct(response, *part.last);
+  response.number = part.last == nullptr ? 0 : part.last->number + 1;
+  response.fade_blocks = part.last == nullptr ? 0 : every_[part_index];
   part.last = &response;
   keyframe.field[part_index] = &response;
 }
 
+std::shared_ptr<const FieldSignalResponse> FieldMaker::make_response(Input& input,
+                                                                     std::size_t part) {
+  Taps& taps = input.parts[part];
+  auto free =
+      std::ranges::find(taps.responses, 1, &std::shared_ptr<FieldSignalResponse>::use_count);
+  if (free == taps.responses.end())
+    free = taps.responses.insert(free, std::make_shared<FieldSignalResponse>());
+  FieldSignalResponse& made = **free;
+  made.partitions.clear();
+  add_taps_of(input, part);
+  for (std::uint32_t pair = 0; pair < sparse_.size(); ++pair)
+    sparse_[pair].transform([&](std::size_t delay) -> FieldSpectrum& {
+      const std::size_t index = made.partitions.size();
+      if (index == made.spectra.size()) made.spectra.emplace_back();
+      FieldSpectrum& spectrum = made.spectra[index];
+      made.partitions.push_back(
+          {input.buffers.back().get(), &spectrum, static_cast<std::uint32_t>(delay), pair});
+      return spectrum;
+    });
+  return *free;
+}
+
+// Also lets go of what only responses that have ended refer to.
 FieldResponse& FieldMaker::free_response(Part& part) {
+  FieldResponse* found = nullptr;
   for (const auto& response : part.responses)
-    if (response.get() != part.last && response->is_free.load(std::memory_order_acquire))
-      return *response;
-  return *part.responses.emplace_back(std::make_unique<FieldResponse>());
+    if (response.get() != part.last && response->is_free.load(std::memory_order_acquire)) {
+      response->signals.clear();
+      found = response.get();
+    }
+  return found != nullptr ? *found
+                          : *part.responses.emplace_back(std::make_unique<FieldResponse>());
 }
 
 // The response before fades out linearly while this one fades in, which is right where both are
 // alike. Where they are not, power would fall in between, and the mixer corrects it by as much as
 // this says. Correlation is measured in quarters of an octave: within an octave it may fall from
 // 0.8 to 0.
-void FieldMaker::correct(FieldResponse& response, const FieldResponse& last) {
+void FieldMaker::correlate_with(const FieldSignalResponse* last, const FieldSignalResponse& now) {
   static const FieldSpectrum kNothing{};
-  for (LayerSums* const sums : {&high_sums_, &low_sums_}) sums->clear();
-  std::size_t hint = 0;
-  for (std::size_t p = 0; p < response.partitions.size(); ++p) {
-    const auto is_same = [&here = response.partitions[p]](const FieldResponse::Partition& one) {
-      return one.delay == here.delay && one.pair == here.pair &&
-             one.input->signal == here.input->signal &&
-             one.input->start_frames == here.input->start_frames;
-    };
-    const auto begin = last.partitions.begin(), end = last.partitions.end(),
-               from = begin + static_cast<std::ptrdiff_t>(std::min(hint, last.partitions.size()));
-    auto found = std::find_if(from, end, is_same);
-    if (found == end) found = std::find_if(begin, from, is_same);
-    const bool has_last = found != end && is_same(*found);
-    if (has_last) hint = static_cast<std::size_t>(found - begin) + 1;
-    const FieldSpectrum& before = has_last ? last.spectra[hint - 1] : kNothing;
-    const FieldSpectrum& now = response.spectra[p];
-    correlate(now.high.data(), before.high.data(), kHighField.transform, high_sums_.all());
-    correlate(now.low.data(), before.low.data(), kLowField.transform, low_sums_.all());
+  static const FieldSignalResponse kEmpty;
+  const std::vector<FieldPartition>& all_before = (last != nullptr ? *last : kEmpty).partitions;
+  const auto place = [](const FieldPartition& one) { return std::pair(one.pair, one.delay); };
+  auto before = all_before.begin();
+  for (const FieldPartition& one : now.partitions) {
+    while (before != all_before.end() && place(*before) < place(one)) ++before;
+    const bool has_last = before != all_before.end() && place(*before) == place(one);
+    const FieldSpectrum& from = has_last ? *before->spectrum : kNothing;
+    correlate(one.spectrum->high.data(), from.high.data(), kHighField.transform, high_sums_.all());
+    correlate(one.spectrum->low.data(), from.low.data(), kLowField.transform, low_sums_.all());
   }
-  high_sums_.correct(response.correction_high);
-  low_sums_.correct(response.correction_low);
 }
 
 FieldMaker::LayerSums::LayerSums(const FieldLayer& layer, double rate_hz)

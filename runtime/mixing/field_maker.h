@@ -9,7 +9,9 @@
 // is therefore made for where the listener will be then, by its velocity. Early taps are renewed
 // twice as often as late ones, because there is less to hide an error, and all more often the
 // faster the listener moves: between two places that are far apart, the tones of a signal would be
-// as loud as by chance at these places, and not as on the way.
+// as loud as by chance at these places, and not as on the way. The less of all sound a signal has,
+// the less of that is heard, so its response may be kept for some renewals (kept_for()), which each
+// renew a part of the signals. It is made for the middle of that time.
 //
 // A source that becomes a tap or a voice does so in both within the same kTapFade_keyframes,
 // linearly: both are the same sound, so amplitudes add.
@@ -109,7 +111,26 @@ class FieldMaker {
   static constexpr double kGainTurn_rad = 0.05, kGainAhead_s = 0.25;
   static constexpr double kEarly_frames = 0.1 * kSampleRate_hz;
   static constexpr std::size_t kTapsAtOnce = 256;  // a multiple of a tile
-  static constexpr float kKeepsVoice = 1.5f;       // weight of a voice over that of a tap
+  // A signal's response with such a share of all sound is renewed each time, and one with less of
+  // it proportionally less often, a power of two and at most so many times, unless the listener
+  // turns so far or so much of all sound becomes voices or taps.
+  static constexpr double kKeptShare = 0.25;
+  static constexpr int kMostKept = 4;
+  static constexpr double kKeptTurn_rad = 0.1, kKeptSwap = 0.005;
+  static constexpr float kKeepsVoice = 1.5f;  // weight of a voice over that of a tap
+
+  // Taps of an input that one part has.
+  struct Taps {
+    explicit Taps(const RadiationModel& radiation) : group(radiation) {}
+
+    TapGroup group;
+    std::vector<const SampledSource*> chosen;
+    double weight = 0, swapped_weight = 0;  // of those chosen, and of new voices and taps
+    std::vector<std::shared_ptr<FieldSignalResponse>> responses;
+    std::shared_ptr<const FieldSignalResponse> last;
+    ListenerFrame frame;  // of the last one
+    bool has_changed = false;
+  };
 
   // Sources that play a signal from the same time on.
   struct Input {
@@ -122,15 +143,15 @@ class FieldMaker {
     double longest_frames = 0;                         // delay of a tap
     double first_start_frames = 0;                     // of an emitter, after start_frames
     std::vector<std::unique_ptr<FieldInput>> buffers;  // the last one is in use
-    std::array<TapGroup, kFieldParts> groups;
-    std::unique_ptr<LateDensity> density;  // of the late part
-    std::array<std::vector<const SampledSource*>, kFieldParts> chosen;
+    std::unique_ptr<LateDensity> density;              // of the late part
+    std::array<Taps, kFieldParts> parts;
   };
   struct Part {
     std::vector<std::unique_ptr<FieldResponse>> responses;
     FieldResponse* last = nullptr;
-    std::optional<ListenerFrame> frame, gain_frame;  // of the last response, and of its gains
+    std::optional<ListenerFrame> gain_frame;  // of the last response's gains
     Reception reception;
+    std::uint64_t renewals = 0;
     std::unique_ptr<DiffuseHrtfEq> eq;  // binaural
   };
 
@@ -163,16 +184,17 @@ class FieldMaker {
       for (const auto& response : part.responses) {
         if (response->is_free.load(std::memory_order_acquire)) continue;
         const FieldInput* last = nullptr;
-        for (const FieldResponse::Partition& one : response->partitions)
+        for (const FieldPartition& one : response->partitions)
           if (one.input != std::exchange(last, one.input)) visit(*one.input);
       }
   }
 
-  Input& input_of(const SampledSource& source, double emission_frames);
+  Input* input_of(const SampledSource& source, double emission_frames, bool makes);
   void forget_idle_inputs();
   void choose_voices(std::span<const SampledSource> sample, const Listener& listener,
                      double time_s);
   void take_taps(std::span<const SampledSource> sample, const Listener& listener);
+  void take_chosen();
   void find_voices(std::span<const SampledSource> sample);
   double taps_speed_mps() const;
   void renew(std::size_t part, const Listener& listener, const Reception& reception,
@@ -183,18 +205,25 @@ class FieldMaker {
            length(frame.ahead - last->ahead) > kGainTurn_rad ||
            length(frame.up - last->up) > kGainTurn_rad;
   }
+  int kept_for(const Taps& taps) const;
+  bool is_due(const Input& input, std::size_t part, const ListenerFrame& frame, int kept,
+              std::size_t index) const;
+  void assemble(std::size_t part, Keyframe& keyframe);
+  void renew_gains(std::size_t part);
   void make_gains(Input& input, std::size_t part, std::size_t first, bool of_all);
-  float near_m(const VoiceTable& table, std::size_t part, std::size_t ear, std::size_t slot) const;
-  void add_taps_of(Input& input, std::size_t part, bool makes_gains);
+  float near_m(const VoiceTable& table, std::size_t ear, std::size_t slot) const;
+  void add_taps_of(Input& input, std::size_t part);
   static double pieces_of(const TapGroup::Gains& gains, const Arrival& arrival, Input& input);
   void add_piece(const TapGroup::Gains& gains, const Arrival& arrival, double shift_frames,
                  float amplitude, double longest_frames);
   FieldResponse& free_response(Part& part);
-  void correct(FieldResponse& response, const FieldResponse& last);
+  std::shared_ptr<const FieldSignalResponse> make_response(Input& input, std::size_t part);
+  void correlate_with(const FieldSignalResponse* last, const FieldSignalResponse& now);
 
   const RadiationModel& radiation_;
   const PlayableSignals signals_;
   const Ears ears_;
+  const Receivers receivers_;
   std::vector<SparseResponse> sparse_;  // by pair of channels
   LayerSums high_sums_, low_sums_;
   std::optional<TapChoice> choice_;
@@ -206,11 +235,13 @@ class FieldMaker {
   std::array<int, kFieldParts> every_{}, left_{};  // keyframes between renewals, and until the next
   std::vector<std::uint64_t> voice_numbers_, next_numbers_, tap_numbers_;  // ascending
   std::vector<std::pair<double, std::uint64_t>> ranked_;                   // scratch memory
+  std::vector<Input*> renewed_;                                            // likewise
   std::vector<SampledSource> voices_;
   std::vector<Voice> made_voices_;      // scratch memory: of a tile
   std::vector<std::vector<Tap>> taps_;  // likewise: by channel
   std::vector<Voice> reads_;
   std::size_t tap_count_ = 0;
+  double weight_ = 0;  // of the sample
 };
 
 }  // namespace clamor

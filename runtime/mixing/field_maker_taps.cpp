@@ -25,11 +25,22 @@ Tap tap_at(double delay_frames, double low_delay_frames, const Bands& gain, floa
 
 }  // namespace
 
+// Gains of all taps of a part.
+void FieldMaker::renew_gains(std::size_t part) {
+  if (parts_[part].eq != nullptr) parts_[part].eq->begin();
+  for (const auto& input : inputs_) {
+    TapGroup& group = input->parts[part].group;
+    group.begin_gains();
+    for (std::size_t first = 0; first < group.used(); first += VoiceTable::kTile)
+      make_gains(*input, part, first, true);
+  }
+}
+
 // Gains of a tile, of all its taps or of those that need them. Powers by direction are those of
 // all.
 void FieldMaker::make_gains(Input& input, std::size_t part_index, std::size_t first, bool of_all) {
   const Part& part = parts_[part_index];
-  TapGroup& group = input.groups[part_index];
+  TapGroup& group = input.parts[part_index].group;
   VoiceTable& table = group.table();
   std::array<std::uint32_t, VoiceTable::kTile> made;
   std::size_t count = 0;
@@ -45,7 +56,7 @@ void FieldMaker::make_gains(Input& input, std::size_t part_index, std::size_t fi
     const Voice& voice = made_voices_[s - first];
     TapGroup::Gains& gains = group.gains(s);
     gains.at = voice.gain;
-    for (std::size_t e = 0; e < kEars; ++e) gains.distance_m[e] = near_m(table, part_index, e, s);
+    for (std::size_t e = 0; e < kEars; ++e) gains.distance_m[e] = near_m(table, e, s);
     if (ears_.head != nullptr) {
       const DirectionMesh::Place place = ears_.head->place(voice.from, gains.direction);
       gains.low_itd_frames = static_cast<float>(ears_.head->low_itd_frames(place));
@@ -61,15 +72,14 @@ void FieldMaker::make_gains(Input& input, std::size_t part_index, std::size_t fi
 }
 
 // The distance on which a tap's amplitude depends, where it has been placed.
-float FieldMaker::near_m(const VoiceTable& table, std::size_t part, std::size_t ear,
-                         std::size_t slot) const {
-  const std::size_t place = parts_[part].frame->places == 1 ? 0 : ear;
+float FieldMaker::near_m(const VoiceTable& table, std::size_t ear, std::size_t slot) const {
+  const std::size_t place = receivers_ == Receivers::kOne ? 0 : ear;
   return std::max(table.arrivals.distance_m[place][slot], table.geometry.radius_m[slot]);
 }
 
-void FieldMaker::add_taps_of(Input& input, std::size_t part, bool makes_gains) {
+void FieldMaker::add_taps_of(Input& input, std::size_t part) {
   constexpr std::size_t kTile = VoiceTable::kTile;
-  TapGroup& group = input.groups[part];
+  TapGroup& group = input.parts[part].group;
   VoiceTable& table = group.table();
   const VoiceArrivals& arrivals = table.arrivals;
   const std::size_t used = group.used();
@@ -79,9 +89,8 @@ void FieldMaker::add_taps_of(Input& input, std::size_t part, bool makes_gains) {
       static_cast<double>((input.buffers.back()->blocks.size()) * kHighField.partition) - 4;
   for (std::size_t first = 0; first < used; first += kTapsAtOnce) {
     const std::size_t last = std::min(first + kTapsAtOnce, used);
-    for (std::size_t tile = first; tile < last; tile += kTile)
-      make_gains(input, part, tile, makes_gains);
-    place_voices(table, *parts_[part].frame, ears_.itd_table, first,
+    for (std::size_t tile = first; tile < last; tile += kTile) make_gains(input, part, tile, false);
+    place_voices(table, input.parts[part].frame, ears_.itd_table, first,
                  (last + kTile - 1) / kTile * kTile, true);
     for (auto& taps : taps_) taps.clear();
     for (std::size_t s = first; s < last; ++s) {
@@ -93,7 +102,7 @@ void FieldMaker::add_taps_of(Input& input, std::size_t part, bool makes_gains) {
       for (std::size_t e = 0; e < kEars; ++e) {
         arrival.delay_frames[e] =
             arrivals.delay_frames[e][s] - static_cast<double>(input.start_frames);
-        arrival.amplitude[e] = presence * gains.distance_m[e] / near_m(table, part, e, s);
+        arrival.amplitude[e] = presence * gains.distance_m[e] / near_m(table, e, s);
       }
       const double pieces = is_late && table.radiation.kind[s] >= VoiceRadiation::kDiffuse
                                 ? pieces_of(gains, arrival, input)

@@ -18,6 +18,7 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 using Turn = LaneFourier::Turn;
+using Way = LaneFourier::Way;
 
 template <class D>
 struct Complex {
@@ -60,8 +61,8 @@ struct Transform {
   }
 
   // The butterflies of `points` points from `first` on, whose quarters then have transforms of
-  // their own.
-  template <bool kForward>
+  // their own. The second half may be known to be zero.
+  template <bool kForward, bool kIsHalf = false>
   HWY_INLINE void butterflies(std::size_t first, std::size_t points) const {
     const Tag d;
     const std::size_t quarter = points / 4, stride = size / points;
@@ -70,8 +71,16 @@ struct Transform {
                  three = turns[3 * k * stride];
       for (std::size_t lane = 0; lane < kLanes; lane += hn::Lanes(d)) {
         const std::size_t a = (first + k) * kLanes + lane, step = quarter * kLanes;
-        Complex<Tag> p = load(a), q = load(a + step), r = load(a + 2 * step),
-                     s = load(a + 3 * step);
+        Complex<Tag> p = load(a), q = load(a + step);
+        if constexpr (kIsHalf) {
+          const Complex<Tag> odd2 = quarter_turn(q);
+          store(p + q, a);
+          store(turned<true>(d, p - q, two), a + step);
+          store(turned<true>(d, p - odd2, one), a + 2 * step);
+          store(turned<true>(d, p + odd2, three), a + 3 * step);
+          continue;
+        }
+        Complex<Tag> r = load(a + 2 * step), s = load(a + 3 * step);
         if constexpr (kForward) {
           const Complex<Tag> even = p + r, odd = p - r, even2 = q + s, odd2 = quarter_turn(q - s);
           store(even + even2, a);
@@ -101,11 +110,11 @@ struct Transform {
   }
 
   // Recursive, so that parts stay in the cache.
-  template <bool kForward>
+  template <bool kForward, bool kIsHalf = false>
   void run(std::size_t first, std::size_t points) const {
     if (points == 1) return;
     if (points == 2) return pairs(first);
-    if constexpr (kForward) butterflies<true>(first, points);
+    if constexpr (kForward) butterflies<true, kIsHalf>(first, points);
     if (points > 4)
       for (std::size_t part = 0; part < 4; ++part)
         run<kForward>(first + part * points / 4, points / 4);
@@ -113,11 +122,13 @@ struct Transform {
   }
 };
 
-void transform_here(bool forward, std::size_t lanes, const Turn* turns, std::size_t size,
-                    float* real, float* imaginary) {
+void transform_here(Way way, std::size_t lanes, const Turn* turns, std::size_t size, float* real,
+                    float* imaginary) {
   const auto run = [&](const auto& transform) {
-    if (forward)
+    if (way == Way::kForward)
       transform.template run<true>(0, size);
+    else if (way == Way::kForwardOfHalf)
+      transform.template run<true, true>(0, size);
     else
       transform.template run<false>(0, size);
   };
@@ -157,11 +168,18 @@ LaneFourier::LaneFourier(std::size_t size, std::size_t lanes)
 }
 
 void LaneFourier::forward(float* real, float* imaginary) const noexcept REALTIME {
-  HWY_DYNAMIC_DISPATCH(transform_here)(true, lanes_, turns_.data(), size(), real, imaginary);
+  HWY_DYNAMIC_DISPATCH(transform_here)
+  (Way::kForward, lanes_, turns_.data(), size(), real, imaginary);
+}
+
+void LaneFourier::forward_of_half(float* real, float* imaginary) const noexcept REALTIME {
+  HWY_DYNAMIC_DISPATCH(transform_here)
+  (Way::kForwardOfHalf, lanes_, turns_.data(), size(), real, imaginary);
 }
 
 void LaneFourier::inverse(float* real, float* imaginary) const noexcept REALTIME {
-  HWY_DYNAMIC_DISPATCH(transform_here)(false, lanes_, turns_.data(), size(), real, imaginary);
+  HWY_DYNAMIC_DISPATCH(transform_here)
+  (Way::kInverse, lanes_, turns_.data(), size(), real, imaginary);
 }
 
 }  // namespace clamor

@@ -27,6 +27,8 @@ class LaneFourier {
 
   // Arrays [point][lane], aligned to 64 bytes. The inverse is scaled by `size`.
   void forward(float* real, float* imaginary) const noexcept REALTIME;
+  // Of signals whose second half is zero, whatever the arrays have there.
+  void forward_of_half(float* real, float* imaginary) const noexcept REALTIME;
   void inverse(float* real, float* imaginary) const noexcept REALTIME;
 
   // The frequency, in cycles per `size` points, that lies at `index` of a spectrum.
@@ -35,6 +37,7 @@ class LaneFourier {
   struct Turn {
     float cosine = 1, sine = 0;
   };
+  enum class Way { kForward, kForwardOfHalf, kInverse };
 
  private:
   std::size_t lanes_;

@@ -180,6 +180,37 @@ TEST(AuralizerField, IsAsLoudAsAllVoicesForAWalkingListener_NoAsan_NoTsan) {
         << at / 2;
 }
 
+// The room's sources play twenty tones, none of which is much of the whole: a response is kept
+// while the listener walks and turns.
+TEST(AuralizerField, IsAsLoudWhereItKeepsResponsesOfManySignals_NoAsan_NoTsan) {
+  AuralizerInput input = room();
+  const Emitter emitter = input.emitters[0];
+  input.emitters.clear();
+  input.signals.clear();
+  for (std::uint32_t signal = 0; signal < 20; ++signal) {
+    input.signals.push_back(sine(200 * std::pow(1.15, signal)));
+    input.emitters.push_back(emitter);
+    input.emitters.back().signal = signal;
+  }
+  for (std::size_t i = 0; i < input.sources.size(); ++i) {
+    input.sources[i].emitter = static_cast<std::uint32_t>(i % input.emitters.size());
+    input.sources[i].is_emitter = input.sources[i].is_image = false;
+  }
+  const auto walking = [](double t) {
+    return Listener({3 + 1.5 * std::sin(t), 4 + 1.5 * std::cos(t), 1.5}, 0.8 * t, 0);
+  };
+  const auto heard = [&](Mixing mixing) {
+    return mixed(everything(mixing, binaural()), 3, walking, 960, input);
+  };
+  const auto voices = heard(Mixing::kVoices), field = heard(Mixing::kField);
+  constexpr std::size_t kWindow = 2 * 19'200, kHop = kWindow / 4;  // 400 ms, 100 ms
+  for (std::size_t at = 0; at + kWindow <= voices.size(); at += kHop)
+    EXPECT_NEAR(10 * std::log10(power(std::span(field).subspan(at, kWindow)) /
+                                power(std::span(voices).subspan(at, kWindow))),
+                0, 0.5)
+        << at / 2;
+}
+
 // The click begins after 0.2 s; its sound is dense from a tenth of a second after that on.
 TEST(AuralizerField, HasDenseLateSoundOfTheSamePowerIfAsked_NoAsan_NoTsan) {
   AuralizerInput input = room();

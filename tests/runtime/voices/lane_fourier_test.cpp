@@ -1,5 +1,6 @@
 #include "runtime/voices/lane_fourier.h"
 
+#include <cmath>
 #include <complex>
 #include <memory>
 #include <random>
@@ -13,7 +14,7 @@ namespace clamor {
 namespace {
 
 struct alignas(64) Points {
-  float at[2048 * 8];
+  float at[2048 * 8] = {};
 };
 
 TEST(LaneFourier, EqualsATransformInDoublePrecisionInEveryLaneOnEveryInstructionSet) {
@@ -52,6 +53,28 @@ TEST(LaneFourier, EqualsATransformInDoublePrecisionInEveryLaneOnEveryInstruction
       }
   }
   force_mix_kernel("");
+}
+
+TEST(LaneFourier, NeedsNoZerosInASecondHalfThatIsZero) {
+  for (const std::size_t lanes : {4, 8})
+    for (std::size_t size = 4; size <= 2048; size *= 2) {
+      const LaneFourier fourier(size, lanes);
+      const auto whole = std::make_unique<Points>(), whole_imaginary = std::make_unique<Points>();
+      for (std::size_t i = 0; i < size / 2 * lanes; ++i) {
+        whole->at[i] = std::sin(static_cast<float>(i));
+        whole_imaginary->at[i] = std::cos(3 * static_cast<float>(i));
+      }
+      const auto half = std::make_unique<Points>(*whole),
+                 half_imaginary = std::make_unique<Points>(*whole_imaginary);
+      for (std::size_t i = size / 2 * lanes; i < size * lanes; ++i)
+        half->at[i] = half_imaginary->at[i] = 1e6f;
+      fourier.forward(whole->at, whole_imaginary->at);
+      fourier.forward_of_half(half->at, half_imaginary->at);
+      for (std::size_t i = 0; i < size * lanes; ++i) {
+        ASSERT_NEAR(half->at[i], whole->at[i], 1e-3) << size;
+        ASSERT_NEAR(half_imaginary->at[i], whole_imaginary->at[i], 1e-3) << size;
+      }
+    }
 }
 
 }  // namespace
