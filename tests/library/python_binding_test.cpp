@@ -49,6 +49,7 @@ TEST_F(PythonBinding, RendersTheSamplesOfTheProgram_NoAsan) {
   const TemporaryFile walk(
       ".json", R"({"points":[{"time_s":0,"position_m":[0,1.7,3],"yaw_deg":0},)"
                R"({"time_s":0.08,"position_m":[1,1.7,2],"yaw_deg":170,"pitch_deg":20},)"
+               R"({"time_s":0.08,"position_m":[1,1.7,1],"yaw_deg":170},)"  // a jump
                R"({"time_s":0.15,"position_m":[2,1.5,1],"yaw_deg":-90,"roll_deg":10}]})");
   const auto compare = [&](const std::string& flags, const std::string& options) {
     const TemporaryFile wav(".wav");

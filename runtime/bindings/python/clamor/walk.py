@@ -50,21 +50,21 @@ class Walk:
     """A listener's path: positions and angles that are linear between points.
 
     Args:
-        times_s: (n,) increasing times of the points in seconds.
+        times_s: (n,) times of the points in seconds, which never fall; two at one time are a jump.
         positions_m: (n, 3) positions in metres.
         yaw_deg, pitch_deg, roll_deg: (n,) angles in degrees, or one for all points. Yaw 0 looks
             along -Z and grows to the left, pitch grows upwards, roll towards the right shoulder.
             Yaw and roll take the shorter arc between points.
         loop: the path begins again at its end; else its last point holds.
 
-    Raises ValueError if the shapes differ or the times do not increase.
+    Raises ValueError if the shapes differ or the times fall.
     """
 
     def __init__(self, times_s, positions_m, yaw_deg=0.0, pitch_deg=0.0, roll_deg=0.0,
                  loop: bool = False):
         times = np.atleast_1d(given.finite_array(times_s, "times_s", "(n,)"))
-        if times.ndim != 1 or len(times) == 0 or not np.all(np.diff(times) > 0):
-            raise ValueError("times_s must be a list of at least one time, and increase")
+        if times.ndim != 1 or len(times) == 0 or not np.all(np.diff(times) >= 0):
+            raise ValueError("times_s must be a list of at least one time, and never fall")
         positions = given.finite_array(positions_m, "positions_m", f"({len(times)}, 3)",
                                        given.MAX_LISTENER_M)
         if positions.shape != (len(times), 3):
