@@ -167,7 +167,9 @@ Result<AbsorptionFit> fit_on_this_team(const Level& level, const BakeOptions& op
   const FittedMaterials fitted(level.mesh, level.materials);
   if (fitted.list.empty())
     return Error(
-        "no material's absorption can be fitted: thin ones and open ones stay as they are");
+        "no material's absorption can be fitted: thin ones, open ones and different ones of one "
+        "name "
+        "stay as they are");
   std::array<std::optional<OctaveFit>, kBandCount> octaves;
   for (std::size_t b = 0; b < kBandCount; ++b)
     if (measured.times_s[b]) octaves[b].emplace(fitted, b, *measured.times_s[b], measured.to_db);
@@ -248,21 +250,12 @@ Result<MeasuredDecay> MeasuredDecay::read(const std::string& path) {
   JsonFields fields(*json, path);
   for (const char* other : {"by", "source", "receiver", "edt_s", "c80_db", "d50", "ts_s", "g_db"})
     fields.any(other);
-  const auto hz = fields.numbers("bandsHz").value_or(
-      std::vector(kBandCentres_hz.begin(), kBandCentres_hz.end()));
-  const auto t30_s = fields.numbers("t30_s"), t20_s = fields.numbers("t20_s");
+  const auto t30_s = octaves_member(fields, "t30_s", kShortestDecay_s, kLongestDecay_s),
+             t20_s = octaves_member(fields, "t20_s", kShortestDecay_s, kLongestDecay_s);
+  if (!t30_s && !t20_s) fields.fail("needs 't30_s' or 't20_s', the measured reverberation times");
   MeasuredDecay measured;
   measured.to_db = t30_s ? -35 : -25;
-  const auto& times_s = t30_s ? t30_s : t20_s;
-  if (!times_s)
-    fields.fail("needs 't30_s' or 't20_s', the measured reverberation times");
-  else if (times_s->size() != hz.size())
-    fields.fail(
-        fmt::format("'{}' must have a value for each of 'bandsHz'", t30_s ? "t30_s" : "t20_s"));
-  else if (std::ranges::any_of(*times_s, [](double s) { return !(s > 0 && s < 100); }))
-    fields.fail("has a time that is not above 0 and below 100 seconds");
-  else
-    measured.times_s = octave_means(hz, *times_s);
+  measured.times_s = t30_s.value_or(t20_s.value_or(measured.times_s));
   if (auto read = fields.result_without_unknown(); !read.ok()) return read.error();
   if (std::ranges::none_of(measured.times_s, [](const auto& time) { return time.has_value(); }))
     return Error(path + ": has no value at the centre of an octave from 63 to 8000 Hz");
@@ -281,9 +274,7 @@ Result<void> write_fitted_sidecar(const std::string& path, const std::string& ea
                                   const Level& level, const AbsorptionFit& fit) {
   Json::Object materials, others;
   for (const AbsorptionFit::Surface& surface : fit.surfaces) {
-    const auto of_level = std::ranges::find_if(level.materials, [&](const Material& material) {
-      return material.name == surface.name && material.absorption == surface.before;
-    });
+    const auto of_level = std::ranges::find(level.materials, surface.name, &Material::name);
     Json::Object values;
     values.emplace_back("absorption", list_of(surface.after));
     // A lobe without scattering would mean that there is none, and a mirror is what none means.

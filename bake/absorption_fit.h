@@ -14,8 +14,8 @@
 // S_m the area. Areas make the result independent of how a surface is divided into materials.
 // Gauss-Newton steps find it: to first order, 1 / T is linear in absorptions, and each step is a
 // search for one multiplier along which absorptions end at their bounds. Surfaces that absorb all,
-// and thin ones, which let sound through, stay as they are. (A. Tarantola. Inverse Problem Theory.
-// SIAM 2005, ch. 3.)
+// thin ones, which let sound through, and different ones of one name stay as they are. (A.
+// Tarantola. Inverse Problem Theory. SIAM 2005, ch. 3.)
 //
 // Paths end early where the traced absorptions leave them quiet. Where fewer than kMinEffective
 // of them carry the end of the range, photons are traced again with the absorptions found so far.

@@ -53,20 +53,22 @@ FittedMaterials::FittedMaterials(const Mesh& mesh, std::span<const Material> mat
     areas_m2[mesh.materials[t]] += area_m2(mesh, t);
   for (std::size_t m = 0; m < areas_m2.size(); ++m) {
     const Material& material = materials[m];
-    if (!(areas_m2[m] > 0) || !can_change(material)) continue;
+    // A sidecar tells materials by their names.
+    const bool is_known_by_name = std::ranges::all_of(materials, [&](const Material& other) {
+      return other.name != material.name || other == material;
+    });
+    if (!(areas_m2[m] > 0) || !can_change(material) || !is_known_by_name) continue;
     const auto same = std::ranges::find(list, material.name, &FittedMaterial::name);
     if (same == list.end())
       list.push_back({material.name, areas_m2[m], material.absorption});
-    else if (same->absorption == material.absorption)
+    else
       same->area_m2 += areas_m2[m];
     total_area_m2 += areas_m2[m];
   }
   std::ranges::stable_sort(list, std::greater(), &FittedMaterial::area_m2);
   for (const Material& material : materials) {
     const auto at = std::ranges::find(list, material.name, &FittedMaterial::name);
-    const bool is_one =
-        at != list.end() && at->absorption == material.absorption && can_change(material);
-    of_level.push_back(is_one ? static_cast<std::uint16_t>(at - list.begin()) : kFixed);
+    of_level.push_back(at != list.end() ? static_cast<std::uint16_t>(at - list.begin()) : kFixed);
   }
 }
 

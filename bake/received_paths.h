@@ -23,7 +23,7 @@ struct Material;
 struct Mesh;
 class TracedState;
 
-// All materials of one name, whose absorption is fitted.
+// All materials of one name, which are alike, and whose absorption is fitted.
 struct FittedMaterial {
   std::string name;
   double area_m2 = 0;

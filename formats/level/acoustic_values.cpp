@@ -39,6 +39,17 @@ std::span<const double> frequencies_hz(std::size_t count) {
   }
 }
 
+// Reads the member `key`, frequencies that increase.
+std::optional<std::vector<double>> frequencies_member(JsonFields& fields, const std::string& key) {
+  auto hz = fields.numbers(key);
+  if (hz && (std::ranges::adjacent_find(*hz, std::greater_equal<>()) != hz->end() ||
+             hz->front() <= 0 || hz->back() > 1e6)) {
+    fields.fail("'bandsHz' must be frequencies above 0, each greater than the one before");
+    return std::nullopt;
+  }
+  return hz;
+}
+
 }  // namespace
 
 Result<Bands> bands_from_values(std::span<const double> values, std::span<const double> hz,
@@ -81,16 +92,8 @@ std::optional<Bands> bands_member(JsonFields& fields, std::string_view key, doub
   const auto under = key.rfind('_');
   const std::string prefix(under == std::string_view::npos ? "" : key.substr(0, under + 1));
   const auto values = fields.numbers(key);
-  const auto hz = fields.numbers(prefix + "bandsHz");
+  const auto hz = frequencies_member(fields, prefix + "bandsHz");
   if (!values) return std::nullopt;
-  if (hz) {
-    const bool ascending =
-        std::adjacent_find(hz->begin(), hz->end(), std::greater_equal<>()) == hz->end();
-    if (!ascending || hz->front() <= 0 || hz->back() > 1e6) {
-      fields.fail("'bandsHz' must be frequencies above 0, each greater than the one before");
-      return std::nullopt;
-    }
-  }
   const auto bands = bands_from_values(
       *values, hz ? std::span<const double>(*hz) : std::span<const double>(), low, high);
   if (!bands.ok()) {
@@ -98,6 +101,23 @@ std::optional<Bands> bands_member(JsonFields& fields, std::string_view key, doub
     return std::nullopt;
   }
   return *bands;
+}
+
+std::optional<std::array<std::optional<double>, kBandCount>> octaves_member(JsonFields& fields,
+                                                                            std::string_view key,
+                                                                            double low,
+                                                                            double high) {
+  const auto hz = frequencies_member(fields, "bandsHz")
+                      .value_or(std::vector(kBandCentres_hz.begin(), kBandCentres_hz.end()));
+  const auto values = fields.numbers(key);
+  if (!values) return std::nullopt;
+  if (values->size() != hz.size())
+    fields.fail(in_quotes(key) + " must have a value for each of 'bandsHz'");
+  else if (std::ranges::any_of(*values, [&](double x) { return !(x >= low && x <= high); }))
+    fields.fail(fmt::format("{} must have values from {:g} to {:g}", in_quotes(key), low, high));
+  else
+    return octave_means(hz, *values);
+  return std::nullopt;
 }
 
 Result<Air> read_air(const Json& json, const std::string& where, Air air) {

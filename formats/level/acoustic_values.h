@@ -35,6 +35,17 @@ std::array<std::optional<double>, kBandCount> octave_means(std::span<const doubl
 std::optional<Bands> bands_member(JsonFields& fields, std::string_view key, double low,
                                   double high);
 
+// The times that a decay over 60 dB may have.
+inline constexpr double kShortestDecay_s = 0.001, kLongestDecay_s = 100;
+
+// Reads the member `key` of `fields`, a list of values from `low` to `high` at the frequencies of
+// its member "bandsHz", or in the octaves from 63 to 8000 Hz: their octave_means(). Reports errors
+// to fields.fail().
+std::optional<std::array<std::optional<double>, kBandCount>> octaves_member(JsonFields& fields,
+                                                                            std::string_view key,
+                                                                            double low,
+                                                                            double high);
+
 // Reads { "temperature_c": 20, "humidity_percent": 50, "pressure_kpa": 101.325 }, each of which may
 // be missing and is then that of `air`. `where` precedes errors.
 Result<Air> read_air(const Json& json, const std::string& where, Air air = {});

@@ -76,6 +76,20 @@ TEST(AbsorptionFit, DoesNotDependOnHowASurfaceIsDivided) {
     EXPECT_NEAR(part.after[4] / whole->surfaces[0].after[4], 1, 0.02);
 }
 
+// A sidecar tells materials by their names, so what it said of one would change the other.
+TEST(AbsorptionFit, LeavesDifferentMaterialsOfOneNameAsTheyAre) {
+  Level level = room(0.15f);
+  level.materials.push_back(level.materials[0]);
+  level.materials.push_back(testing::uniform_material(0.3f));
+  level.materials[1].name = "ends";
+  level.materials[2].name = level.materials[0].name;
+  level.mesh = testing::box({5, 4, 3}, {1, 1, 2, 0, 0, 0});
+  const auto fit = fit_absorption(level, options(1), measured(0.5));
+  ASSERT_TRUE(fit.ok()) << fit.error().message;
+  ASSERT_EQ(fit->surfaces.size(), 1u);
+  EXPECT_EQ(fit->surfaces[0].name, "ends");
+}
+
 TEST(AbsorptionFit, StaysWithinItsBoundsAndRefusesTimesBeyondThem) {
   const AbsorptionRange hard = AbsorptionRange::of(0.02), soft = AbsorptionRange::of(0.95);
   EXPECT_EQ(hard.least, kLeastAbsorption);

@@ -10,6 +10,7 @@
 #include <fmt/ostream.h>
 
 #include "bake/report/level_report.h"
+#include "formats/files/output_target.h"
 #include "formats/gltf/import_report.h"
 #include "tools/commands/bake_arguments.h"
 #include "tools/commands/bake_summary.h"
@@ -163,22 +164,31 @@ Result<void> write_file(LevelBake& bake, const BakeRunOptions& run, BakePrinter&
   return {};
 }
 
-Result<void> fit_to_measured(LevelBake& bake, const BakeRunOptions& run, BakePrinter& printer,
-                             std::ostream& err) {
-  const auto measured = MeasuredDecay::read(run.measured);
-  if (!measured.ok()) return measured.error();
-  const auto fit = bake.fit(*measured);
+// The times that absorptions are to be fitted to, which the output must not replace.
+Result<MeasuredDecay> read_measured(const BakeRunOptions& run) {
+  InputFiles inputs;
+  inputs.add(run.measured);
+  const auto safe = OutputTarget::find(run.bake.output, inputs);
+  return safe.ok() ? MeasuredDecay::read(run.measured) : safe.error();
+}
+
+Result<void> fit_to_measured(LevelBake& bake, const MeasuredDecay& measured,
+                             const BakeRunOptions& run, BakePrinter& printer, std::ostream& err) {
+  const auto fit = bake.fit(measured);
   printer.end_stage();
   if (!fit.ok()) return fit.error();
-  if (!run.quiet) print_fit(*fit, *measured, run.bake.output, err);
+  if (!run.quiet) print_fit(*fit, measured, run.bake.output, err);
   return {};
 }
 
 Result<void> run_stages(LevelBake& bake, const BakeRunOptions& run, LevelBakeOptions& options,
                         BakePrinter& printer, std::ostream& err) {
   if (run.bake.output.empty()) return Error("-o is empty; name a file to write, as in hall.clamor");
-  if (auto read = bake.read(); !read.ok()) return read;
   const bool fits = !run.measured.empty();
+  Result<MeasuredDecay> measured = MeasuredDecay();
+  if (fits) measured = read_measured(run);
+  if (!measured.ok()) return measured.error();
+  if (auto read = bake.read(); !read.ok()) return read;
   if (auto right = check_ending(run.bake.output,
                                 fits             ? ".acoustics.json"
                                 : run.bake.shard ? ".shard"
@@ -193,7 +203,7 @@ Result<void> run_stages(LevelBake& bake, const BakeRunOptions& run, LevelBakeOpt
   const StopDeadline deadline("clamor " + run.command + ": " + stop_message(bake));
   options.bake.stop = &Interrupt::requested();
   printer.begin_progress();
-  auto done = fits             ? fit_to_measured(bake, run, printer, err)
+  auto done = fits             ? fit_to_measured(bake, *measured, run, printer, err)
               : run.bake.shard ? trace_shard(bake, run, printer, err)
                                : write_file(bake, run, printer, err);
   if (!done.ok() && Interrupt::requested()) return Error(stop_message(bake));

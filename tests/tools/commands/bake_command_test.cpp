@@ -131,7 +131,8 @@ TEST(BakeCommand, FitsAbsorptionToMeasuredTimesInASidecarThatItReads) {
        {std::pair(R"({"bandsHz": [1000], "t30_s": [0.1]})", "at 1000 Hz no absorption within"),
         {R"({"bandsHz": [1000]})", "needs 't30_s' or 't20_s'"},
         {R"({"bandsHz": [500, 1000], "t20_s": [1]})", "a value for each"},
-        {R"({"bandsHz": [1000], "t20_s": [0]})", "not above 0"},
+        {R"({"bandsHz": [1000], "t20_s": [0]})", "values from 0.001 to 100"},
+        {R"({"bandsHz": [1000, 1000], "t20_s": [1, 2]})", "each greater than the one before"},
         {R"({"bandsHz": [31.5], "t20_s": [1]})", "no value at the centre"},
         {R"({"t30": [1]})", "needs 't30_s'"}}) {
     const auto refused = fit(measured);
@@ -144,6 +145,9 @@ TEST(BakeCommand, FitsAbsorptionToMeasuredTimesInASidecarThatItReads) {
                              folder / "measured.json", "-o", folder / "fit.clamor"});
   EXPECT_EQ(wrong.code, 1);
   EXPECT_NE(wrong.err.find("sidecars end in .acoustics.json"), std::string::npos) << wrong.err;
+  const std::string both = folder.write("both.acoustics.json", good);
+  EXPECT_EQ(clamor({"bake", level, "--acoustics", start, "--measured", both, "-o", both}).code, 1);
+  EXPECT_EQ(testing::read(both), good);
 }
 
 TEST(BakeCommand, ReportsProgressAsJsonLinesForBuildSystems) {
