@@ -85,9 +85,7 @@ bool complete(clamor_listener_options& options) {
          options.rate_hz <= kMaxRate_hz &&
          options.max_block_frames <= static_cast<std::uint32_t>(clamor::kLargestBlock_frames) &&
          options.voices <= kMaxVoices && options.mixing <= CLAMOR_MIXING_VOICES &&
-         (options.late == CLAMOR_LATE_STORED ||
-          (options.late == CLAMOR_LATE_DENSE && options.mixing != CLAMOR_MIXING_VOICES)) &&
-         options.gain > 0 && options.gain <= kMaxOutputGain;
+         options.late <= CLAMOR_LATE_DENSE && options.gain > 0 && options.gain <= kMaxOutputGain;
 }
 
 // The auralizer's options. The largest block is one of the mixer's frames, of which a slower output
@@ -290,6 +288,10 @@ clamor_result clamor_create_listener(clamor_context* context, clamor_level level
     if (is_missing(context) || listener == nullptr || !copy_from_caller(options, chosen) ||
         !complete(chosen) || !read_pose(chosen.pose, made.listener))
       return fail(error, CLAMOR_ERROR_ARGUMENT, size_refusal(options));
+    if (chosen.late == CLAMOR_LATE_DENSE && chosen.mixing == CLAMOR_MIXING_VOICES)
+      return fail(error, CLAMOR_ERROR_ARGUMENT,
+                  "dense late sound is made by a field, so it does not go with "
+                  "CLAMOR_MIXING_VOICES");
     if (chosen.offline != 0 && !context->caller_updates)
       return fail(error, CLAMOR_ERROR_STATE,
                   "an offline listener needs a context with caller_updates");

@@ -11,6 +11,30 @@
 
 namespace clamor {
 
+namespace {
+
+bool asks_for_field(const AuralizerOptions& options) {
+  return options.mixing == Mixing::kField || options.has_dense_late;
+}
+
+bool is_sampled(const AuralizerOptions& options) {
+  return strategy_options_of(options).name() == priority_strategy()->name();
+}
+
+}  // namespace
+
+Result<void> check_mixing(const AuralizerOptions& options) {
+  if (options.mixing == Mixing::kVoices && options.has_dense_late)
+    return Error(
+        "voices have late sound as stored, and only a field makes it dense: mix a field, or let "
+        "'auto' choose.");
+  if (asks_for_field(options) && !is_sampled(options))
+    return Error(
+        "a field, which dense late sound needs, takes the strategy 'priority', with as many voices "
+        "as are to be heard; leave out the other strategy, or mix voices.");
+  return {};
+}
+
 Result<OutputStage> OutputStage::of(const AuralizerOptions& options, const AuralizerInput& input) {
   OutputStage stage{options.output.make_panner(),
                     options.output.head,
@@ -24,22 +48,13 @@ Result<OutputStage> OutputStage::of(const AuralizerOptions& options, const Aural
     mode.delays = 1;  // panned voices have one delay, binaural ones two
     mode.pairs = stage.panner->channels() / kEars;
   }
-  if (options.mixing == Mixing::kVoices && options.has_dense_late)
-    return Error(
-        "voices have late sound as stored, and only a field makes it dense: mix a field, or let "
-        "'auto' choose.");
+  if (auto mixes = check_mixing(options); !mixes.ok()) return mixes.error();
   if (options.mixing == Mixing::kVoices) return stage;
-  const bool asks_for_field = options.mixing == Mixing::kField || options.has_dense_late;
-  const bool samples = strategy_options_of(options).name() == priority_strategy()->name();
-  if (!samples && asks_for_field)
-    return Error(
-        "a field takes the strategy 'priority', with as many voices as are to be heard; mix "
-        "voices, or let 'auto' choose.");
   const bool suits =
       FieldMaker::suits(input.emitters, static_cast<std::size_t>(std::max(options.voices, 1)));
   stage.chooses_taps = options.moving.max_sources > 0 || !suits;
-  mode.field = samples && options.mixes_voices &&
-               (asks_for_field || (suits && options.voices >= kLeastField));
+  mode.field = is_sampled(options) && options.mixes_voices &&
+               (asks_for_field(options) || (suits && options.voices >= kLeastField));
   return stage;
 }
 

@@ -14,8 +14,11 @@ namespace clamor {
 struct AuralizerInput;
 struct AuralizerOptions;
 
+// An Error where a field is asked for that cannot be; Mixing::kAuto mixes voices there.
+Result<void> check_mixing(const AuralizerOptions& options);
+
 struct OutputStage {
-  // Fails where a field is asked for that cannot be; Mixing::kAuto mixes voices there.
+  // Fails as check_mixing() does.
   static Result<OutputStage> of(const AuralizerOptions& options, const AuralizerInput& input);
 
   KeyframeMaker::Receivers receivers() const;

@@ -278,9 +278,16 @@ TEST(ClamorInterface, RejectsArgumentsOutOfRange) {
               o.layout = "no such layout";
             }),
             CLAMOR_ERROR_FILE);
-  const Context with_thread = make_context(false);
+  clamor_listener_options options = offline();
+  options.late = CLAMOR_LATE_DENSE, options.mixing = CLAMOR_MIXING_VOICES;
   clamor_listener handle = 0;
-  const clamor_listener_options options = offline();
+  clamor_error error;
+  EXPECT_EQ(clamor_create_listener(context.get(), level, &options, &handle, &error),
+            CLAMOR_ERROR_ARGUMENT);
+  EXPECT_NE(std::string(error.sentence).find("dense late sound"), std::string::npos)
+      << error.sentence;
+  const Context with_thread = make_context(false);
+  options = offline();
   EXPECT_EQ(clamor_create_listener(with_thread.get(), open_level(with_thread), &options, &handle,
                                    nullptr),
             CLAMOR_ERROR_STATE);

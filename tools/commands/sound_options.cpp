@@ -8,6 +8,7 @@
 #include "formats/audio/audio_file.h"
 #include "formats/audio/wav_writer.h"
 #include "formats/level/emitter_spec.h"
+#include "runtime/engine/output_stage.h"
 #include "runtime/hrtf/hrtf.h"
 #include "runtime/sampling/moving_script.h"
 
@@ -88,7 +89,7 @@ MixArguments::MixArguments(Arguments& parser, AuralizerOptions& options) {
     const auto amplitude = parse_gain(gain_, kMaxOutputGain);
     if (!amplitude.ok()) return amplitude.error();
     options.gain = *amplitude;
-    return {};
+    return check_mixing(options);
   });
 }
 

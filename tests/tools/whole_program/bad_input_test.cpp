@@ -229,6 +229,8 @@ TEST(BadInput, WordsThatMakeNoCommandAreNamed) {
   expect({"-o", "o.wav", "--seconds", "few"}, "--seconds: 'few' is not a number;");
   expect({"-o", "o.wav", "--seconds", ""}, "--seconds: '' is not a number;");
   expect({"-o", "o.wav", "--seconds", "0"}, "at least one sample");
+  expect({"-o", "o.wav", "--mixer", "field", "--strategy", "all"}, "takes the strategy 'priority'");
+  expect({"-o", "o.wav", "--late", "dense", "--mixer", "voices"}, "late sound as stored");
   expect({"-o", "o.wav", "--gain", "0dB", "--gain", "1dB"}, "--gain is given 2 times;");
   expect({"-o"}, "--output needs a value;");
   expect({"-o", "o.wav", "p.wav"}, "'p.wav' is one word too many;");
