@@ -276,10 +276,15 @@ void print_octree(const OrderedJson& bake, std::ostream& out) {
 void print_bytes(const BakeFile& file, const OrderedJson& bake, std::ostream& out) {
   const OrderedJson& bytes = bake["bytes"];
   fmt::print(out, "\n{:<26}{:>8}{:>12}{:>22}\n", "bytes", "MB", "% of file", "bytes/source");
-  for (const char* section : {"pages", "signals", "geometry", "root", "file"})
-    fmt::print(out, "  {:<24}{:>8}{:>12}{:>22.2f}\n", section, as_megabytes(bytes[section]),
-               as_percent(share_of(bytes[section], bytes["file"])),
-               share_of(bytes[section], bake["sources"]["stored"]));
+  const auto line = [&](const char* name, const OrderedJson& of_section) {
+    fmt::print(out, "  {:<24}{:>8}{:>12}{:>22.2f}\n", name, as_megabytes(of_section),
+               as_percent(share_of(of_section, bytes["file"])),
+               share_of(of_section, bake["sources"]["stored"]));
+  };
+  for (const char* section : {"pages", "signals", "geometry", "root"})
+    line(section, bytes[section]);
+  if (const OrderedJson& probes = bake["probes"]["bytes"]; probes > 0) line("probes", probes);
+  line("file", bytes["file"]);
   fmt::print(out, "  {}: {:.2f} times smaller than unpacked ({} MB)\n",
              counted(bake["page_count"], "page"), bytes["compression_ratio"].get<double>(),
              as_megabytes(bytes["pages_unpacked"]));

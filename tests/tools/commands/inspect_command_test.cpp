@@ -194,6 +194,21 @@ TEST(InspectDoors, SaysWhichPartOpensWhichPortal) {
   EXPECT_NE(out.find("2.00 m  6.00 1.00 2.50  opened by 'Door'\n"), std::string::npos) << out;
 }
 
+TEST(InspectProbes, CountsTheirBytesAmongThoseOfTheFile) {
+  BakeOptions options;
+  options.settings.photons = 200;
+  options.probes_m = {{2, 1.5, 2}};
+  const auto rooms = bake(portal_rooms(), options);
+  ASSERT_TRUE(rooms.ok()) << rooms.error().message;
+  const Folder folder;
+  const std::string file = folder / "rooms.clamor";
+  ASSERT_TRUE(write_bake(file, *rooms, 1).ok());
+  const std::string out = clamor({"inspect", file}).out;
+  const auto table = out.find("\nbytes ");
+  ASSERT_NE(table, std::string::npos) << out;
+  EXPECT_LT(out.find("\n  probes ", table), out.find("\n  file ", table)) << out;
+}
+
 TEST(Names, OfAForgedBakeAreShortenedInEveryOutput) {
   const Folder folder;
   const std::string file = folder / "forged.clamor", page = folder / "page.html";
