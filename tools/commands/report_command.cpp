@@ -9,9 +9,11 @@
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/files/atomic_file.h"
 #include "formats/files/output_target.h"
+#include "formats/level/walk_file.h"
 #include "tools/analysis/json_values.h"
 #include "tools/analysis/report_page.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/place_warnings.h"
 #include "tools/program/arguments.h"
 #include "tools/program/interrupt.h"
 #include "tools/program/output_ending.h"
@@ -69,8 +71,18 @@ MeasuredRoom measure_at(const ReportOptions& options, const RoomMeter& meter,
   return measured;
 }
 
-Result<OrderedJson> document_of(const ReportOptions& options, std::ostream& err) {
-  StageNotice notice(err);
+// Warns of listeners who hear nothing of a bake or are outside its level.
+void warn_of_places(const BakeFile& file, const std::string& path,
+                    const std::vector<Vec3>& listeners_m, std::ostream& err) {
+  PlaceCheck check(file, true);
+  for (const Vec3& listener_m : listeners_m)
+    if (const auto warning = check.listener_warning(Walk::standing({listener_m}), {}))
+      print_warning(err, path + ": " + *warning);
+}
+
+Result<OrderedJson> document_of(const ReportOptions& options, std::ostream& notes,
+                                std::ostream& err) {
+  StageNotice notice(notes);
   notice.begin("reading the bake");
   auto opened = open_room(options.level);
   if (!opened.ok()) return opened.error();
@@ -97,10 +109,12 @@ Result<OrderedJson> document_of(const ReportOptions& options, std::ostream& err)
   if (listeners_m.empty())
     for (const Vec3& place_m : listening_places(room, *excitation, contents.map))
       listeners_m.push_back(place_m + origin_m);
+  warn_of_places((*opened)->file, options.level, options.listeners_m, err);
+  if (other != nullptr) warn_of_places(other->file, options.other, listeners_m, err);
   const RoomMeter meter(room, *excitation);
-  contents.measured = measure_at(options, meter, listeners_m, "  listeners", notice, err);
+  contents.measured = measure_at(options, meter, listeners_m, "  listeners", notice, notes);
   if (!contents.map.cells.empty()) {
-    Progress progress(err, "  map");
+    Progress progress(notes, "  map");
     notice.begin("measuring over the floor");
     measure(
         meter, kMapSources,
@@ -113,7 +127,7 @@ Result<OrderedJson> document_of(const ReportOptions& options, std::ostream& err)
   }
   if (other_meter)
     contents.other =
-        measure_at(options, *other_meter, listeners_m, "  the other bake", notice, err);
+        measure_at(options, *other_meter, listeners_m, "  the other bake", notice, notes);
   notice.begin("writing the page");
   return report_document(contents);
 }
@@ -173,7 +187,7 @@ int run_report(std::span<const std::string> arguments, std::ostream& out, std::o
   if (!scripts.ok()) return fail(scripts.error());
   const auto document = [&] {
     const ExitOnSignal stop("report");
-    return document_of(options, notes);
+    return document_of(options, notes, err);
   }();
   if (!document.ok()) return fail(document.error());
   std::string page = page_of_document(*document, std::string(kViewScript) + kReportScript);

@@ -43,10 +43,17 @@ std::string element(const std::string& id, std::string_view text) {
 
 Result<std::string> listening_scripts(const std::string& player, const std::string& bake,
                                       const std::string& other) {
+  const auto part = [&](const std::string& name) {
+    auto bytes = read_whole_file(player + "/" + name);
+    if (bytes.ok()) return bytes;
+    return decltype(bytes)(Error(bytes.error().message +
+                                 " --listen takes the folder of the package @clamor/player, which "
+                                 "tools/bundle --wasm builds in build/wasm/package."));
+  };
   const auto modules = [&](std::initializer_list<const char*> names) -> Result<std::string> {
     std::string text;
     for (const char* name : names) {
-      const auto bytes = read_whole_file(player + "/" + name);
+      const auto bytes = part(name);
       if (!bytes.ok()) return bytes.error();
       text += without_imports({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
     }
@@ -59,7 +66,7 @@ Result<std::string> listening_scripts(const std::string& player, const std::stri
   if (!worklet.ok()) return worklet;
   auto page = modules({"player.js"});
   if (!page.ok()) return page;
-  const auto wasm = read_whole_file(player + "/clamor.wasm");
+  const auto wasm = part("clamor.wasm");
   if (!wasm.ok()) return wasm.error();
   std::string elements =
       element("worker", *worker) + element("worklet", *worklet) + element("wasm", column(*wasm));

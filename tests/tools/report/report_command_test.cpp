@@ -90,7 +90,18 @@ TEST_F(ReportCommand, ListenEmbedsThePlayerAndTheBakes) {
       clamor({"report", reported_->path(), "-o", player / "page.html", "--listen", player.path()});
   EXPECT_NE(without.code, 0);
   EXPECT_THAT(without.err, HasSubstr("clamor.wasm"));
+  EXPECT_THAT(without.err, HasSubstr("tools/bundle --wasm"));
   EXPECT_FALSE(std::filesystem::exists(player / "page.html"));
+}
+
+TEST_F(ReportCommand, WarnsOfListenersOutsideEitherLevel) {
+  const ReportedRoom other(shoebox({3, 3, 4}, uniform_material(0.4f), {2, 1, 1}), 300, 2000);
+  const Outcome outcome =
+      clamor({"report", reported_->path(), "-o", reported_->folder() / "page.html", "--quiet",
+              "--listener", "5.5,1,2", "--compare", other.path()});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_THAT(outcome.err, HasSubstr(other.path() + ": hardly anything is heard at 5.5,1,2"));
+  EXPECT_EQ(outcome.err.find(reported_->path() + ": "), std::string::npos) << outcome.err;
 }
 
 TEST_F(ReportCommand, SaysTheFiguresOfImpulse_NoAsan) {
