@@ -168,7 +168,8 @@ Result<void> render_to_file(RenderRequest& request, const MixArguments& mix,
   auto wav = WavWriter::create(request.output, format.channels(), kSampleRate_hz, request.samples,
                                format.speakers());
   if (!wav.ok()) return wav.error();
-  const auto frames = static_cast<std::uint64_t>(std::llround(request.seconds * kSampleRate_hz));
+  const auto frames = static_cast<std::uint64_t>(
+      std::max(1LL, std::llround(request.seconds * kSampleRate_hz)));  // a walk may be shorter
   RenderSink sink(*wav, format.channels(), frames, notes);
   notice.begin("finding what the listener hears first");
   const auto take = [&](std::span<const float> block) {

@@ -152,6 +152,15 @@ TEST_F(Outputs, OfRenderPlayAndImpulseNeverReplaceBakesWalksScriptsSoundsOrHeads
       ".wav");
 }
 
+TEST_F(Outputs, HoldASampleOfAWalkThatIsShorter) {
+  const std::string walk = folder_.write("walk.json", R"({"points": [
+    {"time_s": 0, "position_m": [1, 0, 2]}, {"time_s": 1e-9, "position_m": [1, 0, 1]}]})");
+  const Outcome outcome =
+      clamor({"render", bake_, "-o", folder_ / "o.wav", "--walk", walk, "--receivers", "omni"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.err.find("nan"), std::string::npos) << outcome.err;
+}
+
 TEST_F(Outputs, OfReportsNeverReplaceWhatTheyReportOn) {
   fs::create_directory(folder_ / "report");
   const std::string walk =
