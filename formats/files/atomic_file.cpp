@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/name_length.h"
 #include "common/platform/process.h"
 #include "common/system_reason.h"
 #include "common/utf8_path.h"
@@ -25,8 +26,13 @@ std::string folder_of(const std::string& path) {
   return folder.empty() ? "." : folder.string();
 }
 
-// Temporaries are named PATH.HOST.PROCESS.tmp.
-std::string prefix_of(const std::string& path) { return path + "." + host_name() + "."; }
+// Temporaries are named PATH.HOST.PROCESS.tmp. A name in a folder has at most 255 bytes, of which
+// these additions may take 80.
+std::string prefix_of(const std::string& path) {
+  std::string name = path_of(path).filename().string();
+  shorten(name, 170);
+  return path_of(path).replace_filename(path_of(name)).string() + "." + host_name() + ".";
+}
 
 void remove_stale_temporaries(const std::string& path) {
   const std::string prefix = path_of(prefix_of(path)).filename().string();

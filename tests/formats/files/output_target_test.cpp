@@ -44,6 +44,13 @@ class Outputs : public ::testing::Test {
   fs::path folder_;
 };
 
+TEST_F(Outputs, MayHaveTheLongestNamesOfAFileSystem) {
+  const std::string path = at(std::string(255, 'n'));
+  const auto written = write_file(path, "text");
+  ASSERT_TRUE(written.ok()) << written.error().message;
+  EXPECT_EQ(text_of(path), "text");
+}
+
 TEST_F(Outputs, FollowAllLinks) {
   fs::create_symlink("link2", folder_ / "link1");
   fs::create_symlink("folder_link/new", folder_ / "link2");
