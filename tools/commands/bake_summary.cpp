@@ -119,7 +119,8 @@ void print_bake_summary(const BakeContents& contents, const BakeReport& report,
         "  kept     {} ({}): the next bake traces only emitters that moved, or everything if a "
         "surface, a material or a setting changes\n",
         journal, journal_size);
-  if (!no_file) fmt::print(err, "  listen   clamor play {}\n", shell_quoted(output));
+  if (!no_file && !contents.emitters.empty())
+    fmt::print(err, "  listen   clamor play {}\n", shell_quoted(output));
 }
 
 void print_fit(const AbsorptionFit& fit, const MeasuredDecay& measured, const std::string& output,

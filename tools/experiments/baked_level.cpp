@@ -13,6 +13,7 @@ Result<BakedLevel> BakedLevel::open(const std::string& path) {
   if (!file.ok()) return file.error();
   auto tables = read_signals_and_tables(*file);
   if (!tables.ok()) return tables.error();
+  if (tables->emitters.empty()) return Error(path + ": it has no emitters; bake it with one");
   auto mesh = file->read_mesh();
   if (!mesh.ok()) return mesh.error();
   return BakedLevel{{file->provenance().level, std::move(*mesh), file->materials(),

@@ -28,6 +28,7 @@ Result<std::unique_ptr<ExperimentScene>> ExperimentScene::open(const std::string
   if (!input.ok()) return input.error();
   input->origin_m = Vec3(0);
   if (const auto right = check(*input); !right.ok()) return right.error().in(path);
+  if (input->emitters.empty()) return Error(path + ": it has no emitters; bake it with one");
   if (max_sources > 0 && input->sources.size() > max_sources) {
     const std::size_t every = (input->sources.size() + max_sources - 1) / max_sources;
     std::vector<Source> few;

@@ -168,7 +168,6 @@ Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostre
   auto read = BakedLevel::open(options.level);
   if (!read.ok()) return read.error();
   const Level& level = read->level;
-  if (level.emitters.empty()) return Error(options.level + ": it has no emitters");
   OcclusionGeometry surfaces(level.mesh, level.materials);
   const std::vector<Vec3> places_m =
       options.listener_m ? std::vector<Vec3>{*options.listener_m}

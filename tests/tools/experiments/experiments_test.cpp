@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "tests/box_level.h"
 #include "tests/build_paths.h"
 #include "tests/tools/drawn_page.h"
 
@@ -284,6 +285,21 @@ TEST(Experiments, RefuseWhatTheyCannotDoAndSayWhatThereIs) {
   EXPECT_EQ(clamor({"experiment", "walk", "x.clamor"}).code, 2);
   EXPECT_EQ(clamor({"experiment", "walk", "x.clamor", "-o", "r", "--null", "3"}).code, 2);
   EXPECT_TRUE(folder.names().empty());
+}
+
+TEST(Experiments, RefuseABakeOfProbesWithoutEmitters) {
+  const Folder folder;
+  const std::string bake = folder / "probes.clamor";
+  const Outcome baked = clamor({"bake", box_level(folder), "-o", bake, "--material", "curtain",
+                                "--probes", "3", "--probe-sources", "10"});
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  EXPECT_EQ(baked.err.find("  listen "), std::string::npos) << baked.err;
+  for (const char* const name :
+       {"stadium", "violin", "octave-bands", "convergence", "walk", "field", "motion", "seeds"}) {
+    const Outcome outcome = clamor({"experiment", name, bake, "-o", folder / "r", "--quick"});
+    EXPECT_EQ(outcome.code, 1) << name;
+    EXPECT_NE(outcome.err.find("it has no emitters"), std::string::npos) << outcome.err;
+  }
 }
 
 TEST(Strategies, OfTheCommandLineAreCheckedBeforeAnythingIsWritten) {
