@@ -209,7 +209,7 @@ BakePlan make_bake_plan(const Scene& scene, const Level& level, const BakeSettin
 }
 
 void keep_estimates(BakePlan& plan, const BakePlan& earlier) {
-  constexpr double kThresholdStep = 2;  // Pilot::threshold()
+  constexpr double kThresholdStep = 1.0001 * Pilot::kThresholdStep;
   constexpr float kDecayStep = 1.51f;   // decay_model() rounds to 1, 1.5, 2, 3, ...
   if (plan.longest_path_s != earlier.longest_path_s || plan.fade_s != earlier.fade_s ||
       plan.deposit_threshold > kThresholdStep * earlier.deposit_threshold ||

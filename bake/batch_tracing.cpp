@@ -50,7 +50,8 @@ BatchTracing::BatchTracing(const PhotonTracer& tracer, const BakePlan& plan,
       sink_(std::move(sink)),
       batches_(batches_of(plan, shard)),
       portals_(plan.photons.size()) {
-  if (shard.count == 1 && !sink_) thinning_.emplace(plan.sources);
+  if (shard.count == 1 && !sink_)
+    thinning_.emplace(plan.sources, DepositWeight(tracer.settings().decay), tracer.speed_mps());
   progress_.stage = "tracing";
   for (const auto& batch : batches_)
     for (const PhotonRun& run : batch) progress_.photons_total += run.count;
@@ -172,7 +173,7 @@ void BatchTracing::accumulate_run(const TracedRun& run, std::span<const Deposit>
       Source& source = sources_.emplace_back(secondary_source(deposit, photon_share));
       source.emitter = portals_.number_of(deposit.emitter, deposit.portals);
     }
-    thinning_->add(sources_);
+    thinning_->add(sources_, tracer_.deposit_threshold(run.run.emitter) * photon_share);
   }
   if (sink_) sink_(run, deposits);
   tally_.add(run.tally, photon_share);

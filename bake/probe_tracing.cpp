@@ -150,17 +150,16 @@ void ProbeCollector::add(const TracedRun& run, std::span<const Deposit> deposits
     sources.back().path = sets.path_of(first_leg(deposit), deposit.portals);
   }
   early_->add(early_sources_);
-  late_->add(late_sources_);
+  late_->add(late_sources_, tracer_.deposit_threshold(run.run.emitter) * late_share);
 }
 
-void ProbeCollector::begin_place() {
-  early_.emplace(sources_per_probe_, SourceThinning::Weight::kSquareRoot);
-}
+void ProbeCollector::begin_place() { early_.emplace(sources_per_probe_); }
 
 void ProbeCollector::begin_zone() {
   const std::size_t zone = finished_.zones.size();
   if (zone < zones_.sizes.size())
-    late_.emplace(zone_sources(zones_.sizes[zone], zones_.sizes.size(), sources_per_probe_));
+    late_.emplace(zone_sources(zones_.sizes[zone], zones_.sizes.size(), sources_per_probe_),
+                  DepositWeight(tracer_.settings().decay), tracer_.speed_mps());
 }
 
 std::vector<Source> ProbeCollector::completed(std::vector<Source> sources,

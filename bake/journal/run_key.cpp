@@ -14,7 +14,7 @@ namespace clamor {
 namespace {
 
 // Increment whenever the tracer's results change, so that older journals no longer match.
-constexpr std::uint64_t kTraceVersion = 3;
+constexpr std::uint64_t kTraceVersion = 4;
 
 class Hasher {
  public:

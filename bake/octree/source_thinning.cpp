@@ -24,15 +24,9 @@ double thinning_random(const Source& source) {
   return unit_above_zero(bits[0]);
 }
 
-double weight_of(const Source& source, SourceThinning::Weight weight) {
-  const double root = std::sqrt(sum_of(source.power));
-  return weight == SourceThinning::Weight::kSquareRoot ? root : std::sqrt(root);
-}
-
-void scale(Source& source, double threshold, SourceThinning::Weight weight) {
-  const double of_source = weight_of(source, weight);
-  if (of_source >= threshold) return;
-  for (float& band : source.power) band = static_cast<float>(band * (threshold / of_source));
+void scale(Source& source, double factor) {
+  if (!(factor > 1)) return;
+  for (float& band : source.power) band = static_cast<float>(band * factor);
 }
 
 // The key that `higher` of the keys precede in descending order, by radix selection. Keys are not
@@ -59,8 +53,12 @@ double key_after(ScratchList<double>& keys, std::size_t higher) {
 
 }  // namespace
 
-SourceThinning::SourceThinning(std::uint64_t max_sources, Weight weight)
-    : max_sources_(max_sources), room_(max_sources + max_sources / 8 + 10'000), weight_(weight) {}
+SourceThinning::SourceThinning(std::uint64_t max_sources, const DepositWeight& weight,
+                               double speed_mps)
+    : max_sources_(max_sources),
+      room_(max_sources + max_sources / 8 + 10'000),
+      weight_(weight),
+      speed_mps_(speed_mps) {}
 
 Result<void> SourceThinning::use_file(const std::string& beside) {
   sources_ = ScratchList<Source>(beside);
@@ -69,7 +67,7 @@ Result<void> SourceThinning::use_file(const std::string& beside) {
   return keys_.reserve(room_);
 }
 
-void SourceThinning::add(std::span<const Source> deposits) {
+void SourceThinning::add(std::span<const Source> deposits, double threshold) {
   if (added_ == 0 && !sources_.is_in_file()) {
     // Reserved at once, because doubling would need twice the memory at the peak.
     (void)sources_.reserve(room_);
@@ -77,8 +75,10 @@ void SourceThinning::add(std::span<const Source> deposits) {
   }
   added_ += deposits.size();
   for (const Source& deposit : deposits) {
-    const double key = weight_of(deposit, weight_) / thinning_random(deposit);
-    if (key < threshold_) continue;  // too low: the kept sources all have higher keys
+    const auto path_m = static_cast<float>(deposit.delay_s * speed_mps_);
+    const double weight = std::max<double>(weight_.of(deposit.power, path_m), threshold);
+    const double key = std::sqrt(weight) / thinning_random(deposit);
+    if (key < dropped_) continue;  // too low: the kept sources all have higher keys
     if (keys_.size() == room_) prune();
     (void)sources_.append({&deposit, 1});  // cannot fail, as there is room
     (void)keys_.append({&key, 1});
@@ -87,18 +87,18 @@ void SourceThinning::add(std::span<const Source> deposits) {
 
 void SourceThinning::prune() {
   if (keys_.size() <= max_sources_) return;
-  threshold_ = key_after(keys_, max_sources_);
+  dropped_ = key_after(keys_, max_sources_);
   std::size_t equal = max_sources_;  // sources of this key that are kept
   keys_.for_blocks([&](std::span<const double> block, std::size_t) {
-    for (const double key : block) equal -= key > threshold_ ? 1 : 0;
+    for (const double key : block) equal -= key > dropped_ ? 1 : 0;
   });
   std::size_t kept = 0;
   const std::span<Source> sources = sources_.all();
   keys_.for_blocks([&](std::span<const double> block, std::size_t first) {
     const std::size_t before = kept;
     for (std::size_t i = 0; i < block.size(); ++i) {
-      if (block[i] < threshold_ || (block[i] == threshold_ && equal == 0)) continue;
-      if (block[i] == threshold_) --equal;
+      if (block[i] < dropped_ || (block[i] == dropped_ && equal == 0)) continue;
+      if (block[i] == dropped_) --equal;
       sources[kept] = sources[first + i];
       keys_.all()[kept++] = block[i];
     }
@@ -112,10 +112,12 @@ void SourceThinning::prune() {
 
 ScratchList<Source> SourceThinning::take() {
   prune();
-  keys_ = ScratchList<double>();
-  sources_.for_blocks([&](std::span<Source> block, std::size_t) {
-    for (Source& source : block) scale(source, threshold_, weight_);
+  sources_.for_blocks([&](std::span<Source> block, std::size_t first) {
+    for (std::size_t i = 0; i < block.size(); ++i)
+      scale(block[i], dropped_ / (keys_.all()[first + i] * thinning_random(block[i])));
+    keys_.release(first, block.size());
   });
+  keys_ = ScratchList<double>();
   return std::exchange(sources_, ScratchList<Source>());
 }
 

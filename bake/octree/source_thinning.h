@@ -1,18 +1,14 @@
 // source_thinning.h: keeps n of the deposits by unbiased priority sampling.
 //
-// Priority sampling (N. Duffield, C. Lund, M. Thorup, J. ACM 54(6), 2007): deposit i with power
-// P_i, summed over bands, has the weight w_i = P_i^(1/4), a random number v_i in (0, 1] and the key
-// w_i / v_i. The n highest keys are kept, and each kept power is multiplied by max(1, tau / w_i),
-// with tau the (n + 1)-th key. The estimate of any sum over deposits is unbiased, and no deposit
-// with a weight above tau is dropped.
+// Priority sampling (N. Duffield, C. Lund, M. Thorup, J. ACM 54(6), 2007): deposit i of weight w_i
+// (deposit_weight.h) has a random number v_i in (0, 1] and the key w_i^(1/2) / v_i. The n highest
+// keys are kept, and each kept power is multiplied by max(1, tau / w_i^(1/2)), with tau the
+// (n + 1)-th key. The estimate of any sum over deposits is unbiased, and no deposit with
+// w_i^(1/2) above tau is dropped.
 //
-// Why the fourth root: weights proportional to power would leave a thousandth of the sources for
-// the late decay, 30 dB down. In a 5 x 4 x 3 m room, with 200 000 sources of 30 000 photons and 24
-// seeds, the spread of T30 at one place and of its level is
-//
-//   P: 2.0 %, 0.014 dB    P^(1/2): 1.1 %, 0.015 dB    P^(1/4): 0.4 %, 0.014 dB
-//
-// and 0.5 %, 0.029 dB for the 150 000 deposits of 5 000 photons without thinning.
+// Deposits below the tracer's threshold T have been thinned before, with probabilities that differ
+// as their weights did, and count as if they had the weight T. So the probability of being kept by
+// both is proportional to w^(1/2), too.
 //
 // v is a hash of the deposit and independent of u, which the runtime's sampler uses. The result
 // does not depend on how deposits were grouped.
@@ -27,6 +23,7 @@
 #include <string>
 
 #include "bake/octree/scratch_list.h"
+#include "bake/trace/deposit_weight.h"
 #include "common/result.h"
 #include "formats/bake_file/source.h"
 
@@ -34,17 +31,16 @@ namespace clamor {
 
 class SourceThinning {
  public:
-  // The weight of a deposit: the fourth or the square root of its power. The square root is for
-  // deposits of much the same time, whose sum matters most.
-  enum class Weight : std::uint8_t { kFourthRoot, kSquareRoot };
-
-  explicit SourceThinning(std::uint64_t max_sources, Weight weight = Weight::kFourthRoot);
+  // Without a `weight`, that of a deposit is its power: for deposits of much the same time.
+  explicit SourceThinning(std::uint64_t max_sources, const DepositWeight& weight = {},
+                          double speed_mps = 0);
 
   // Keeps the deposits in a file beside `beside`. Call before add().
   Result<void> use_file(const std::string& beside);
 
-  // Of deposits with equal keys, the first are kept.
-  void add(std::span<const Source> deposits);
+  // Those with a weight below `threshold` have been thinned. Of deposits with equal keys, the first
+  // are kept.
+  void add(std::span<const Source> deposits, double threshold = 0);
 
   // Returns the kept sources in the order of add() and clears the object. The list has spare room.
   ScratchList<Source> take();
@@ -55,9 +51,10 @@ class SourceThinning {
   void prune();
 
   std::size_t max_sources_, room_;
-  Weight weight_;
+  DepositWeight weight_;
+  double speed_mps_;
   std::uint64_t added_ = 0;
-  double threshold_ = 0;  // highest dropped key
+  double dropped_ = 0;  // highest key of these
   ScratchList<Source> sources_;
   ScratchList<double> keys_;  // of the sources
 };

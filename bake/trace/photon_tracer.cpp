@@ -117,6 +117,7 @@ PhotonTracer::PhotonTracer(const Scene& scene, const Level& level, const TraceSe
   kernel_settings_.fade_m = settings.fade_s * settings.speed_mps;
   kernel_settings_.max_bounces = settings.max_bounces;
   kernel_settings_.seconds_per_m = 1 / settings.speed_mps;
+  kernel_settings_.deposit_weight = DepositWeight(settings.decay);
   kernel_settings_.images = settings_.images.get();
   kernel_settings_.offset_m = static_cast<float>(scene.offset_m());
   for (std::size_t b = 0; b < kBandCount; ++b)
@@ -178,6 +179,10 @@ KernelPhoton PhotonTracer::emit(std::uint32_t index, std::uint64_t number, Ray& 
   return photon;
 }
 
+double PhotonTracer::deposit_threshold(std::uint32_t emitter) const {
+  return settings_.deposit_threshold * emitted_power(level_.emitters[emitter]);
+}
+
 void PhotonTracer::first_rays(const PhotonRun& run, std::vector<Ray>& rays) const {
   rays.resize(run.count);
   for (std::uint32_t i = 0; i < run.count; ++i) emit(run.emitter, run.first + i, rays[i]);
@@ -235,12 +240,11 @@ void PhotonTracer::trace_batch(std::span<const PhotonRun> runs, TracedRuns& resu
   for (const PhotonRun& run : runs) {
     assert(run.emitter < level_.emitters.size());
     const Emitter& emitter = level_.emitters[run.emitter];
-    const double launched = emitted_power(emitter);
     Bands& emitted = work.emitted.emplace_back();
     for (std::size_t b = 0; b < kBandCount; ++b)
       emitted[b] = static_cast<float>(emitted_power(emitter, b));
     KernelRun& kernel_run = work.runs.emplace_back();
-    kernel_run.deposit_threshold = static_cast<float>(settings_.deposit_threshold * launched);
+    kernel_run.deposit_threshold = static_cast<float>(deposit_threshold(run.emitter));
     kernel_run.early_until_m = settings_.early_until_m;
     kernel_run.deposits_early = run.first < settings_.early_photons;
     kernel_run.emitter = run.emitter;

@@ -52,16 +52,17 @@ struct TraceSettings {
   Bands air_loss_per_m{};
   std::uint32_t max_bounces = 0xffffffff;
 
-  // Thins weak deposits without bias: if the power P of a deposit, summed over bands, is below this
-  // share T of its photon's initial power, it is kept with probability (P / T)^(1/4) and its power
-  // is divided by that probability. 0 keeps all. For the fourth root see source_thinning.h.
+  // Thins weak deposits without bias: if the weight w of a deposit (deposit_weight.h) is below this
+  // share T of its photon's initial power, it is kept with probability (w / T)^(1/2) and its power
+  // is divided by that probability. 0 keeps all.
   double deposit_threshold = 0;
   // Before this path length, only the first `early_photons` of an emitter leave deposits, and those
   // leave all.
   double early_until_m = 0;
   std::uint64_t early_photons = 0;
 
-  // Estimated decay, for weight windows (weight_window.h); unknown: none.
+  // Estimated decay, for the weights of deposits and for weight windows (weight_window.h); unknown:
+  // none.
   DecayModel decay{};
 
   // Paths that leave no deposits, because image sources stand for them (bake/early); null: none.
@@ -137,6 +138,9 @@ class PhotonTracer {
 
   const TraceSettings& settings() const { return settings_; }
   double speed_mps() const { return settings_.speed_mps; }
+
+  // The weight below which deposits of an emitter have been thinned.
+  double deposit_threshold(std::uint32_t emitter) const;
 
   // Key of an emitter's random numbers: a hash of the seed and its name.
   std::uint64_t emitter_key(std::uint32_t emitter) const { return emitter_keys_[emitter]; }

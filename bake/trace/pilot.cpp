@@ -15,10 +15,6 @@ namespace {
 
 constexpr std::uint32_t kPilotPhotons = 1024;
 
-double power_of_two_down(double value) {
-  return value > 0 ? exp2_of(std::floor(log2_of(value))) : 0;
-}
-
 // The T for which the sum of min(1, root / T), times `per_root`, equals `wanted`. `roots` ascend.
 double root_threshold(const std::vector<double>& roots, double per_root, double wanted) {
   // For T equal to a root, smaller ones are thinned and larger ones are kept.
@@ -68,9 +64,13 @@ TraceSettings pilot_settings(const TraceSettings& trace, const DecayModel& decay
 
 void append_deposits(std::span<const Deposit> deposits, std::span<const double> power,
                      double speed_mps, Pilot& pilot) {
-  for (const Deposit& deposit : deposits)
-    pilot.deposits.push_back({static_cast<double>(deposit.delay_s) * speed_mps,
-                              sum_of(deposit.power) / power[deposit.emitter]});
+  const DepositWeight weight(pilot.decay);
+  for (const Deposit& deposit : deposits) {
+    const double path_m = static_cast<double>(deposit.delay_s) * speed_mps;
+    const double share = static_cast<double>(weight.of(deposit.power, static_cast<float>(path_m))) /
+                         power[deposit.emitter];
+    pilot.deposits.push_back({path_m, share});
+  }
 }
 
 }  // namespace
@@ -82,12 +82,12 @@ double Pilot::deposits_per_photon() const {
 double Pilot::threshold(double photons, double wanted, double from_m) const {
   std::vector<double> roots;
   for (const PilotDeposit& deposit : deposits)
-    if (deposit.path_m >= from_m) roots.push_back(std::sqrt(std::sqrt(deposit.share)));
+    if (deposit.path_m >= from_m) roots.push_back(std::sqrt(deposit.weight));
   const double per_root = photons / kPilotPhotons;
   if (!(wanted > 0) || static_cast<double>(roots.size()) * per_root <= wanted) return 0;
   std::sort(roots.begin(), roots.end());
   const double root = root_threshold(roots, per_root, wanted);
-  return power_of_two_down(root * root * root * root);
+  return root > 0 ? exp2_of(std::floor(4 * log2_of(root)) / 2) : 0;
 }
 
 // With energies E1 to E4 of the four quarters of the longest path, E4 / (E3 / E4 - 1) follows

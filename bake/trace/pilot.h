@@ -1,6 +1,7 @@
 // pilot.h: a few photons traced ahead of a bake, to plan it.
 #pragma once
 
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -15,7 +16,7 @@ struct Level;
 struct Pilot {
   struct PilotDeposit {
     double path_m = 0;
-    double share = 0;  // power, relative to its photon's
+    double weight = 0;  // relative to the initial power of its photon
   };
   std::vector<PilotDeposit> deposits;
   DecayModel decay;
@@ -24,8 +25,9 @@ struct Pilot {
   double deposits_per_photon() const;
 
   // The threshold of TraceSettings for which `photons` leave about `wanted` deposits whose path is
-  // longer than `from_m`; 0 if they leave no more anyway. Rounded down to a power of two, so that
-  // it stays the same as emitters move a little.
+  // longer than `from_m`; 0 if they leave no more anyway. Rounded down to a power of
+  // kThresholdStep, so that it stays the same as emitters move a little.
+  static constexpr double kThresholdStep = std::numbers::sqrt2;
   double threshold(double photons, double wanted, double from_m = 0) const;
 };
 

@@ -30,7 +30,7 @@ struct alignas(64) ShadeScratch {
   RandomColumns surface_bits;
   // Power after the surface, times the path's weights.
   alignas(64) std::array<Bands, kStepPhotons> left;
-  Column<float> before, after, reflected, survival;
+  Column<float> before, after, survival;
   Column<float> random, roulette, keep;
 
   // Photons that survive roulette:

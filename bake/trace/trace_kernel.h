@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "bake/trace/deposit.h"
+#include "bake/trace/deposit_weight.h"
 #include "bake/trace/image_index.h"
 #include "bake/trace/kernel_material.h"
 #include "bake/trace/path_record.h"
@@ -52,6 +53,7 @@ struct KernelSettings {
   double seconds_per_m = 1 / 343.2;
   Bands air_log2_loss_per_m{};  // attenuation of energy: 2^(-loss r)
   float offset_m = 0;           // offset of the next ray from the surface
+  DepositWeight deposit_weight{};
   // Paths that are left out, because image sources stand for them; null: none.
   const ImageIndex* images = nullptr;
 };
@@ -86,7 +88,7 @@ struct DepositSink {
 
 // Per run of the call.
 struct KernelRun {
-  float deposit_threshold = 0;  // of the power, for deposits from `early_until_m` on
+  float deposit_threshold = 0;  // of the weight, for deposits from `early_until_m` on
   double early_until_m = 0;
   bool deposits_early = true;  // whether there are deposits before it
   std::uint32_t emitter = 0;

@@ -96,7 +96,6 @@ CLAMOR_INLINE float share_ending(const KernelSettings& settings, double from_m, 
     store(after, scratch.left[count]);
     scratch.before[count] = max_of(power * weight);
     scratch.after[count] = max_of(after);
-    scratch.reflected[count] = sum_of(after * load(material.reflected_fraction));
     scratch.slot[count] = slots[i];
     scratch.hit[count] = static_cast<std::uint32_t>(i);
     scratch.key[0][count] = static_cast<std::uint32_t>(photon.key);
@@ -165,14 +164,30 @@ CLAMOR_INLINE void write_deposit(const ShadeArguments& with, const KernelPhoton&
   ++with.sink.count;
 }
 
+// The weight of a deposit, as DepositWeight::of().
+CLAMOR_INLINE float weight_of(const DepositWeight& weight, BandVector power, float path_m) {
+  const BandVector knee_m = load(weight.knee_m()), path = BandVector{} + path_m;
+  const BandVector before_m = path < knee_m ? path : knee_m;
+  const BandVector lost = before_m * load(weight.early_log2_loss_per_m()) +
+                          (path - before_m) * load(weight.late_log2_loss_per_m());
+  const BandVector most = BandVector{} + DepositWeight::kMostLost_log2;
+  const BandVector lost_log2 = lost < most ? lost : most;
+  return sum_of(power * exp2_of(lost_log2)) *
+         sum_of(exp2_of(lost_log2 * -DepositWeight::kShareExponent)) / kBandCount;
+}
+
 // Thinning of weak deposits: certain to be kept from the threshold on, below it with probability
-// (power / threshold)^(1/4). Returns the factor for the deposit's power, 0 if it is dropped.
-CLAMOR_INLINE float thinning_factor(const KernelRun& run, const KernelPhoton& photon, float power,
-                                    float draw) {
-  if (!(power > 0)) return 0;
+// (weight / threshold)^(1/2). Returns the factor for the deposit's power, 0 if it is dropped.
+CLAMOR_INLINE float thinning_factor(const DepositWeight& weight, const KernelRun& run,
+                                    const KernelPhoton& photon, BandVector power, float draw) {
+  if (!(max_of(power) > 0) || !(photon.deposit_times > 0)) return 0;
   if (photon.travelled_m < run.early_until_m) return run.deposits_early ? 1 : 0;
-  if (power >= run.deposit_threshold) return 1;
-  const float odds = std::sqrt(std::sqrt(power / run.deposit_threshold));
+  if (!(run.deposit_threshold > 0)) return 1;
+  const float ratio = photon.deposit_times *
+                      weight_of(weight, power, static_cast<float>(photon.travelled_m)) /
+                      run.deposit_threshold;
+  if (ratio >= 1) return 1;
+  const float odds = std::sqrt(ratio);
   return draw < odds ? 1 / odds : 0;
 }
 
@@ -193,7 +208,6 @@ CLAMOR_INLINE float thinning_factor(const KernelRun& run, const KernelPhoton& ph
     const float times = photon.deposit_times;
     const BandVector left = load(scratch.left[j]);
     BandVector reflected = left * load(material.reflected_fraction);
-    float reflected_sum = scratch.reflected[j];
     std::uint32_t deposited_as = hit.material;
     if (material.is_mirror && is_of_image(with, photon, hit, with.rays[scratch.hit[j]])) {
       const BandVector scattered = reflected * load(material.brdf.scattering);
@@ -204,11 +218,10 @@ CLAMOR_INLINE float thinning_factor(const KernelRun& run, const KernelPhoton& ph
       if (with.sink.tallies != nullptr)
         record_power(with, photon, PathTally::Kind::kOfImage, load(of_image));
       reflected = scattered;
-      reflected_sum = sum_of(scattered);
       deposited_as = material.scattered_share;
     }
-    const float scale =
-        times * thinning_factor(run, photon, times * reflected_sum, scratch.keep[j]);
+    const DepositWeight& weight = with.settings.deposit_weight;
+    const float scale = times * thinning_factor(weight, run, photon, reflected, scratch.keep[j]);
     if (scale > 0)
       write_deposit(with, photon, scratch.hit[j], deposited_as, reflected * scale,
                     scratch.random[j], false);
@@ -219,7 +232,7 @@ CLAMOR_INLINE float thinning_factor(const KernelRun& run, const KernelPhoton& ph
                               static_cast<std::uint32_t>(photon.number >> 32), with.bounce,
                               static_cast<std::uint32_t>(Use::kTransmission)});
       const float transmitted_scale =
-          times * thinning_factor(run, photon, times * sum_of(part), unit_of(bits[2]));
+          times * thinning_factor(weight, run, photon, part, unit_of(bits[2]));
       if (transmitted_scale > 0)
         write_deposit(with, photon, scratch.hit[j], hit.material, part * transmitted_scale,
                       static_cast<float>((bits[0] >> 8) + 1) * 0x1p-24f, true);

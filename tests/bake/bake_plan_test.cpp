@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -158,10 +159,10 @@ TEST(BakePlan, KeepsEstimatesThatDifferByAStepOfTheirRounding) {
     return std::pair(plan.deposit_threshold, plan.decay.late_m[3]);
   };
   const BakePlan earlier = estimated(4, 20);
-  EXPECT_EQ(kept_with(earlier, estimated(2, 15)), std::pair(4.0, 20.0f));
-  EXPECT_EQ(kept_with(earlier, estimated(8, 30)), std::pair(4.0, 20.0f));
+  EXPECT_EQ(kept_with(earlier, estimated(2 * std::numbers::sqrt2, 15)), std::pair(4.0, 20.0f));
+  EXPECT_EQ(kept_with(earlier, estimated(4 * std::numbers::sqrt2, 30)), std::pair(4.0, 20.0f));
   EXPECT_EQ(kept_with(earlier, estimated(4, 10)), std::pair(4.0, 10.0f)) << "another room";
-  EXPECT_EQ(kept_with(earlier, estimated(16, 30)), std::pair(16.0, 30.0f)) << "more photons";
+  EXPECT_EQ(kept_with(earlier, estimated(8, 30)), std::pair(8.0, 30.0f)) << "more photons";
   BakePlan one_band = estimated(4, 20);
   one_band.decay.knee_m[7] = 40;
   EXPECT_EQ(kept_with(earlier, one_band), std::pair(4.0, 20.0f));
