@@ -289,6 +289,7 @@ CLAMOR_API clamor_result clamor_create_listener(clamor_context* context, clamor_
 CLAMOR_API clamor_result clamor_destroy_listener(clamor_context* context, clamor_listener listener);
 
 /* Crossfades to another level within a tenth of a second, or once a crossfade under way has ended.
+ * Sounds of emitters that loop are then as far as if it had always been heard, others begin.
  * Errors: HANDLE, FILE, MEMORY; the listener then stays where it is. Any thread; as long as
  * clamor_create_listener(), during which the old level plays on. */
 CLAMOR_API clamor_result clamor_enter_level(clamor_context* context, clamor_listener listener,

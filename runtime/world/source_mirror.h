@@ -39,9 +39,6 @@ class SourceMirror {
   // voices fade out.
   std::uint64_t sound_of(std::size_t slot) const { return sound_slots_[slot].last_handle; }
 
-  // The world's time at the auralizer's time 0, as far as it is known.
-  double start_s() const { return start_s_.value_or(0); }
-
  private:
   struct Slot {
     std::uint64_t identity = 0, version = 0;

@@ -1,6 +1,7 @@
 #include "runtime/world/world_listener.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/platform/prefault_code.h"
@@ -12,6 +13,10 @@ namespace clamor {
 namespace {
 
 constexpr std::size_t kPart_frames = 256;  // rendered at a time into planes
+
+std::uint64_t frames_of(double time_s) {
+  return static_cast<std::uint64_t>(std::llround(time_s * kSampleRate_hz));
+}
 
 }  // namespace
 
@@ -29,14 +34,14 @@ WorldListener::WorldListener(Ears first, const Options& options,
 WorldListener::~WorldListener() = default;
 
 Result<WorldListener::Ears> WorldListener::listen(const Place& place, const Options& options,
-                                                  double start_s) {
+                                                  double begins_s) {
   auto auralizer = Auralizer::create(place.level, options.auralizer);
   if (!auralizer.ok()) return auralizer.error();
-  Ears ears{std::move(*auralizer), nullptr};
+  Ears ears{std::move(*auralizer), nullptr, begins_s};
   if (options.sources == nullptr) return ears;
   const bool offline = options.auralizer.wait_for_pages;
   ears.sources = std::make_unique<SourceMirror>(*ears.auralizer, *options.sources, place.handle,
-                                                offline ? std::optional(start_s) : std::nullopt);
+                                                offline ? std::optional(begins_s) : std::nullopt);
   // Prepared here, so that the sampler does not have to.
   for (const auto& sound : options.sources->all_sounds())
     (void)sound->for_mode(ears.auralizer->mode());
@@ -62,16 +67,20 @@ Result<std::shared_ptr<WorldListener>> WorldListener::create(const Place& place,
 }
 
 Result<void> WorldListener::enter(const Place& place) {
-  double start_s = 0;
-  if (options_.sources != nullptr) {
+  Options options = options_;
+  {
     const std::lock_guard lock(making_);
-    start_s = current_.sources->start_s() + current_.auralizer->next_keyframe_time_s();
+    options.auralizer.begins_s = time_s();
   }
-  auto next = listen(place, options_, start_s);
+  auto next = listen(place, options, options.auralizer.begins_s);
   if (!next.ok()) return next.error();
   const std::lock_guard lock(making_);
   incoming_ = std::move(*next);
   return {};
+}
+
+double WorldListener::time_s() const {
+  return current_.begins_s + current_.auralizer->next_keyframe_time_s();
 }
 
 AuralizerStatistics WorldListener::statistics() {
@@ -98,10 +107,12 @@ bool WorldListener::make_keyframes() {
   const Listener& listener = moved_.latest();
   if (outgoing_.auralizer != nullptr && mixed_.has_faded()) outgoing_ = {};
   if (incoming_.auralizer != nullptr && outgoing_.auralizer == nullptr) {
+    const double now_s = time_s();
+    incoming_.auralizer->skip(frames_of(now_s - incoming_.begins_s));
     make_first_keyframes(incoming_, listener);
     outgoing_ = std::exchange(current_, std::move(incoming_));
     incoming_ = {};
-    mixed_.fade_to(*current_.auralizer);
+    mixed_.fade_to(*current_.auralizer, frames_of(now_s));
   }
   bool made = false;
   for (Ears* const heard : {&current_, &outgoing_})
@@ -114,9 +125,7 @@ bool WorldListener::make_keyframes() {
 std::optional<double> WorldListener::wanted_keyframe_s() {
   const std::lock_guard lock(making_);
   if (!current_.auralizer->wants_keyframe()) return {};
-  const bool knows_start = current_.sources != nullptr && options_.auralizer.wait_for_pages;
-  return current_.auralizer->next_keyframe_time_s() +
-         (knows_start ? current_.sources->start_s() : 0);
+  return options_.auralizer.wait_for_pages ? time_s() : current_.auralizer->next_keyframe_time_s();
 }
 
 bool WorldListener::load() {

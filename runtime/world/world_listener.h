@@ -47,8 +47,9 @@ class WorldListener {
   static Result<std::shared_ptr<WorldListener>> create(const Place& place, const Options& options);
   ~WorldListener();
 
-  // Crossfades to another level in a tenth of a second, once a fade under way has ended. Takes as
-  // long as opening the level, during which the old one plays on. After an Error it plays on, too.
+  // Crossfades to another level in a tenth of a second, once a fade under way has ended. Signals
+  // that loop go on as if the listener had always been there. Takes as long as opening the level,
+  // during which the old one plays on. After an Error it plays on, too.
   Result<void> enter(const Place& place);
 
   void move(const Listener& listener) {
@@ -94,12 +95,14 @@ class WorldListener {
   struct Ears {
     std::unique_ptr<Auralizer> auralizer;
     std::unique_ptr<SourceMirror> sources;
+    double begins_s = 0;  // since the listener was created
   };
 
   WorldListener(Ears first, const Options& options, std::unique_ptr<Resampler> resampler);
-  static Result<Ears> listen(const Place& place, const Options& options, double start_s);
+  static Result<Ears> listen(const Place& place, const Options& options, double begins_s);
   static bool make_keyframe(Ears& ears, const Listener& listener);
   static void make_first_keyframes(Ears& ears, const Listener& listener);
+  double time_s() const;  // of the next keyframe, since the listener was created
 
   const Options options_;
   const MixMode mode_;

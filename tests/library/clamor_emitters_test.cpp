@@ -57,6 +57,21 @@ TEST(ClamorEmitters, AddUpWithTheirGains_NoAsan) {
   EXPECT_GT(largest_difference(mixed, untouched), 0.05 * peak(untouched));
 }
 
+TEST(ClamorEmitters, GoOnIfTheyLoopWhereAListenerEntersALevel_NoAsan) {
+  const EmitterRoom stays, enters;
+  for (const EmitterRoom* const room : {&stays, &enters}) {
+    EXPECT_EQ(room->change(2, 0), CLAMOR_OK);  // which clicks once
+    room->commit();
+    for (int first = 0; first < 4; ++first)
+      EXPECT_EQ(clamor_update(room->context.get(), 0, nullptr), CLAMOR_OK);
+  }
+  EXPECT_EQ(stays.heard(), enters.heard());
+  EXPECT_EQ(clamor_enter_level(enters.context.get(), enters.listener, enters.level, nullptr),
+            CLAMOR_OK);
+  const auto one = stays.heard(), other = enters.heard();
+  EXPECT_LT(largest_difference(one, other), 1e-3 * peak(one));
+}
+
 TEST(ClamorEmitters, FollowTheirGroupAndAreNeverLouderThanTheBake_NoAsan) {
   const EmitterRoom room;
   const clamor_group_options unchanged = group_options(1);

@@ -338,7 +338,7 @@ class Listener(_Owned):
     def next_keyframe_s(self) -> Optional[float]:
         """The time of the next keyframe that an offline listener wants, or None if it wants none.
 
-        In seconds since the level was entered. Move the listener to its pose at that time, and call
+        In seconds since the listener was created. Move the listener to its pose at that time, and call
         Context.update().
         """
         wanted, time_s = self._call("clamor_next_keyframe")
