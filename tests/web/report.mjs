@@ -12,6 +12,9 @@ import {tree_cpu_ms, visit} from "./browsers.mjs";
 
 const [program, listened, plain, pairs = 5] = process.argv.slice(2);
 const kScript = `<script type="module">
+const problems = [];
+addEventListener("error", ({message}) => problems.push(message));
+addEventListener("unhandledrejection", ({reason}) => problems.push(String(reason)));
 const post = (name, body) => fetch(location.hash.slice(1) + "/result/" + name, {method: "POST", mode: "no-cors", body});
 const nap = () => new Promise((resolve) => { setTimeout(resolve, 20); });
 try {
@@ -35,7 +38,15 @@ try {
     }
     const {keyframes, voices} = await listening.ears.statistics();
     if (keyframes === 0n || voices === 0) throw new Error("no keyframes");
-    await post("sounds", listening.audio.currentTime > 0 ? "the report sounds" : "the report renders; there is no sound device");
+    const sounds = listening.audio.currentTime > 0, draws = document.createElement("canvas").getContext("webgl2") !== null;
+    while (!sounds && !/is there a device/.test(document.getElementById("listen-status").textContent)) {
+      if (performance.now() > end) throw new Error("it does not say that there is no device");
+      await nap();
+    }
+    if (!draws && !/no WebGL2/.test(document.getElementById("stage").textContent)) throw new Error("it does not say that there is no WebGL");
+    if (problems.length > 0) throw new Error(problems.join("; "));
+    await post("sounds", (sounds ? "the report sounds" : "the report renders, and says that there is no sound device") +
+      (draws ? "" : "; it says that there is no WebGL"));
   }
   await post("end");
 } catch (error) {

@@ -173,9 +173,9 @@ class ClamorListener {
     this.context.tell("clamor_move_listener", this.handle, {position_m, orientation});
   }
 
-  // Crossfades to another level.
+  // Crossfades to another level. Where the Worker renders, it renders half a second ahead first, so that there is no gap.
   enter(level) {
-    return this.context.ask("clamor_enter_level", this.handle, level.handle);
+    return this.context.ask("enter", this.handle, level.handle);
   }
 
   // Of an OfflineAudioContext: renders that much, before startRendering(). `poses` are {time_s, position_m,

@@ -9,6 +9,7 @@ import {RemoteBake} from "./remote_bake.js";
 const kBlockFrames = 512;
 const kLoadingSeconds = 0.004;  // for pages and sounds, at each block
 const kMostHeldBlocks = 6;  // without an update, where blocks are late
+const kLongCall_s = 0.5;
 
 let native, context;
 let changed = false;  // since the last commit
@@ -19,13 +20,13 @@ const log = (sentence) => postMessage({log: sentence});
 // Renders what one listener hears, `lead_frames` ahead of what its worklet has played, into memory that both share or
 // into blocks that are posted.
 class Feed {
-  constructor(listener, {port, channels, lead_frames, offline}) {
-    Object.assign(this, {listener, port, channels, lead_frames, offline, sent: 0, played: 0, since_update: kMostHeldBlocks});
+  constructor(listener, {port, channels, lead_frames, long_frames, offline}) {
+    Object.assign(this, {listener, port, channels, lead_frames, long_frames, offline, sent: 0, played: 0, since_update: kMostHeldBlocks});
     this.planes = native.module._malloc(4 * (kBlockFrames + 1) * channels);
     this.table = this.planes + 4 * kBlockFrames * channels;
     for (let i = 0; i < channels; ++i)
       native.view.setUint32(this.table + 4 * i, this.planes + 4 * kBlockFrames * i, true);
-    this.reserve(lead_frames + kBlockFrames);
+    this.reserve(Math.max(lead_frames, long_frames) + kBlockFrames);
     port.onmessage = ({data}) => {
       this.played = data;
       this.pump();
@@ -45,8 +46,12 @@ class Feed {
     this.port.postMessage({capacity, channels: this.channels, begins_at, ring: this.ring, state: this.state});
   }
 
-  pump() {
-    while (this.ahead < this.lead_frames) this.send();
+  pump(lead_frames = this.lead_frames) {
+    while (this.ahead < lead_frames) this.send();
+  }
+
+  get is_playing() {
+    return this.played !== 0 && !this.offline;
   }
 
   get ahead() {
@@ -104,6 +109,15 @@ function update(loading_s) {
   native.call("clamor_update", context, loading_s);
 }
 
+// Makes a call that takes long, and the first keyframe after it, which does, too. What is heard meanwhile is rendered before.
+function long(call) {
+  const playing = [...feeds.values()].filter((feed) => feed.is_playing);
+  for (const feed of playing) feed.pump(feed.long_frames);
+  const result = call();
+  if (playing.length > 0) update(kLoadingSeconds);
+  return result;
+}
+
 function names(level, count, call) {
   return Array.from({length: count}, (_, i) => native.call(call, context, level, i));
 }
@@ -131,11 +145,15 @@ const own = {
   },
 
   listen(level, options, {port, lead_frames}) {
-    const listener = native.call("clamor_create_listener", context, level,
-      {max_block_frames: kBlockFrames, ...options});
+    const listener = long(() => native.call("clamor_create_listener", context, level,
+      {max_block_frames: kBlockFrames, ...options}));
     const channels = native.call("clamor_get_channels", context, listener);
-    feeds.set(listener, new Feed(listener, {port, channels, lead_frames, offline: options.offline}));
+    feeds.set(listener, new Feed(listener, {port, channels, lead_frames, long_frames: kLongCall_s * options.rate_hz, offline: options.offline}));
     return {listener, channels};
+  },
+
+  enter(listener, level) {
+    long(() => native.call("clamor_enter_level", context, listener, level));
   },
 
   start(listener) {

@@ -104,6 +104,25 @@ test("the keyboard reaches what sounds, and axe finds nothing serious", async ()
   assert.deepEqual(violations.filter(({impact}) => ["serious", "critical"].includes(impact)).map(({id, help}) => `${id}: ${help}`), []);
 });
 
+test("sounds without WebGL, too", async () => {
+  const plain = await chromium.launch({executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+    args: ["--no-sandbox", "--disable-gpu", "--disable-3d-apis"]});
+  try {
+    const one = await plain.newPage(), problems = [];
+    one.on("pageerror", ({message}) => problems.push(message));
+    await one.goto(pathToFileURL("listened.html").href);
+    await one.getByRole("button", {name: "Listen"}).click();
+    await one.waitForFunction(() => /voices/.test(document.getElementById("listen-status").textContent), null, {timeout: 60_000});
+    await one.waitForFunction(() => window.clamorView.heard?.length > 10);
+    await one.getByLabel("Opening is open").uncheck();
+    await one.getByLabel("the other bake").check();
+    assert.match(await one.locator("#stage").innerText(), /no WebGL2/);
+    assert.deepEqual(problems, []);
+  } finally {
+    await plain.close();
+  }
+});
+
 test("pauses, and has asked the network for nothing", async () => {
   await page.getByRole("button", {name: "Pause"}).click();
   await page.waitForFunction(() => window.clamorListening.audio.state === "suspended");
