@@ -13,6 +13,11 @@
 //   S         0   0.01   0.06    0.275   0.375   0.5    0.74 and more
 //   curve(S)  0   0.15   0.185   0.295   0.39    0.59   1
 //
+// Where the straight line is free, one edge leaves S of 0.5 and more. Less is that of an opening,
+// and what falls on an opening passes it: with F the unoccluded fraction of the paths with a detour
+// of at most 2^-7 wavelengths of the lowest band, S < 0.5 gives
+// V + max(2 F - 1, 0) (curve(1 - S)^2 - V).
+//
 // A surface occludes only if source and listener lie on different sides of its plane: what a floor
 // cuts off is the image source's, which the bake accounts for. A path that meets any other surface
 // is reflected there.

@@ -161,12 +161,18 @@ std::array<float, kZoneRings> FresnelZone::disc_fractions() const {
 
 Bands FresnelZone::visibility() const {
   const auto free = disc_fractions();
+  // One edge beside a free line leaves half of a zone free at least. If less is free around a line
+  // that has no edge near by, it passes an opening, which lets pass what falls on it.
+  const float is_apart = std::max(2 * free.back() - 1, 0.0f);
   Bands visibility{};
   for (std::size_t b = 0; b < kBandCount; ++b) {
     const auto inner = static_cast<float>(kInnerWeight);
-    const float a = std::max(diffracted_amplitude(inner * free[b + 1] + (1 - inner) * free[b]),
-                             amplitude_of_long_detours(b));
+    const float share = inner * free[b + 1] + (1 - inner) * free[b];
+    const float a = std::max(diffracted_amplitude(share), amplitude_of_long_detours(b));
     visibility[b] = a * a;
+    if (share >= 0.5f) continue;
+    const float of_opening = diffracted_amplitude(1 - share);
+    visibility[b] += is_apart * (of_opening * of_opening - visibility[b]);
   }
   return visibility;
 }

@@ -176,8 +176,8 @@ TEST(CoupledRooms, HaveTheLevelOfAnIndependentTracerBeyondTheDoorway) {
       }
     }
   }
-  // Visibility by the share of the Fresnel zone takes 0.2 to 0.6 dB: with rays instead, means were
-  // within 0.3 dB. The tracer's own error is 0.15 dB at a place.
+  // Visibility by the share of the Fresnel zone takes up to 0.3 dB. The tracer's own error is 0.15
+  // dB at a place.
   for (std::size_t b = 0; b < kTracedBands; ++b) {
     double mean_db = 0, mean_variance = 0;
     for (std::size_t p = 0; p < kFarPlaces_m.size(); ++p) {
@@ -199,15 +199,16 @@ TEST(CoupledRooms, HaveTheLevelOfAnIndependentTracerBeyondTheDoorway) {
 // Power of reflections at a place, as zones let it pass and as straight lines would.
 struct PassedPower {
   std::array<double, kBandCount> by_zones{}, by_lines{};
+  std::array<double, kBandCount> from_elsewhere{};  // by zones, where the line is blocked
   double loss_db(std::size_t band) const {
     return 10 * std::log10(by_zones[band] / by_lines[band]);
   }
 };
 
 // An opening lets pass what falls on it, so summed over the reflections behind it, zones and lines
-// should pass the same power. The curve of a zone is that of one edge, and where the two sides of
-// an opening are within the zone, it is too low. Reflections of the room itself lose nothing.
-TEST(CoupledRooms, LoseThroughTheDoorwayAloneWhatTheFresnelZoneTakes) {
+// should pass the same power. Near the sides of an opening, the curve of one edge makes zones pass
+// less, and some of it comes from behind the wall. Reflections of the room itself lose nothing.
+TEST(CoupledRooms, LoseLittleByZonesAndThroughTheDoorwayAlone) {
   Level level = testing::portal_rooms(false);
   level.materials = {testing::uniform_material(0.1f, 0.3f, kMirrorExponent)};
   const auto baked = bake(level, {.settings = {.photons = 5000, .sources = 10000}});
@@ -232,16 +233,26 @@ TEST(CoupledRooms, LoseThroughTheDoorwayAloneWhatTheFresnelZoneTakes) {
           sources[i]->position_m.x < testing::kPortalWall_m - 0.01f ? through : within;
       for (std::size_t b = 0; b < kBandCount; ++b) {
         passed.by_zones[b] += static_cast<double>(power[b]) * static_cast<double>(visible[i][b]);
-        if (is_free) passed.by_lines[b] += static_cast<double>(power[b]);
+        if (is_free)
+          passed.by_lines[b] += static_cast<double>(power[b]);
+        else
+          passed.from_elsewhere[b] +=
+              static_cast<double>(power[b]) * static_cast<double>(visible[i][b]);
       }
     }
     std::printf("| %.1f, %.1f, %.1f |", place_m.x, place_m.y, place_m.z);
     for (std::size_t b = 0; b < kBandCount; ++b) {
-      std::printf(" %+.1f (%.0f %%) |", through.loss_db(b),
-                  100 * through.by_lines[b] / (through.by_lines[b] + within.by_lines[b]));
+      const double elsewhere = through.from_elsewhere[b] / through.by_zones[b];
+      std::printf(" %+.1f (%.0f %%, %.0f %%) |", through.loss_db(b),
+                  100 * through.by_lines[b] / (through.by_lines[b] + within.by_lines[b]),
+                  100 * elsewhere);
+      const double all_db = 10 * std::log10((through.by_zones[b] + within.by_zones[b]) /
+                                            (through.by_lines[b] + within.by_lines[b]));
+      EXPECT_NEAR(all_db, 0, 0.7) << kBandCentres_hz[b] << " Hz";
+      EXPECT_LT(elsewhere, 0.6) << kBandCentres_hz[b] << " Hz";
       EXPECT_NEAR(within.loss_db(b), 0, 0.2) << kBandCentres_hz[b] << " Hz";
       EXPECT_LT(through.loss_db(b), 0.5) << kBandCentres_hz[b] << " Hz";
-      EXPECT_GT(through.loss_db(b), kBandCentres_hz[b] < 8000 ? -7.5 : -1) << kBandCentres_hz[b];
+      EXPECT_GT(through.loss_db(b), kBandCentres_hz[b] < 8000 ? -2.6 : -1) << kBandCentres_hz[b];
     }
     std::printf("\n");
   }

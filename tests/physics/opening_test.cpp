@@ -4,10 +4,13 @@
 // integral of v exp(i k R) / R. In the opening itself it is the incident pressure, because what the
 // screen scatters is opposite on both sides. Boundary elements solve this for v: rectangles that
 // become narrower towards the edges, where v is singular, with 1 / R integrated exactly.
+#include <array>
 #include <cmath>
 #include <complex>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -132,6 +135,60 @@ TEST(Openings, AreWithinTwoDecibelsOfTheExactSolutionOneAndAHalfWhereTheyAreNotN
     }
   }
   EXPECT_GT(count, 90);
+}
+
+// Reflections are heard by the share of their zones. Sound of equal strength comes from all
+// directions to an opening, from points 5 m away; the exact solution takes it as if it came from
+// the listener. Nearly as much arrives as straight lines pass, and more beside the opening, since
+// the air in it moves more freely than in a free field.
+TEST(Openings, PassByZonesOfSoundFromAllDirectionsAsMuchAsByTheExactSolution) {
+  constexpr double kWidth_m = 0.9, kHeight_m = 2, kFar_m = 5;
+  constexpr std::size_t kDirections = 600, kBands = 4;
+  const OcclusionGeometry geometry(screen(kWidth_m, kHeight_m), std::vector<Material>(1));
+  std::vector<Vec3> sources_m;
+  for (std::size_t i = 0; i < kDirections; ++i) {
+    const double x = (static_cast<double>(i) + 0.5) / kDirections, across = std::sqrt(1 - x * x),
+                 turn = 2 * kPi * std::numbers::phi * static_cast<double>(i);
+    sources_m.push_back(kFar_m * Vec3(-x, across * std::cos(turn), across * std::sin(turn)));
+  }
+  struct Place {
+    double distance_m, deg;
+  };
+  for (const Place& place : {Place{0.8, 0}, Place{2, 0}, Place{2, 30}, Place{2, 60}, Place{2, 75},
+                             Place{4, 0}, Place{4, 45}}) {
+    const Vec3 to_m = at_angle(place.distance_m, place.deg);
+    std::array<double, kBands> zones{}, exact{};
+    double lines = 0;
+    std::vector<double> intensities;
+    for (const Vec3& from_m : sources_m) {
+      const LineOfSight line{Vec3f(from_m), Vec3f(to_m), kSound_mps};
+      std::uint64_t rays = 0;
+      bool line_is_free = false;
+      const Bands passes = fresnel_visibility(geometry, line, kFinePaths, rays, &line_is_free);
+      const double intensity = intensities.emplace_back(1 / dot(to_m - from_m, to_m - from_m));
+      for (std::size_t b = 0; b < kBands; ++b)
+        zones[b] += intensity * static_cast<double>(passes[b]);
+      if (line_is_free) lines += intensity;
+    }
+    std::printf("| %.1f m, %.0f |", place.distance_m, place.deg);
+    for (std::size_t b = 0; b < kBands; ++b) {
+      for (const double third : {-1.0, 0.0, 1.0}) {
+        const double hz = 62.5 * std::exp2(static_cast<double>(b) + third / 3);
+        const auto powers = exact_powers(kWidth_m, kHeight_m, hz, to_m, sources_m);
+        for (std::size_t i = 0; i < kDirections; ++i) exact[b] += intensities[i] * powers[i] / 3;
+      }
+      const double zones_db = level_db(zones[b] / exact[b]);
+      const double lines_db = level_db(lines / exact[b]);
+      std::printf(" %+.1f, %+.1f |", zones_db, lines_db);
+      EXPECT_LT(zones_db, 1.8) << place.distance_m << " m, band " << b;
+      EXPECT_GT(zones_db, place.deg < 60   ? -0.8
+                          : place.deg < 75 ? -2.3
+                                           : -5)
+          << place.distance_m << " m at " << place.deg << " degrees, band " << b;
+      EXPECT_NEAR(lines_db, 0, place.deg < 45 ? 0.6 : 5.5) << place.deg << ", band " << b;
+    }
+    std::printf("\n");
+  }
 }
 
 // Kirchhoff's integral: the incident pressure and velocity over the opening, as if there were no

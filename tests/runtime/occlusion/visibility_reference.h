@@ -48,6 +48,19 @@ inline double slow_visibility(const OcclusionGeometry& geometry, const LineOfSig
                               std::size_t band, std::uint32_t paths, std::uint64_t& rays) {
   const double distance_m = length(Vec3(line.to_m) - Vec3(line.from_m));
   const double wave_m = line.speed_of_sound_mps / (62.5 * std::exp2(static_cast<double>(band)));
+  const auto share_of = [&](double inner_m2, double outer_m2, std::uint32_t count) {
+    int counted = 0, passed = 0;
+    for (std::uint32_t i = 1; i <= count; ++i) {
+      const double area_m2 = inner_m2 + (outer_m2 - inner_m2) * halton(2, i);
+      const double detour_m = std::sqrt(distance_m * distance_m + area_m2) - distance_m;
+      const auto free = path_is_free(geometry, line, detour_m, 2 * std::numbers::pi * halton(3, i),
+                                     halton(5, i), rays);
+      counted += free.has_value();
+      passed += free.value_or(false);
+    }
+    return static_cast<double>(passed) / std::max(counted, 1);
+  };
+  const auto area_m2_of = [&](double detour_m) { return detour_m * (2 * distance_m + detour_m); };
   int wide = 0, wide_free = 0, narrow = 0, narrow_free = 0;
   for (std::uint32_t i = 1; i <= paths; ++i) {
     const double area_m2 = 2 * wave_m * (2 * distance_m + 2 * wave_m) * halton(2, i);
@@ -64,23 +77,19 @@ inline double slow_visibility(const OcclusionGeometry& geometry, const LineOfSig
   double longer = 0;  // power by the paths of long detours
   for (std::size_t k = 0; k <= band; ++k) {
     const double min_m = wave_m * std::exp2(static_cast<double>(k));
-    const double inner_m2 = min_m * (2 * distance_m + min_m);
-    const double outer_m2 = 2 * min_m * (2 * distance_m + 2 * min_m);
-    int counted = 0, passed = 0;
-    for (std::uint32_t i = 1; i <= paths / 4; ++i) {
-      const double area_m2 = inner_m2 + (outer_m2 - inner_m2) * halton(2, i);
-      const double detour_m = std::sqrt(distance_m * distance_m + area_m2) - distance_m;
-      const auto free = path_is_free(geometry, line, detour_m, 2 * std::numbers::pi * halton(3, i),
-                                     halton(5, i), rays);
-      counted += free.has_value();
-      passed += free.value_or(false);
-    }
-    const double amplitude = 0.36 * passed / std::max(counted, 1);
+    const double amplitude = 0.36 * share_of(area_m2_of(min_m), area_m2_of(2 * min_m), paths / 4);
     longer += amplitude * amplitude * std::exp2(-static_cast<double>(k));
   }
-  const float a = diffracted_amplitude(static_cast<float>(0.7 * narrow_free / std::max(narrow, 1) +
-                                                          0.3 * wide_free / std::max(wide, 1)));
-  return std::max(static_cast<double>(a) * a, longer);
+  const double share =
+      0.7 * narrow_free / std::max(narrow, 1) + 0.3 * wide_free / std::max(wide, 1);
+  const auto curve = [](double fraction) {
+    return std::pow(static_cast<double>(diffracted_amplitude(static_cast<float>(fraction))), 2);
+  };
+  const double by_edge = std::max(curve(share), longer);
+  if (share >= 0.5) return by_edge;
+  const double line_m = std::exp2(-7) * line.speed_of_sound_mps / 62.5;
+  const double is_apart = std::max(2 * share_of(0, area_m2_of(line_m), paths / 4) - 1, 0.0);
+  return by_edge + is_apart * (curve(1 - share) - by_edge);
 }
 
 }  // namespace clamor::testing
