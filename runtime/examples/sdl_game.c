@@ -300,6 +300,8 @@ int main(int count, char** words) {
   const int end = (int)(seconds * RATE_HZ + 0.5);
   pose.orientation[3] = 1;
 
+  /* For devices of another rate: SDL 2 resamples by itself with clicks, by libsamplerate without. */
+  SDL_SetHint(SDL_HINT_AUDIO_RESAMPLING_MODE, "best");
   SDL_SetMainReady();
   if (SDL_Init(SDL_INIT_VIDEO | (recording != NULL ? 0 : SDL_INIT_AUDIO)) != 0) return failed();
   SDL_Window* const window =

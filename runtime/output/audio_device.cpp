@@ -35,9 +35,11 @@ constexpr auto kAfterError = std::chrono::milliseconds(5);
 #ifdef CLAMOR_HAS_SOUND_SERVERS
 constexpr RtAudio::Api kApi = RtAudio::LINUX_ALSA;
 constexpr const char* kApiName = "alsa";
+constexpr bool kBackBeforeCentre = true;
 #else
 constexpr RtAudio::Api kApi = RtAudio::WINDOWS_WASAPI;
 constexpr const char* kApiName = "wasapi";
+constexpr bool kBackBeforeCentre = false;
 #endif
 
 // Silences ALSA, which reports every card that it does not find to standard error. libasound is a
@@ -109,7 +111,7 @@ class DeviceOutput final : public AudioOutput {
   std::string open(unsigned id, const OutputRequest& request, int rate_hz) {
     RtAudio::StreamParameters parameters;
     parameters.deviceId = id;
-    parameters.nChannels = static_cast<unsigned>(request.channels);
+    parameters.nChannels = channels_ = static_cast<unsigned>(request.channels);
     RtAudio::StreamOptions options;
     options.numberOfBuffers = kBuffers;
     options.streamName = "clamor";
@@ -166,7 +168,16 @@ class DeviceOutput final : public AudioOutput {
     const auto& callback = device.callback_;
     callback.fill(callback.context, static_cast<float*>(output), frames,
                   (status & RTAUDIO_OUTPUT_UNDERFLOW) != 0);
+    device.order_channels(static_cast<float*>(output), frames);
     return 0;
+  }
+
+  // Channels come in the order of WAV files. ALSA has the loudspeakers at the back of 5.1 and 7.1
+  // before the centre and the low frequencies.
+  void order_channels(float* output, unsigned frames) const {
+    if (!kBackBeforeCentre || (channels_ != 6 && channels_ != 8)) return;
+    for (float* frame = output; frame != output + frames * channels_; frame += channels_)
+      std::rotate(frame + 2, frame + 4, frame + 6);
   }
 
   // On our thread: records the problem. On the device's thread: marks the device as failed, unless
@@ -207,7 +218,7 @@ class DeviceOutput final : public AudioOutput {
 
   OutputCallback callback_;
   const std::string name_;
-  unsigned frames_ = 0;
+  unsigned frames_ = 0, channels_ = 0;
   int rate_hz_ = 0;
   bool begun_ = false;   // used by the device's thread only
   std::string problem_;  // used by the calling thread only

@@ -153,6 +153,10 @@ pa_channel_map map_for(int channels, const pa_channel_map& of_sink) {
   if (channels > kMaxInWavOrder && channels == of_sink.channels) return of_sink;
   pa_channel_map map;
   ::pa_channel_map_init_extend(&map, static_cast<unsigned>(channels), PA_CHANNEL_MAP_WAVEEX);
+  if (channels == 8) {  // 7.1; PulseAudio takes the last two for loudspeakers beside the centre
+    map.map[6] = PA_CHANNEL_POSITION_SIDE_LEFT;
+    map.map[7] = PA_CHANNEL_POSITION_SIDE_RIGHT;
+  }
   return map;
 }
 

@@ -33,8 +33,11 @@ class Pulse {
     return there ? "" : "pulseaudio and pulseaudio-utils are not installed";
   }
 
-  Pulse()
-      : folder_(std::filesystem::temp_directory_path() /
+  // The sink has 2, 6 or 8 channels, in the order of WAV files.
+  explicit Pulse(int channels = 2)
+      : channels_(std::to_string(channels)),
+        map_(order_of(channels)),
+        folder_(std::filesystem::temp_directory_path() /
                 ("clamor_pulse_" + std::to_string(::getpid()))) {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
@@ -55,8 +58,9 @@ class Pulse {
             "pulseaudio", "-n", "--daemonize=no", "--use-pid-file=no", "--exit-idle-time=-1",
             "--disallow-exit", "--realtime=no", "--high-priority=no", "--disable-shm=yes", "-L",
             "module-native-protocol-unix socket=" + socket + " auth-anonymous=1", "-L",
-            "module-null-sink sink_name=clamor norewinds=1 format=float32le rate=48000 channels=2 "
-            "sink_properties=device.description=clamor"},
+            "module-null-sink sink_name=clamor norewinds=1 format=float32le rate=48000 "
+            "sink_properties=device.description=clamor channels=" +
+                channels_ + " channel_map=" + map_},
         (folder_ / "daemon").string());
     for (int i = 0; i < 500 && !answers(socket); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -111,9 +115,22 @@ class Pulse {
   const std::filesystem::path& folder() const { return folder_; }
 
  private:
-  static std::vector<std::string> recording() {
-    return {"parec",        "-d",           "clamor.monitor", "--format=float32le",
-            "--rate=48000", "--channels=2", "--raw",          "--latency-msec=20"};
+  std::vector<std::string> recording() const {
+    return {"parec",
+            "-d",
+            "clamor.monitor",
+            "--format=float32le",
+            "--rate=48000",
+            "--raw",
+            "--latency-msec=20",
+            "--channels=" + channels_,
+            "--channel-map=" + map_};
+  }
+
+  static std::string order_of(int channels) {
+    std::string order = "front-left,front-right";
+    if (channels > 2) order += ",front-center,lfe,rear-left,rear-right";
+    return channels > 6 ? order + ",side-left,side-right" : order;
   }
 
   // The socket's file exists slightly earlier.
@@ -143,6 +160,7 @@ class Pulse {
     return problem ? 0 : size;
   }
 
+  const std::string channels_, map_;
   std::filesystem::path folder_;
   std::unique_ptr<Program> daemon_;
   bool ready_ = false;
@@ -160,7 +178,7 @@ class Alsa : public Pulse {
     return there ? Pulse::missing() : "libasound2-plugins is not installed";
   }
 
-  Alsa() {
+  explicit Alsa(int channels = 2) : Pulse(channels) {
     const std::string settings = (folder() / "asound.conf").string();
     std::ofstream(settings) << "pcm.!default { type pulse }\nctl.!default { type pulse }\n";
     ::setenv("ALSA_CONFIG_PATH", ("/usr/share/alsa/alsa.conf:" + settings).c_str(), 1);
