@@ -47,7 +47,7 @@ TracedState::TracedState(const Level& as_it_is, const BakeSettings& settings,
                                            : std::min(settings.early_order, kMaxImageOrder)),
       trace(trace_settings(settings)),
       plan(reweighed != nullptr ? reweighed->plan()
-                                : make_bake_plan(scene, level, settings, trace)),
+                                : make_bake_plan(scene, level, settings, with_images())),
       tracer(scene, level, complete(reweighed, kept)) {
   if (reweighed != nullptr && settings.sources > 0) plan.sources = settings.sources;
 }
@@ -68,14 +68,17 @@ void TracedState::take_estimates() {
   trace.fade_s = plan.fade_s;
 }
 
+const TraceSettings& TracedState::with_images() {
+  if (auto images = find_images(scene, level, early_order); !images.empty())
+    trace.images = std::make_shared<const ImageIndex>(images);
+  return trace;
+}
+
 const TraceSettings& TracedState::complete(const ReweighedPhotons* reweighed,
                                            const PathCache* kept) {
   if (kept != nullptr) keep_estimates(plan, kept->plan());
   take_estimates();
-  if (reweighed != nullptr)
-    trace.images = reweighed->images();
-  else if (auto images = find_images(scene, level, early_order); !images.empty())
-    trace.images = std::make_shared<const ImageIndex>(images);
+  if (reweighed != nullptr) trace.images = reweighed->images();
   if (has_closed_state(level)) trace.first_portals = PortalSet::of_state(PortalSet::kStateOpen);
   return trace;
 }

@@ -52,6 +52,8 @@ class TracedState {
   const PhotonTracer tracer;
 
  private:
+  // The settings with the level's images, which the plan needs.
+  const TraceSettings& with_images();
   // Complete the settings by the plan.
   const TraceSettings& complete(const ReweighedPhotons* reweighed, const PathCache* kept);
   const TraceSettings& complete_closed();

@@ -121,11 +121,13 @@ Pilot trace_pilot(const Scene& scene, const Level& level, const TraceSettings& t
   const std::vector<PhotonRun> runs = pilot_runs(power, kPilotPhotons);
   Pilot pilot;
   TracedRuns traced;
-  PhotonTracer(scene, level, pilot_settings(trace, {})).trace(runs, traced);
+  TraceSettings of_all_sound = pilot_settings(trace, {});
+  of_all_sound.images = nullptr;
+  PhotonTracer(scene, level, of_all_sound).trace(runs, traced);
   pilot.decay = decay_model(traced.deposits(), trace.speed_mps);
   pilot.decay_path_m = decay_path_m({&traced, 1}, std::vector<double>(power.size(), 1.0),
                                     trace.longest_path_s * trace.speed_mps, trace.speed_mps);
-  // Weight windows change how many deposits a photon leaves.
+  // Weight windows change how many deposits a photon leaves, and images how strong they are.
   traced.clear();
   PhotonTracer(scene, level, pilot_settings(trace, pilot.decay)).trace(runs, traced);
   append_deposits(traced.deposits(), power, trace.speed_mps, pilot);
