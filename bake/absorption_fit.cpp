@@ -168,8 +168,7 @@ Result<AbsorptionFit> fit_on_this_team(const Level& level, const BakeOptions& op
   if (fitted.list.empty())
     return Error(
         "no material's absorption can be fitted: thin ones, open ones and different ones of one "
-        "name "
-        "stay as they are");
+        "name stay as they are");
   std::array<std::optional<OctaveFit>, kBandCount> octaves;
   for (std::size_t b = 0; b < kBandCount; ++b)
     if (measured.times_s[b]) octaves[b].emplace(fitted, b, *measured.times_s[b], measured.to_db);

@@ -38,8 +38,8 @@ class SourceThinning {
   // Keeps the deposits in a file beside `beside`. Call before add().
   Result<void> use_file(const std::string& beside);
 
-  // Those with a weight below `threshold` have been thinned. Of deposits with equal keys, the first
-  // are kept.
+  // Deposits with a weight below `threshold` have been thinned before. Of those with equal keys,
+  // the first are kept.
   void add(std::span<const Source> deposits, double threshold = 0);
 
   // Returns the kept sources in the order of add() and clears the object. The list has spare room.

@@ -30,7 +30,6 @@
 // The fixed shares are 50, 20, 10, 8, 6 and 6 % of the sources for each 10 dB.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 
 #include "common/bands.h"

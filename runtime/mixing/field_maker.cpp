@@ -269,8 +269,12 @@ bool FieldMaker::is_due(const Input& input, std::size_t part, const ListenerFram
          taps.last == nullptr || taps.group.is_empty() ||
          taps.swapped_weight > kKeptSwap * weight_ ||
          turn(frame.ahead, taps.frame.ahead) > kKeptTurn_rad ||
-         turn(frame.up, taps.frame.up) > kKeptTurn_rad ||
-         (ears_.has_dense_late && part == kLateField && input.density->lacks_passes() > 0);
+         turn(frame.up, taps.frame.up) > kKeptTurn_rad || lacks_passes(input, part);
+}
+
+// Whether the density of late sound is not yet right.
+bool FieldMaker::lacks_passes(const Input& input, std::size_t part) const {
+  return ears_.has_dense_late && part == kLateField && input.density->lacks_passes() > 0;
 }
 
 void FieldMaker::renew(std::size_t part_index, const Listener& listener, const Reception& reception,
@@ -292,9 +296,8 @@ void FieldMaker::renew(std::size_t part_index, const Listener& listener, const R
   for (const auto& input : inputs_) {
     Taps& taps = input->parts[part_index];
     const float step = is_first ? 1 : static_cast<float>(every) / kTapFade_keyframes;
-    const bool lacks_passes =
-        ears_.has_dense_late && part_index == kLateField && input->density->lacks_passes() > 0;
-    taps.has_changed = taps.group.advance(step) || taps.has_changed || makes_gains || lacks_passes;
+    taps.has_changed = taps.group.advance(step) || taps.has_changed || makes_gains ||
+                       lacks_passes(*input, part_index);
   }
   if (makes_gains) {
     const double speed_mps = std::max(length(velocity_mps), 1e-9);

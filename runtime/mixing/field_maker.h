@@ -208,6 +208,7 @@ class FieldMaker {
   int kept_for(const Taps& taps) const;
   bool is_due(const Input& input, std::size_t part, const ListenerFrame& frame, int kept,
               std::size_t index) const;
+  bool lacks_passes(const Input& input, std::size_t part) const;
   void assemble(std::size_t part, Keyframe& keyframe);
   void renew_gains(std::size_t part);
   void make_gains(Input& input, std::size_t part, std::size_t first, bool of_all);

@@ -164,6 +164,15 @@ TEST(AuralizerField, PassesSourcesBetweenVoicesAndTapsWithoutAChange_NoAsan_NoTs
   EXPECT_LT(e, -30);
 }
 
+void expect_same_loudness(std::span<const float> field, std::span<const float> voices) {
+  constexpr std::size_t kWindow = 2 * 19'200, kHop = kWindow / 4;  // 400 ms, 100 ms
+  for (std::size_t at = 0; at + kWindow <= voices.size(); at += kHop)
+    EXPECT_NEAR(
+        10 * std::log10(power(field.subspan(at, kWindow)) / power(voices.subspan(at, kWindow))), 0,
+        0.5)
+        << at / 2;
+}
+
 // Two steady tones: the hardest signals, because all of a tone's sources interfere.
 TEST(AuralizerField, IsAsLoudAsAllVoicesForAWalkingListener_NoAsan_NoTsan) {
   const auto walking = [](double t) {
@@ -172,12 +181,7 @@ TEST(AuralizerField, IsAsLoudAsAllVoicesForAWalkingListener_NoAsan_NoTsan) {
   constexpr double kSeconds = 4;
   const auto voices = mixed(everything(Mixing::kVoices), kSeconds, walking);
   const auto field = mixed(everything(Mixing::kField), kSeconds, walking);
-  constexpr std::size_t kWindow = 2 * 19'200, kHop = kWindow / 4;  // 400 ms, 100 ms
-  for (std::size_t at = 0; at + kWindow <= voices.size(); at += kHop)
-    EXPECT_NEAR(10 * std::log10(power(std::span(field).subspan(at, kWindow)) /
-                                power(std::span(voices).subspan(at, kWindow))),
-                0, 0.5)
-        << at / 2;
+  expect_same_loudness(field, voices);
 }
 
 // The room's sources play twenty tones, none of which is much of the whole: a response is kept
@@ -203,12 +207,7 @@ TEST(AuralizerField, IsAsLoudWhereItKeepsResponsesOfManySignals_NoAsan_NoTsan) {
     return mixed(everything(mixing, binaural()), 3, walking, 960, input);
   };
   const auto voices = heard(Mixing::kVoices), field = heard(Mixing::kField);
-  constexpr std::size_t kWindow = 2 * 19'200, kHop = kWindow / 4;  // 400 ms, 100 ms
-  for (std::size_t at = 0; at + kWindow <= voices.size(); at += kHop)
-    EXPECT_NEAR(10 * std::log10(power(std::span(field).subspan(at, kWindow)) /
-                                power(std::span(voices).subspan(at, kWindow))),
-                0, 0.5)
-        << at / 2;
+  expect_same_loudness(field, voices);
 }
 
 // The click begins after 0.2 s; its sound is dense from a tenth of a second after that on.
