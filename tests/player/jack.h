@@ -49,7 +49,7 @@ class Jack {
                                  "-t", "5000", "-n", name_, "-d", "dummy", "-r",
                                  std::to_string(rate_hz_), "-p", std::to_string(block_frames_)},
         log_);
-    ready_ = std::system((std::string(testing::kJackListener) + " > /dev/null 2>&1").c_str()) == 0;
+    ready_ = listener_succeeds("");
   }
 
   bool ready() const { return ready_; }
@@ -65,12 +65,15 @@ class Jack {
   }
 
   // Waits until the player sounds, with a time limit.
-  bool sounds() {
-    return std::system(
-               (std::string(testing::kJackListener) + " clamor > /dev/null 2>&1").c_str()) == 0;
-  }
+  bool sounds() { return listener_succeeds(" clamor"); }
 
  private:
+  // The listener gives up after ten seconds, but libjack may wait for a server for ever.
+  static bool listener_succeeds(const std::string& arguments) {
+    const std::string listener = "timeout -k 1 40 " + std::string(testing::kJackListener);
+    return std::system((listener + arguments + " > /dev/null 2>&1").c_str()) == 0;
+  }
+
   static constexpr std::uintmax_t kShared_bytes = 50'000'000;  // with few ports it takes 40 MB
 
   const std::string name_ = "clamor_test_" + std::to_string(::getpid());

@@ -43,9 +43,12 @@ class Program {
 
   void signal(int number) { ::kill(id_, number); }
 
+  // Kills it if it has not ended ten seconds after the signal.
   void stop(int number = SIGTERM) {
     if (id_ <= 0) return;
     signal(number);
+    for (int i = 0; i < 1000 && runs(); ++i) ::usleep(10'000);
+    signal(SIGKILL);
     ::waitpid(id_, nullptr, 0);
     id_ = -1;
   }
