@@ -23,7 +23,8 @@ if (!is_live) {
   assert(missing === 0 && first < 100 && mixed <= Number(voices) && mixed > 0.9 * voices, `the first sounds after ${first} quanta`);
 }
 for (const search of is_live ? ["?plain", "?isolated"] : []) {
-  const {mixed, played_s, at_start, missing, cpu_ms: {begin, played}} = await open(search);
+  const {mixed, played_s, at_start, missing, late_ms, said_ms, cpu_ms: {begin, played}} = await open(search);
   console.log(`live, ${search.slice(1)}: ${mixed} voices, ${played_s.toFixed(1)} s: ${missing} of ${Math.round(375 * played_s)} quanta are missing, ` +
-    `and ${at_start} before; ${(0.1 * (played - begin) / played_s).toFixed(1)} % of a core, at a load of ${loadavg()[0].toFixed(1)}`);
+    `and ${at_start} of the 2 s before; ${(0.1 * (played - begin) / played_s).toFixed(1)} % of a core, at a load of ${loadavg()[0].toFixed(1)}; ` +
+    `a turn of the head is heard after ${late_ms[late_ms.length >> 1]?.toFixed(0)} ms (median of ${late_ms.length}; ${said_ms.toFixed(0)} are said)`);
 }

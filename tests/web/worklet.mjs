@@ -1,7 +1,10 @@
-// worklet.mjs: feeds worklet.js by hand, in node: when it begins to play, and what it plays where blocks are late.
+// worklet.mjs: feeds worklet.js by hand, in node: when it begins to play, what it plays where blocks are late, and what it
+// renders where memory is shared.
 // Started by `run`.
 import assert from "node:assert/strict";
+import {readFileSync} from "node:fs";
 import {pathToFileURL} from "node:url";
+import {compared, samples_of} from "./wav.mjs";
 
 const processors = {};
 const port = () => ({told: [], postMessage(data) { this.told.push(data); }});
@@ -83,25 +86,46 @@ assert.deepEqual(offline.play(), silence);
 
 // Frames are counted in 32 bits, beyond which it goes on.
 const late = new Played({capacity: 4096, begins_at: 512});
-const {processor} = late;
-processor.state[0] = processor.played = processor.told = 2 ** 31 - 512;
+const ring = late.processor.ring;
+Object.assign(ring, {written: 2 ** 31 - 512, played: 2 ** 31 - 512});
 for (let i = 0, at = 0; i < 3; ++i) {
   late.give_block();
   for (let k = 0; k < 4; ++k, at += kQuantumFrames) assert.deepEqual(late.play(), from(at));
 }
-assert.equal(processor.played, -(2 ** 31) + 3 * 512 - 512);
+assert.equal(ring.played, -(2 ** 31) + 3 * 512 - 512);
 
-
-// Where memory is shared, the Worker writes into the ring itself.
-const capacity = 1024, state = new Int32Array(new SharedArrayBuffer(4));
-const planes = new Float32Array(new SharedArrayBuffer(4 * kChannels * capacity));
-const shared = new Played({capacity, begins_at: 512, ring: planes, state});
-for (let block = 0; block < 5; ++block) {
-  for (let i = 0; i < kBlockFrames; ++i)
-    for (let c = 0; c < kChannels; ++c)
-      planes[c * capacity + (512 * block + i) % capacity] = 2 * (512 * block + i) + c + 1;
-  assert.deepEqual(shared.play(), silence);
-  Atomics.add(state, 0, kBlockFrames);
-  for (let k = 0; k < 4; ++k) assert.deepEqual(shared.play(), from(512 * block + 128 * k));
+// Where memory is shared, it renders by an instance of its own what `clamor render` renders.
+const folder = pathToFileURL(process.argv[2] + "/");
+const {default: createClamor} = await import(new URL("clamor.mjs", folder));
+const {instantiate, Native} = await import(new URL("native.js", folder));
+const module = await WebAssembly.compile(readFileSync(new URL("clamor.wasm", folder)));
+const native = new Native(await instantiate(createClamor, module));
+const context = native.call("clamor_create", {caller_updates: 1});
+const level = native.open(context, readFileSync("room.clamor"), "room.clamor");
+const listener = native.call("clamor_create_listener", context, level,
+  {offline: 1, pose: {position_m: [-2, 1.7, 3], orientation: [0, 0, 0, 1]}});
+const rendered = new processors["clamor-listener"](), feed = port(), kStackBytes = 1 << 18;
+const planes = native.module._malloc(4 * kChannels * (kQuantumFrames + 1)), table = planes + 4 * kChannels * kQuantumFrames;
+for (let c = 0; c < kChannels; ++c) native.view.setUint32(table + 4 * c, planes + 4 * c * kQuantumFrames, true);
+rendered.port.onmessage({data: feed});
+feed.onmessage({data: {module, memory: native.module.wasmMemory, context, listener, table, planes, channels: kChannels,
+  block_frames: kQuantumFrames, stack: native.module._malloc(kStackBytes), stack_bytes: kStackBytes}});
+const made = new Float32Array(samples_of("headphones.wav").length);
+for (let at = 0; at < made.length; at += kChannels * kQuantumFrames) {
+  while (native.call("clamor_next_keyframe", context, listener)[0]) native.call("clamor_update", context, 0);
+  const output = Array.from({length: kChannels}, () => new Float32Array(kQuantumFrames));
+  assert(rendered.process([], [output]));
+  made.set(Float32Array.from({length: kChannels * kQuantumFrames}, (_, i) => output[i % 2][i >> 1]).subarray(0, made.length - at), at);
 }
+const difference_db = compared(made, "headphones.wav");
+console.log(`a worklet that renders: ${difference_db.toFixed(1)} dB`);
+assert(difference_db < -100);
+assert.deepEqual(feed.told.slice(0, 2), [512, 1024]);
+native.call("clamor_destroy_listener", context, listener);
+const after = [new Float32Array(kQuantumFrames), new Float32Array(kQuantumFrames)];
+assert(rendered.process([], [after]) && after.every((plane) => plane.every((sample) => sample === 0)), "a listener that is gone sounds");
+
+late.processor.port.onmessage({data: "ends"});
+assert.equal(late.feed.told.at(-1), "ended");
+assert.equal(late.processor.process([], [[]]), false);
 console.log("the worklet plays what it is given");

@@ -12,8 +12,8 @@ if(EMSCRIPTEN)
   add_library(TinyGLTF::TinyGLTF INTERFACE IMPORTED)
   add_library(glm::glm INTERFACE IMPORTED)
   target_include_directories(glm::glm SYSTEM INTERFACE ${CLAMOR_BUNDLE_SOURCES}/glm)
-  add_compile_options(-msimd128 -fwasm-exceptions -D_LIBCPP_ENABLE_EXPERIMENTAL)  # std::jthread
-  add_link_options(-fwasm-exceptions -sWASM_BIGINT)
+  add_compile_options(-msimd128 -fwasm-exceptions -matomics -mbulk-memory -D_LIBCPP_ENABLE_EXPERIMENTAL)  # std::jthread
+  add_link_options(-fwasm-exceptions -sWASM_BIGINT -sWASM_WORKERS=2)
   include_directories(SYSTEM ${CLAMOR_BUNDLE_PREFIX}/include)
   return()
 endif()

@@ -20,6 +20,15 @@ const sizes = {char: 1, int32_t: 4, uint32_t: 4, pointer: 4, string: 4, float: 4
 const size_of = (kind) => structures[kind]?.size ?? sizes[kind] ?? 8;
 const kScratchBytes = 1 << 16;
 
+// createClamor() for a WebAssembly.Module, of which a worklet can have another instance on the same memory.
+export function instantiate(createClamor, module) {
+  return createClamor({instantiateWasm(imports, done) {
+    const instance = new WebAssembly.Instance(module, imports);
+    done(instance, module);
+    return instance.exports;
+  }});
+}
+
 export class Native {
   constructor(module) {
     this.module = module;

@@ -6,12 +6,12 @@
 //   ears.connect(clamor.audio.destination);
 //   ears.move([1, 1.7, 3], [0, 0, 0, 1]);
 //
-// A Worker makes keyframes and renders; an AudioWorklet plays. What fails rejects with an Error that has
-// the library's sentence and its `code` of clamor.h. Calls that answer nothing return at once; if they
-// fail, `onlog` hears of it.
+// A Worker makes keyframes, and an AudioWorklet renders on the same memory; or, on pages that cannot share memory, plays
+// what the Worker renders ahead. What fails rejects with an Error that has the library's sentence and its `code` of
+// clamor.h. Calls that answer nothing return at once; if they fail, `onlog` hears of it.
 
 const kOutputs = {binaural: 0, loudspeakers: 1, ambisonics: 2, receivers: 3};
-const kSharedLead_s = 0.04, kPostedLead_s = 0.08, kKeyframe_s = 0.02;
+const kLead_s = 0.08, kKeyframe_s = 0.02, kToldFrames = 512;
 const kBesideUs = (file) => new URL(file, import.meta.url);
 
 const wakes_up = (audio) => typeof OfflineAudioContext === "undefined" || !(audio instanceof OfflineAudioContext);
@@ -21,7 +21,7 @@ export class ClamorContext {
   // lie beside this file; `wasm` is the bytes of the latter.
   static async create(audio, {worker, urls = {}, wasm, onlog = console.warn, ...options} = {}) {
     const context = new ClamorContext();
-    Object.assign(context, {audio, onlog, waiting: new Map(), calls: 0});
+    Object.assign(context, {audio, onlog, waiting: new Map(), calls: 0, listeners: new Set()});
     context.worker = worker ?? new Worker(new URL("./worker.js", import.meta.url), {type: "module"});
     context.worker.onmessage = ({data}) => context.receive(data);
     context.worker.onerror = (event) => context.fail(event.message ?? "its Worker cannot be loaded");
@@ -42,16 +42,18 @@ export class ClamorContext {
 
   // Options: position_m and orientation; output ("binaural", "loudspeakers" with `layout`, "ambisonics",
   // "receivers"); voices, gain, limits and memory_bytes of clamor_listener_options; lead_s, how far the
-  // Worker renders ahead: less where it shares memory with the worklet.
+  // Worker renders ahead, and 0 where the worklet renders, which takes a page that is cross-origin isolated.
   async listen(level, {position_m = [0, 0, 0], orientation = [0, 0, 0, 1], output = "binaural",
-    lead_s = globalThis.crossOriginIsolated ? kSharedLead_s : kPostedLead_s, ...options} = {}) {
+    lead_s = globalThis.crossOriginIsolated ? 0 : kLead_s, ...options} = {}) {
     if (!(output in kOutputs)) throw new RangeError(`there is no output ${output}`);
+    if (lead_s === 0 && !globalThis.crossOriginIsolated) throw new RangeError("the page is not cross-origin isolated: a lead is needed");
     const {port1, port2} = new MessageChannel();
     const {listener, channels} = await this.ask("listen", level.handle, {
       output: kOutputs[output], rate_hz: this.audio.sampleRate, pose: {position_m, orientation},
       offline: wakes_up(this.audio) ? 0 : 1, ...options,
     }, {port: port1, lead_frames: Math.ceil(lead_s * this.audio.sampleRate)});
-    return new ClamorListener(this, {handle: listener, channels, latency_s: lead_s + kKeyframe_s}, port2);
+    const waits_s = lead_s || kToldFrames / this.audio.sampleRate;  // until the Worker makes keyframes again
+    return new ClamorListener(this, {handle: listener, channels, latency_s: waits_s + kKeyframe_s}, port2);
   }
 
   // A sound of an AudioBuffer (its first channel), or of samples and their rate.
@@ -82,6 +84,7 @@ export class ClamorContext {
   }
 
   close() {
+    for (const listener of this.listeners) listener.end();
     this.worker.terminate();
     this.fail("the context is closed");
   }
@@ -158,6 +161,7 @@ class ClamorListener {
       {numberOfInputs: 0, outputChannelCount: [channels]});
     this.node.port.onmessage = ({data}) => Object.assign(this, data);
     this.node.port.postMessage(port, [port]);
+    context.listeners.add(this);
     if (wakes_up(context.audio)) context.tell("start", handle);
   }
 
@@ -189,7 +193,8 @@ class ClamorListener {
     }
   }
 
-  // Those of clamor_listener_statistics; `missed` counts the quanta of 128 frames that were not there in time.
+  // Those of clamor_listener_statistics; `missed` counts the quanta of 128 frames that the Worker had not rendered in time.
+  // Where the worklet renders, what came late is in the browser's AudioContext.playbackStats.
   async statistics() {
     const counted = await this.context.ask("clamor_get_listener_statistics", this.handle);
     return {...counted, missed: this.missed};
@@ -202,8 +207,13 @@ class ClamorListener {
 
   close() {
     this.node.disconnect();
-    this.node.port.postMessage("ends");
+    this.end();
+    this.context.listeners.delete(this);
     this.context.tell("end", this.handle);
+  }
+
+  end() {
+    this.node.port.postMessage("ends");
   }
 }
 

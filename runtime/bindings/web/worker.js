@@ -1,49 +1,89 @@
-// worker.js: the Worker in which Clamor makes keyframes and renders, ahead of what the worklets play.
+// worker.js: the Worker in which Clamor makes keyframes and, where worklets cannot share its memory, renders ahead of what
+// they play.
 //
 // It receives {id, call, inputs} from player.js and answers {id, result} or {id, error, code}. `call` is a
 // function of clamor.h, whose context it adds, or one of `own`.
 import createClamor from "./clamor.mjs";
-import {Native} from "./native.js";
+import {instantiate, Native} from "./native.js";
 import {RemoteBake} from "./remote_bake.js";
 
 const kBlockFrames = 512;
+const kQuantumFrames = 128;  // of an AudioWorklet
+const kStackBytes = 1 << 18;
 const kLoadingSeconds = 0.004;  // for pages and sounds, at each block
 const kMostHeldBlocks = 6;  // without an update, where blocks are late
 const kLongCall_s = 0.5;
 
 let native, context;
+let shared;  // what a worklet needs for an instance of the module on the same memory
 let changed = false;  // since the last commit
 const feeds = new Map();
 const remote_bakes = new Set();
 const log = (sentence) => postMessage({log: sentence});
 
-// Renders what one listener hears, `lead_frames` ahead of what its worklet has played, into memory that both share or
-// into blocks that are posted.
+function load_ahead() {
+  for (const bake of remote_bakes) bake.read_ahead();
+}
+
+// Planes of a block, and the table of their addresses.
+function make_planes(channels, frames) {
+  const planes = native.module._malloc(4 * (frames + 1) * channels);
+  const table = planes + 4 * frames * channels;
+  for (let i = 0; i < channels; ++i) native.view.setUint32(table + 4 * i, planes + 4 * frames * i, true);
+  return {planes, table};
+}
+
+// Makes keyframes for a worklet that renders what one listener hears, by an instance of its own on this memory.
+class SharedFeed {
+  constructor(listener, {port, channels}) {
+    this.made = make_planes(channels, kQuantumFrames);
+    this.stack = native.module._malloc(kStackBytes + 16);
+    Object.assign(this, {listener, port, channels});
+    port.onmessage = ({data}) => {
+      if (data === "ended") return this.release();
+      update(kLoadingSeconds);
+      load_ahead();
+    };
+  }
+
+  start() {
+    update(kLoadingSeconds);
+    const {listener, channels, made, stack} = this;
+    this.port.postMessage({...shared, ...made, context, listener, channels, block_frames: kQuantumFrames,
+      stack: (stack + 15) & ~15, stack_bytes: kStackBytes});
+  }
+
+  end() {}  // until the worklet has left
+
+  release() {
+    this.port.close();
+    native.release(this.made.planes);
+    native.release(this.stack);
+  }
+}
+
+// Renders what one listener hears, `lead_frames` ahead of what its worklet has played, into blocks that are posted.
 class Feed {
   constructor(listener, {port, channels, lead_frames, long_frames, offline}) {
     Object.assign(this, {listener, port, channels, lead_frames, long_frames, offline, sent: 0, played: 0, since_update: kMostHeldBlocks});
-    this.planes = native.module._malloc(4 * (kBlockFrames + 1) * channels);
-    this.table = this.planes + 4 * kBlockFrames * channels;
-    for (let i = 0; i < channels; ++i)
-      native.view.setUint32(this.table + 4 * i, this.planes + 4 * kBlockFrames * i, true);
+    this.made = make_planes(channels, kBlockFrames);
     this.reserve(Math.max(lead_frames, long_frames) + kBlockFrames);
     port.onmessage = ({data}) => {
+      if (data === "ended") return;
       this.played = data;
       this.pump();
-      for (const bake of remote_bakes) bake.read_ahead();
+      load_ahead();
     };
   }
 
   // Makes room for that many frames between here and the worklet.
   reserve(frames) {
     const capacity = 2 ** Math.ceil(Math.log2(frames));
-    if (globalThis.crossOriginIsolated && !this.offline) {
-      this.ring = new Float32Array(new SharedArrayBuffer(4 * this.channels * capacity));
-      this.state = new Int32Array(new SharedArrayBuffer(4));
-    }
-    this.capacity = capacity;
-    const begins_at = this.offline ? 1 : this.lead_frames;
-    this.port.postMessage({capacity, channels: this.channels, begins_at, ring: this.ring, state: this.state});
+    this.port.postMessage({capacity, channels: this.channels, begins_at: this.offline ? 1 : this.lead_frames});
+  }
+
+  start() {
+    this.pump();
   }
 
   pump(lead_frames = this.lead_frames) {
@@ -61,17 +101,10 @@ class Feed {
   send() {
     if (this.offline) this.make_keyframes();
     else this.keep_up();
-    native.module._clamor_render_planar(context, this.listener, this.table, kBlockFrames);
-    const planes = native.module.HEAPF32.subarray(this.planes / 4, this.planes / 4 + kBlockFrames * this.channels);
-    if (this.ring) {
-      for (let i = 0; i < this.channels; ++i)
-        this.ring.set(planes.subarray(i * kBlockFrames, (i + 1) * kBlockFrames),
-          i * this.capacity + this.sent % this.capacity);
-      Atomics.store(this.state, 0, this.sent + kBlockFrames | 0);
-    } else {
-      const block = planes.slice();
-      this.port.postMessage({block}, [block.buffer]);
-    }
+    const {planes, table} = this.made;
+    native.module._clamor_render_planar(context, this.listener, table, kBlockFrames);
+    const block = native.module.HEAPF32.slice(planes / 4, planes / 4 + kBlockFrames * this.channels);
+    this.port.postMessage({block}, [block.buffer]);
     this.sent += kBlockFrames;
   }
 
@@ -98,8 +131,7 @@ class Feed {
 
   end() {
     this.port.close();
-    native.module._free(this.planes);
-    feeds.delete(this.listener);
+    native.release(this.made.planes);
   }
 }
 
@@ -124,7 +156,10 @@ function names(level, count, call) {
 
 const own = {
   async create({wasm, options, url}) {
-    native = new Native(await createClamor({locateFile: () => url, wasmBinary: wasm}));
+    const fetched = async () => WebAssembly.compile(await (await fetch(url)).arrayBuffer());  // of a server without its type
+    const module = await (wasm ? WebAssembly.compile(wasm) : WebAssembly.compileStreaming(fetch(url)).catch(fetched));
+    native = new Native(await instantiate(createClamor, module));
+    shared = {module, memory: native.module.wasmMemory};
     const told = native.module.addFunction((_, text) => log(native.module.UTF8ToString(text)), "vpp");
     context = native.call("clamor_create", {caller_updates: 1, log: told, ...options});
   },
@@ -148,7 +183,8 @@ const own = {
     const listener = long(() => native.call("clamor_create_listener", context, level,
       {max_block_frames: kBlockFrames, ...options}));
     const channels = native.call("clamor_get_channels", context, listener);
-    feeds.set(listener, new Feed(listener, {port, channels, lead_frames, long_frames: kLongCall_s * options.rate_hz, offline: options.offline}));
+    const Kind = lead_frames === 0 && !options.offline ? SharedFeed : Feed;
+    feeds.set(listener, new Kind(listener, {port, channels, lead_frames, long_frames: kLongCall_s * options.rate_hz, offline: options.offline}));
     return {listener, channels};
   },
 
@@ -157,7 +193,7 @@ const own = {
   },
 
   start(listener) {
-    feeds.get(listener).pump();
+    feeds.get(listener).start();
   },
 
   // Renders that much ahead, for an OfflineAudioContext.
@@ -174,6 +210,7 @@ const own = {
 
   end(listener) {
     feeds.get(listener)?.end();
+    feeds.delete(listener);
     native.call("clamor_destroy_listener", context, listener);
   },
 

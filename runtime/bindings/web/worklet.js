@@ -1,39 +1,46 @@
-// worklet.js: the audio thread's side: plays what worker.js renders, and hands it what other nodes give.
+// worklet.js: the audio thread's side: renders, or plays what worker.js renders, and hands it what other nodes give.
 
 const kToldFrames = 512;  // so often the Worker hears what has played
 
-// Reads a ring of planes, of a power of two frames, which the Worker writes itself where it can share memory; otherwise
-// its blocks are written here. It begins once `begins_at` frames are there, so that the blocks after the first have their
-// lead, too. Frames are counted in 32 bits.
-class ClamorListenerProcessor extends AudioWorkletProcessor {
+// The library's clamor_render_planar(), by an instance of its module on the Worker's memory, with a stack of its own, at
+// whose lower end its thread-local variables lie. It calls nothing that is imported, and waits for nothing.
+class Renderer {
+  constructor({module, memory, stack, stack_bytes, context, listener, table, planes, channels, block_frames}) {
+    const imports = {};
+    for (const {module: from, name, kind} of WebAssembly.Module.imports(module))
+      (imports[from] ??= {})[name] = kind === "memory" ? memory : () => { throw new Error("the audio thread calls the system"); };
+    const {exports} = new WebAssembly.Instance(module, imports);
+    exports._emscripten_wasm_worker_initialize(stack, stack_bytes);
+    this.render = (frames) => exports.clamor_render_planar(context, listener, table, frames);
+    this.planes = Array.from({length: channels}, (_, i) => new Float32Array(memory.buffer, planes + 4 * i * block_frames, block_frames));
+    this.block_frames = block_frames;
+  }
+
+  play(output) {
+    const [{length}] = output;
+    for (let at = 0; at < length; at += this.block_frames) {
+      const frames = Math.min(this.block_frames, length - at);
+      if (this.render(frames) === 0) output.forEach((plane, i) => plane.set(this.planes[i].subarray(0, frames), at));
+    }
+    return length;
+  }
+}
+
+// A ring of planes, of a power of two frames, into which the Worker's blocks are written. Frames are counted in 32 bits.
+// It plays once `begins_at` frames are there, so that the blocks after the first have their lead, too.
+class Ring {
   constructor() {
-    super();
-    this.state = new Int32Array(1);  // frames that are written
-    this.capacity = this.played = this.told = this.missed = 0;  // missed: quanta without sound, since a block was late
-    this.port.onmessage = ({data}) => {
-      if (data === "ends") this.ends = true;
-      else if (data === "how much") this.port.postMessage({queued: this.written});
-      else this.connect(data);
-    };
+    this.capacity = this.written = this.played = this.missed = 0;  // missed: quanta without sound, since a block was late
+    this.begins_at = 1;
   }
 
-  get written() {
-    return Atomics.load(this.state, 0);
-  }
-
-  connect(port) {
-    this.feed = port;
-    port.onmessage = ({data}) => (data.block ? this.write(data.block) : this.hold(data));
-  }
-
-  hold({capacity, channels, begins_at, ring, state}) {
+  hold({capacity, channels, begins_at}) {
     this.begins_at = begins_at;
     if (capacity <= this.capacity) return;
-    const before = this.ring;
-    this.ring = ring ?? new Float32Array(channels * capacity);
+    const before = this.planes;
+    this.planes = new Float32Array(channels * capacity);
     for (let i = 0; before && i < channels; ++i)  // nothing has played yet
-      this.ring.set(before.subarray(i * this.capacity, (i + 1) * this.capacity), i * capacity);
-    this.state = state ?? this.state;
+      this.planes.set(before.subarray(i * this.capacity, (i + 1) * this.capacity), i * capacity);
     Object.assign(this, {capacity, channels});
   }
 
@@ -41,28 +48,63 @@ class ClamorListenerProcessor extends AudioWorkletProcessor {
     const frames = block.length / this.channels;
     const at = this.written & (this.capacity - 1);
     for (let i = 0; i < this.channels; ++i)
-      this.ring.set(block.subarray(i * frames, (i + 1) * frames), i * this.capacity + at);
-    Atomics.add(this.state, 0, frames);
+      this.planes.set(block.subarray(i * frames, (i + 1) * frames), i * this.capacity + at);
+    this.written = (this.written + frames) | 0;
   }
 
-  process(_, [output]) {
-    const frames = output[0].length;
+  // Returns how many frames it has played.
+  play(output) {
+    const [{length}] = output;
     const ahead = (this.written - this.played) | 0;
     this.has_begun ||= ahead >= this.begins_at;
-    const count = this.has_begun ? Math.min(frames, ahead) : 0;
+    const count = this.has_begun ? Math.min(length, ahead) : 0;
     for (let done = 0; done < count;) {
       const at = this.played & (this.capacity - 1);
       const part = Math.min(count - done, this.capacity - at);
       output.forEach((plane, i) => {
         const begin = i * this.capacity + at;
-        plane.set(this.ring.subarray(begin, begin + part), done);
+        plane.set(this.planes.subarray(begin, begin + part), done);
       });
       done += part;
       this.played = (this.played + part) | 0;
     }
-    if (count < frames && this.has_begun) this.port.postMessage({missed: ++this.missed});
+    if (this.has_begun && count < length) ++this.missed;
+    return count;
+  }
+}
+
+class ClamorListenerProcessor extends AudioWorkletProcessor {
+  constructor() {
+    super();
+    this.ring = new Ring();
+    this.played = this.told = this.missed = 0;
+    this.port.onmessage = ({data}) => {
+      if (data === "ends") this.end();
+      else if (data === "how much") this.port.postMessage({queued: this.ring.written});
+      else this.connect(data);
+    };
+  }
+
+  connect(port) {
+    this.feed = port;
+    port.onmessage = ({data}) => {
+      if (data.block) this.ring.write(data.block);
+      else if (data.module) this.renderer = new Renderer(data);
+      else this.ring.hold(data);
+    };
+  }
+
+  end() {
+    this.ends = true;
+    this.feed?.postMessage("ended");
+  }
+
+  process(_, [output]) {
+    if (this.ends) return false;
+    this.played = (this.played + (this.renderer ?? this.ring).play(output)) | 0;
+    if (this.ring.missed > this.missed) this.port.postMessage({missed: this.missed = this.ring.missed});
     if (((this.played - this.told) | 0) >= kToldFrames) this.feed.postMessage(this.told = this.played);
-    return !this.ends;
+    return true;
   }
 }
 
