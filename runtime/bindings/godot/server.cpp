@@ -42,56 +42,53 @@ clamor_level open_handle(const Value& number) {
   return level != nullptr && level->state == kOpen ? level->handle : 0;
 }
 
+Value array(const std::vector<std::string>& texts) {
+  const Value array = Value::empty(kArray);
+  for (const std::string& text : texts) array.call("append", {text});
+  return array;
+}
+
 Value level_info(void*, Arguments a) {
   Value dictionary = Value::empty(kDictionary);
-  const clamor_level level = open_handle(*a[0]);
-  auto info = sized<clamor_level_info>();
-  if (clamor_get_level_info(world().context(), level, &info) != CLAMOR_OK) return dictionary;
-  const Value emitters = Value::empty(kArray), portals = Value::empty(kArray),
-              parts = Value::empty(kArray);
-  for (std::uint32_t i = 0; i < info.emitters; ++i) {
-    auto emitter = sized<clamor_emitter_info>();
-    clamor_get_emitter_info(world().context(), level, i, &emitter);
-    emitters.call("append", {emitter.name});
-  }
-  for (std::uint32_t i = 0; i < info.portals; ++i) {
-    auto portal = sized<clamor_portal_info>();
-    clamor_get_portal_info(world().context(), level, i, &portal);
-    portals.call("append", {portal.name});
-  }
-  for (std::uint32_t i = 0; i < info.parts; ++i) {
-    clamor_part handle = 0;
-    auto part = sized<clamor_part_info>();
-    clamor_get_level_part(world().context(), level, i, &handle);
-    clamor_get_part_info(world().context(), handle, &part);
-    parts.call("append", {part.name});
-  }
-  dictionary.set("sources", Integer(info.sources));
-  dictionary.set("emitters", emitters);
-  dictionary.set("portals", portals);
-  dictionary.set("parts", parts);
+  const auto level = world().level(a[0]->to_int());
+  if (level == nullptr || level->state != kOpen) return dictionary;
+  dictionary.set("sources", Integer(level->sources));
+  dictionary.set("emitters", array(level->emitters));
+  dictionary.set("portals", array(level->portals));
+  dictionary.set("parts", array(level->parts));
   return dictionary;
+}
+
+// Calls change(level, index) on the publisher's thread, by the index of a name in an open level;
+// false if there is none.
+template <class Change>
+bool change_named(Arguments a, std::vector<std::string> Level::*names, const Change& change) {
+  const auto level = world().level(a[0]->to_int());
+  if (level == nullptr || level->state != kOpen) return false;
+  const auto& all = level.get()->*names;
+  const auto found = std::ranges::find(all, a[1]->to_text());
+  if (found == all.end()) return false;
+  world().publisher().run([change, handle = level->handle,
+                           index = std::uint32_t(found - all.begin())] { change(handle, index); });
+  return true;
 }
 
 // False where the level has no emitter of this name, or is not open.
 Value set_emitter(void*, Arguments a) {
-  const clamor_level level = open_handle(*a[0]);
-  std::uint32_t emitter = 0;
-  if (clamor_find_emitter(world().context(), level, a[1]->to_text().c_str(), &emitter) != CLAMOR_OK)
-    return false;
   auto options = sized<clamor_emitter_options>();
   options.has_gain = 1;
   options.gain = std::clamp(a[2]->to_float(), 0.0, 1.0);
   options.is_muted = a[3]->to_bool();
-  return clamor_change_emitter(world().context(), level, emitter, &options) == CLAMOR_OK;
+  return change_named(a, &Level::emitters, [options](clamor_level level, std::uint32_t emitter) {
+    clamor_change_emitter(world().context(), level, emitter, &options);
+  });
 }
 
 Value set_portal(void*, Arguments a) {
-  const clamor_level level = open_handle(*a[0]);
-  std::uint32_t portal = 0;
-  if (clamor_find_portal(world().context(), level, a[1]->to_text().c_str(), &portal) != CLAMOR_OK)
-    return false;
-  return clamor_set_portal(world().context(), level, portal, a[2]->to_float()) == CLAMOR_OK;
+  const double openness = a[2]->to_float();
+  return change_named(a, &Level::portals, [openness](clamor_level level, std::uint32_t portal) {
+    clamor_set_portal(world().context(), level, portal, openness);
+  });
 }
 
 // --- Movable parts
@@ -129,12 +126,15 @@ Value move_part(void*, Arguments a) {
 }
 
 Value enable_part(void*, Arguments a) {
-  clamor_enable_part(world().context(), clamor_part(a[0]->to_int()), a[1]->to_bool());
+  world().publisher().run([part = clamor_part(a[0]->to_int()), is_enabled = a[1]->to_bool()] {
+    clamor_enable_part(world().context(), part, is_enabled);
+  });
   return {};
 }
 
 Value remove_part(void*, Arguments a) {
-  clamor_remove_part(world().context(), clamor_part(a[0]->to_int()));
+  world().publisher().run(
+      [part = clamor_part(a[0]->to_int())] { clamor_remove_part(world().context(), part); });
   return {};
 }
 

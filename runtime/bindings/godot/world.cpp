@@ -33,6 +33,30 @@ std::int32_t read_bake(void* user, std::uint64_t offset, std::uint64_t count, vo
   return read == count ? 0 : 1;
 }
 
+// So that the main thread need not ask the library, which may make it wait.
+void read_names(clamor_context* context, Level& level) {
+  auto info = sized<clamor_level_info>();
+  clamor_get_level_info(context, level.handle, &info);
+  level.sources = info.sources;
+  for (std::uint32_t i = 0; i < info.emitters; ++i) {
+    auto emitter = sized<clamor_emitter_info>();
+    clamor_get_emitter_info(context, level.handle, i, &emitter);
+    level.emitters.emplace_back(emitter.name);
+  }
+  for (std::uint32_t i = 0; i < info.portals; ++i) {
+    auto portal = sized<clamor_portal_info>();
+    clamor_get_portal_info(context, level.handle, i, &portal);
+    level.portals.emplace_back(portal.name);
+  }
+  for (std::uint32_t i = 0; i < info.parts; ++i) {
+    clamor_part handle = 0;
+    auto part = sized<clamor_part_info>();
+    clamor_get_level_part(context, level.handle, i, &handle);
+    clamor_get_part_info(context, handle, &part);
+    level.parts.emplace_back(part.name);
+  }
+}
+
 void copy(const Vector3& from, double* to) { to[0] = from.x, to[1] = from.y, to[2] = from.z; }
 
 }  // namespace
@@ -66,6 +90,7 @@ bool World::open() {
   is_offline_ = Value::singleton("OS").call("has_feature", {"movie"}).to_bool() ||
                 settings.call("get_setting", {"audio/clamor/offline", false}).to_bool();
   rate_hz_ = Value::singleton("AudioServer").call("get_mix_rate").to_float();
+  root_ = Value::singleton("Engine").call("get_main_loop").call("get_root");
   auto options = sized<clamor_options>();
   options.caller_updates = is_offline_;
   options.max_sources = 4096;
@@ -121,6 +146,7 @@ Integer World::open_level(const Value& file, const std::string& path, const std:
     reader.release = [](void* user) { delete static_cast<ArchivedBake*>(user); };
     clamor_error error;
     if (clamor_open_level_with(context_, &reader, &level->handle, &error) == CLAMOR_OK) {
+      read_names(context_, *level);
       level->state = kOpen;
     } else {
       delete bake;
@@ -246,10 +272,7 @@ double World::elapsed_s() {
 }
 
 // How long the game's last frame was, offline.
-double World::moved_s() const {
-  const Value tree = Value::singleton("Engine").call("get_main_loop");
-  return tree.call("get_root").call("get_process_delta_time").to_float();
-}
+double World::moved_s() const { return root_.call("get_process_delta_time").to_float(); }
 
 void World::frame() {
   if (context_ == nullptr) return;

@@ -44,7 +44,10 @@ struct Level {
   std::string node;  // whose errors name it
   std::atomic<int> state = kOpening;
   std::atomic<bool> is_closed = false;  // opening it would be in vain
-  clamor_level handle = 0;              // valid once it is open
+  // Valid once it is open.
+  clamor_level handle = 0;
+  std::uint32_t sources = 0;
+  std::vector<std::string> emitters, portals, parts;  // names
 };
 
 struct Listener {
@@ -117,6 +120,7 @@ class World {
   clamor_group paused_ = 0;
   bool is_offline_ = false;
   double rate_hz_ = 48000;
+  Value root_;  // of the scene tree
   std::atomic<std::uint64_t> mixed_frames_ = 0;
   std::atomic<double> frame_s_ = 0;  // the game's time at its last frame, offline
   Integer last_ = 0;

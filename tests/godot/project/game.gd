@@ -3,6 +3,7 @@
 extends Node3D
 
 const SECONDS := 3.0
+const BAKES := {"portal": "portal", "retuned": "retuned", "changed": "retuned", "paused": "retuned"}
 
 var level := ClamorLevel3D.new()
 var ears := ClamorListener3D.new()
@@ -22,7 +23,7 @@ func _ready() -> void:
 	AudioServer.set_bus_name(1, "Ears")
 	capture.buffer_length = 10
 	AudioServer.add_bus_effect(1, capture)
-	level.bake = load("res://%s.clamor" % (mode if mode in ["portal", "retuned"] else "room"))
+	level.bake = load("res://%s.clamor" % BAKES.get(mode, "room"))
 	add_child(level)
 	ears.follow_camera = false
 	ears.bus = "Ears"
@@ -98,6 +99,53 @@ func _end_rebaked() -> void:
 	await level.opened
 	DirAccess.remove_absolute("res://rebaked.clamor")
 	get_tree().quit(0 if level.get_info().portals == ["Opening"] else 1)
+
+
+# The level of one scene leaves before that of the next one enters. A listener who outlives both hears no gap.
+func _begin_changed() -> void:
+	await get_tree().create_timer(1).timeout
+	var next := level.duplicate()
+	level.queue_free()
+	await get_tree().create_timer(0).timeout  # this and the last one are behind _process() of all nodes
+	add_child(next)
+
+
+func _end_changed() -> void:
+	var powers := _powers()
+	var mean: float = powers.reduce(func(sum: float, power: float) -> float: return sum + power) / powers.size()
+	print("The softest 10 ms have %.3f of the mean power." % (powers.min() / mean))
+	get_tree().quit(0 if powers.min() > 0.01 * mean else 1)
+
+
+# An emitter falls silent with a tree that is paused, and sounds again.
+func _begin_paused() -> void:
+	process_mode = PROCESS_MODE_ALWAYS
+	_begin_emitter()
+	get_child(-1).process_mode = PROCESS_MODE_PAUSABLE
+	for is_paused: bool in [true, false]:
+		await get_tree().create_timer(1).timeout
+		get_tree().paused = is_paused
+
+
+func _end_paused() -> void:
+	var powers := _powers()
+	var silent := powers.filter(func(power: float) -> bool: return power < 1e-9).size()
+	print("%d of %d times 10 ms are silent." % [silent, powers.size()])
+	get_tree().quit(0 if silent > 50 and silent < 110 and powers[-1] > 1e-9 else 1)
+
+
+# Of each 10 ms that are heard, from 0.2 s after the first sound on.
+func _powers() -> Array[float]:
+	var frames := int(AudioServer.get_mix_rate() / 100)
+	var powers: Array[float] = []
+	var begin := 0
+	while heard[begin].length() < 1e-4:
+		begin += 1
+	for i in range(begin + 20 * frames, heard.size() - frames, frames):
+		powers.append(0.0)
+		for frame in heard.slice(i, i + frames):
+			powers[-1] += frame.length_squared() / frames
+	return powers
 
 
 # A level that lies elsewhere sounds the same to a listener who has moved with it.

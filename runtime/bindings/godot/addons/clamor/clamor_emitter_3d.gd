@@ -1,8 +1,8 @@
 ## A sound that is baked into a level with all its reflections: it costs no more however much it reverberates.
 ##
 ## The Bake button makes an emitter of the bake of each such node: where it is, with its [member stream].
-## In the game, the node turns the emitter down or gives it another pitch; what is baked can be neither moved nor made
-## louder. Sounds that move or begin when the game says so are for [ClamorSource3D].
+## In the game, the node turns the emitter down or gives it another pitch, and silences it while the tree is paused and
+## [member Node.process_mode] says so; what is baked can be neither moved nor made louder. Sounds that move or begin when the game says so are for [ClamorSource3D].
 @tool
 @icon("icons/emitter.svg")
 class_name ClamorEmitter3D
@@ -55,6 +55,7 @@ extends Node3D
 		update_gizmos()
 
 var _is_applied := false
+var _is_paused := false
 var _level_number := 0
 var _state := []  # what ClamorServer knows of the bake's emitter; telling it more may wait for a keyframe
 var _source := 0  # the number in ClamorServer of what is heard at another pitch; 0: the bake is heard
@@ -66,9 +67,19 @@ func get_emitter_name() -> String:
 
 
 func _process(_delta: float) -> void:
-	if Engine.is_editor_hint():
-		return
-	var level := ClamorLevel3D._get_open()
+	_apply()
+
+
+# Nothing is processed while the tree is paused.
+func _notification(what: int) -> void:
+	if what == NOTIFICATION_PAUSED or what == NOTIFICATION_UNPAUSED:
+		_is_paused = what == NOTIFICATION_PAUSED
+		_is_applied = false
+		_apply()
+
+
+func _apply() -> void:
+	var level: ClamorLevel3D = null if Engine.is_editor_hint() else ClamorLevel3D._get_open()
 	if level == null:
 		return
 	if _is_applied and level._number == _level_number:
@@ -77,7 +88,7 @@ func _process(_delta: float) -> void:
 	_level_number = level._number
 	var gain := ClamorLevel3D._gain(volume_db)
 	var is_retuned := pitch_scale != 1 and stream != null and not muted
-	var state := [_level_number, get_emitter_name(), gain, muted or is_retuned]
+	var state := [_level_number, get_emitter_name(), gain, muted or is_retuned or _is_paused]
 	if state != _state and not ClamorServer.callv("set_emitter", state):
 		push_warning("%s: %s has no emitter '%s'; it has %s." % [get_path(), level.bake.resource_path, get_emitter_name(), level.get_info().emitters])
 		return
@@ -89,7 +100,7 @@ func _process(_delta: float) -> void:
 		return
 	var options := {
 		"gain": gain * ClamorLevel3D._gain(baked_volume_db), "pitch": pitch_scale * baked_pitch_scale,
-		"directivity": directivity, "reverberation": 1.0, "paused": false,
+		"directivity": directivity, "reverberation": 1.0, "paused": _is_paused,
 	}
 	if _source == 0:
 		_source = ClamorServer.play_source(self, _looping(stream), options, 0.0)

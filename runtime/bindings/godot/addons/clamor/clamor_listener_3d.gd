@@ -72,6 +72,7 @@ const _LAYOUTS := {AudioServer.SPEAKER_SURROUND_51: "5.1", AudioServer.SPEAKER_S
 # The listener's number in ClamorServer, and that of the level that it is in.
 var _number := 0
 var _level_number := 0
+var _frames_without_level := 0  # one or two, while a scene takes another one's place
 var _player: AudioStreamPlayer
 var _own_bus := &""  # where Godot plays to more than two loudspeakers
 var _speakers := AudioServer.SPEAKER_MODE_STEREO
@@ -106,10 +107,11 @@ func _process(_delta: float) -> void:
 	if Engine.is_editor_hint():
 		return
 	var level := ClamorLevel3D.get_current()
-	if level == null or _speakers != AudioServer.get_speaker_mode():
+	_frames_without_level = 0 if level != null else _frames_without_level + 1
+	if _frames_without_level > 2 or _speakers != AudioServer.get_speaker_mode():
 		_stop()
-		if level == null:
-			return
+	if level == null:
+		return
 	var camera := get_viewport().get_camera_3d() if follow_camera else null
 	var heard_at := global_transform if camera == null else camera.global_transform
 	var place := ClamorLevel3D.to_level(heard_at)

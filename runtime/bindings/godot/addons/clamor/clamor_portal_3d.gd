@@ -57,7 +57,7 @@ func get_openness() -> float:
 		Mode.ANGLE when door != null:
 			return clampf(rad_to_deg(_closed.angle_to(door.quaternion)) / open_angle, 0, 1)
 		Mode.VALUE:
-			return openness
+			return clampf(openness, 0, 1)
 	return -1
 
 
