@@ -34,25 +34,25 @@ std::int32_t read_bake(void* user, std::uint64_t offset, std::uint64_t count, vo
 }
 
 // So that the main thread need not ask the library, which may make it wait.
-void read_names(clamor_context* context, Level& level) {
+void read_names(const World& world, Level& level) {
   auto info = sized<clamor_level_info>();
-  clamor_get_level_info(context, level.handle, &info);
+  clamor_get_level_info(world.context(), level.handle, &info);
   level.sources = info.sources;
   for (std::uint32_t i = 0; i < info.emitters; ++i) {
     auto emitter = sized<clamor_emitter_info>();
-    clamor_get_emitter_info(context, level.handle, i, &emitter);
+    clamor_get_emitter_info(world.context(), level.handle, i, &emitter);
     level.emitters.emplace_back(emitter.name);
   }
   for (std::uint32_t i = 0; i < info.portals; ++i) {
     auto portal = sized<clamor_portal_info>();
-    clamor_get_portal_info(context, level.handle, i, &portal);
+    clamor_get_portal_info(world.context(), level.handle, i, &portal);
     level.portals.emplace_back(portal.name);
   }
   for (std::uint32_t i = 0; i < info.parts; ++i) {
     clamor_part handle = 0;
     auto part = sized<clamor_part_info>();
-    clamor_get_level_part(context, level.handle, i, &handle);
-    clamor_get_part_info(context, handle, &part);
+    clamor_get_level_part(world.context(), level.handle, i, &handle);
+    clamor_get_part_info(world.context(), handle, &part);
     level.parts.emplace_back(part.name);
   }
 }
@@ -146,7 +146,7 @@ Integer World::open_level(const Value& file, const std::string& path, const std:
     reader.release = [](void* user) { delete static_cast<ArchivedBake*>(user); };
     clamor_error error;
     if (clamor_open_level_with(context_, &reader, &level->handle, &error) == CLAMOR_OK) {
-      read_names(context_, *level);
+      read_names(*this, *level);
       level->state = kOpen;
     } else {
       delete bake;
