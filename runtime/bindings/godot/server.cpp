@@ -36,10 +36,10 @@ Value level_state(void*, Arguments a) {
   return level == nullptr ? int(kFailed) : level->state.load();
 }
 
-// The level with this number if it is open, otherwise 0, which no function of Clamor takes.
-clamor_level open_handle(const Value& number) {
-  const auto level = world().level(number.to_int());
-  return level != nullptr && level->state == kOpen ? level->handle : 0;
+// The level with this number if it is open, otherwise null.
+std::shared_ptr<Level> opened(const Value& number) {
+  auto level = world().level(number.to_int());
+  return level != nullptr && level->state == kOpen ? level : nullptr;
 }
 
 Value array(const std::vector<std::string>& texts) {
@@ -50,8 +50,8 @@ Value array(const std::vector<std::string>& texts) {
 
 Value level_info(void*, Arguments a) {
   Value dictionary = Value::empty(kDictionary);
-  const auto level = world().level(a[0]->to_int());
-  if (level == nullptr || level->state != kOpen) return dictionary;
+  const auto level = opened(*a[0]);
+  if (level == nullptr) return dictionary;
   dictionary.set("sources", Integer(level->sources));
   dictionary.set("emitters", array(level->emitters));
   dictionary.set("portals", array(level->portals));
@@ -63,8 +63,8 @@ Value level_info(void*, Arguments a) {
 // false if there is none.
 template <class Change>
 bool change_named(Arguments a, std::vector<std::string> Level::*names, const Change& change) {
-  const auto level = world().level(a[0]->to_int());
-  if (level == nullptr || level->state != kOpen) return false;
+  const auto level = opened(*a[0]);
+  if (level == nullptr) return false;
   const auto& all = level.get()->*names;
   const auto found = std::ranges::find(all, a[1]->to_text());
   if (found == all.end()) return false;
@@ -96,7 +96,8 @@ Value set_portal(void*, Arguments a) {
 
 Value find_part(void*, Arguments a) {
   clamor_part part = 0;
-  clamor_find_part(world().context(), open_handle(*a[0]), a[1]->to_text().c_str(), &part);
+  if (const auto level = opened(*a[0]))
+    clamor_find_part(world().context(), level->handle, a[1]->to_text().c_str(), &part);
   return Integer(part);
 }
 

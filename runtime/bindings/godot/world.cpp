@@ -90,7 +90,6 @@ bool World::open() {
   is_offline_ = Value::singleton("OS").call("has_feature", {"movie"}).to_bool() ||
                 settings.call("get_setting", {"audio/clamor/offline", false}).to_bool();
   rate_hz_ = Value::singleton("AudioServer").call("get_mix_rate").to_float();
-  root_ = Value::singleton("Engine").call("get_main_loop").call("get_root");
   auto options = sized<clamor_options>();
   options.caller_updates = is_offline_;
   options.max_sources = 4096;
@@ -272,7 +271,10 @@ double World::elapsed_s() {
 }
 
 // How long the game's last frame was, offline.
-double World::moved_s() const { return root_.call("get_process_delta_time").to_float(); }
+double World::moved_s() const {
+  const Value tree = Value::singleton("Engine").call("get_main_loop");
+  return tree.call("get_root").call("get_process_delta_time").to_float();
+}
 
 void World::frame() {
   if (context_ == nullptr) return;

@@ -120,7 +120,6 @@ class World {
   clamor_group paused_ = 0;
   bool is_offline_ = false;
   double rate_hz_ = 48000;
-  Value root_;  // of the scene tree
   std::atomic<std::uint64_t> mixed_frames_ = 0;
   std::atomic<double> frame_s_ = 0;  // the game's time at its last frame, offline
   Integer last_ = 0;

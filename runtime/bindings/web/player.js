@@ -11,7 +11,8 @@
 // clamor.h. Calls that answer nothing return at once; if they fail, `onlog` hears of it.
 
 const kOutputs = {binaural: 0, loudspeakers: 1, ambisonics: 2, receivers: 3};
-const kLead_s = 0.08, kKeyframe_s = 0.02, kToldFrames = 512;
+const kLead_s = 0.08, kKeyframe_s = 0.02;
+const kToldFrames = 512;  // that of worklet.js
 const kBesideUs = (file) => new URL(file, import.meta.url);
 
 const wakes_up = (audio) => typeof OfflineAudioContext === "undefined" || !(audio instanceof OfflineAudioContext);

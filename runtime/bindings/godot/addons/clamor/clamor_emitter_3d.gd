@@ -2,7 +2,8 @@
 ##
 ## The Bake button makes an emitter of the bake of each such node: where it is, with its [member stream].
 ## In the game, the node turns the emitter down or gives it another pitch, and silences it while the tree is paused and
-## [member Node.process_mode] says so; what is baked can be neither moved nor made louder. Sounds that move or begin when the game says so are for [ClamorSource3D].
+## [member Node.process_mode] says so; what is baked can be neither moved nor made louder. Sounds that move or begin when
+## the game says so are for [ClamorSource3D].
 @tool
 @icon("icons/emitter.svg")
 class_name ClamorEmitter3D
@@ -57,7 +58,7 @@ extends Node3D
 var _is_applied := false
 var _is_paused := false
 var _level_number := 0
-var _state := []  # what ClamorServer knows of the bake's emitter; telling it more may wait for a keyframe
+var _state := []  # what ClamorServer knows of the bake's emitter
 var _source := 0  # the number in ClamorServer of what is heard at another pitch; 0: the bake is heard
 
 
