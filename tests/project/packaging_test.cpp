@@ -3,11 +3,14 @@
 #include <regex>
 #include <set>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "tests/project/source_tree.h"
+#include "tests/shell.h"
+#include "tests/temporary_file.h"
 
 namespace clamor::testing {
 namespace {
@@ -50,6 +53,38 @@ TEST(Packaging, GivesConanPythonThatParses) {
             ("python3 -c 'import ast, sys; ast.parse(open(sys.argv[1]).read())' " + path).c_str()),
         0)
         << path;
+  }
+}
+
+TEST(Packaging, RefusesAGodotAddOnThatLacksALibrary) {
+  if (!has("python3")) GTEST_SKIP() << "not on this machine: python3";
+  const std::string addon = (kRoot / "runtime/bindings/godot/addons/clamor").string();
+  const std::vector<std::string> files = {"bin/libclamor_godot.so",
+                                          "bin/libclamor.so.0",
+                                          "bin/libclamor_bake.so.0",
+                                          "THIRD_PARTY",
+                                          "bin/libclamor_godot.dll",
+                                          "bin/libclamor.dll",
+                                          "bin/libclamor_bake.dll",
+                                          "THIRD_PARTY_WINDOWS",
+                                          "LICENSE"};
+  for (const std::string without : {"", "bin/libclamor.dll", "bin/libclamor_bake.so.0"}) {
+    const TemporaryFile archive(".zip");
+    std::string command =
+        "python3 -c 'import sys, zipfile\n"
+        "archive = zipfile.ZipFile(sys.argv[1], \"w\")\n"
+        "archive.write(sys.argv[2], \"addons/clamor/clamor.gdextension\")\n"
+        "for file in sys.argv[3:]: archive.writestr(\"addons/clamor/\" + file, \"\")' " +
+        archive.path() + " " + addon + "/clamor.gdextension";
+    for (const std::string& file : files)
+      if (file != without) command += " " + file;
+    run(command);
+    const TemporaryFile said(".txt");
+    const int status = std::system(((kRoot / "tools/packaging/check_godot").string() + " " +
+                                    archive.path() + " >" + said.path() + " 2>&1")
+                                       .c_str());
+    EXPECT_EQ(status == 0, without.empty()) << said.bytes();
+    EXPECT_EQ(said.bytes().find(" lacks " + without) == std::string::npos, without.empty());
   }
 }
 
