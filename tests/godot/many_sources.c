@@ -6,7 +6,7 @@
 #include <string.h>
 #include <sys/resource.h>
 
-enum { kCount = 1000, kRate_hz = 44100, kBlock = 512 };
+enum { kCount = 1000, kRate_hz = 48000, kBlock = 512 };
 static const double kBegin_s = 3, kSeconds = 10;
 
 static double cpu_s(void) {

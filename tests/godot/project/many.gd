@@ -3,6 +3,7 @@
 extends SceneTree
 
 const COUNT := 1000
+const RATE := 48000  # of movies
 const BEGIN_S := 3.0
 const SECONDS := 10.0
 
@@ -15,15 +16,17 @@ var ears := ClamorListener3D.new()
 
 func _initialize() -> void:
 	var is_ours := OS.get_cmdline_user_args()[0] == "clamor"
+	assert(AudioServer.get_mix_rate() == RATE)
 	var bytes := PackedByteArray()
-	bytes.resize(2 * 44100)
-	for i in 44100:
+	bytes.resize(2 * RATE)
+	for i in RATE:
 		bytes.encode_s16(2 * i, (i * 7919) % 16384 - 8192)
 	var sound := AudioStreamWAV.new()
 	sound.format = AudioStreamWAV.FORMAT_16_BITS
 	sound.data = bytes
+	sound.mix_rate = RATE
 	sound.loop_mode = AudioStreamWAV.LOOP_FORWARD
-	sound.loop_end = 44100
+	sound.loop_end = RATE
 	if is_ours:
 		var level := ClamorLevel3D.new()
 		level.bake = load("res://retuned.clamor")
