@@ -25,7 +25,7 @@ def turned(position, degrees):
 
 
 def render():
-    level_file = os.path.join(folder, "portal.clamor" if mode == "portal" else "room.clamor")
+    level_file = os.path.join(folder, "portal.clamor" if mode in ("portal", "part") else "room.clamor")
     context = clamor.Context(caller_updates=True)
     level = context.open(level_file)
     keep = []
@@ -33,6 +33,9 @@ def render():
         level.change_emitter(level.find_emitter("violin"), gain=0.5)
     elif mode == "portal":
         level.set_portal(level.find_portal("Opening"), 0.5)
+    elif mode == "part":
+        keep.append(level.find_part("lectern"))
+        keep[0].move(clamor.Pose([0.5, 0.75, -1]))
     elif mode in ("door", "turned"):
         faces = np.fromfile(heard_path + ".faces", np.float32).reshape(-1, 3)
         keep.append(clamor.Part(context, vertices_m=faces, transmission=10 ** -1.5, absorption=0.1,

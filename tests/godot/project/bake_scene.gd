@@ -15,6 +15,7 @@ func _initialize() -> void:
 	scene.name = "Scene"
 	var level := _add(ClamorLevel3D.new(), "Level")
 	level.probe_spacing = 2
+	level.bake_layers = 3
 	level.materials["Floor*"] = ClamorMaterial.new()
 	level.materials["Floor*"].preset = "carpet"
 	# The shell of a room, of which two walls are cells of a GridMap and of a MultiMesh, and the rest is CSG.
@@ -39,6 +40,10 @@ func _initialize() -> void:
 	var carpet := _add(MeshInstance3D.new(), "Floor")
 	carpet.mesh = floor_mesh
 	carpet.position.y = -1.4
+	carpet.layers = 6
+	var other := _add(MeshInstance3D.new(), "Unbaked layer")
+	other.mesh = BoxMesh.new()
+	other.layers = 4
 	var ball := _add(RigidBody3D.new(), "Ball")
 	var moving := MeshInstance3D.new()
 	moving.name = "Unbaked"

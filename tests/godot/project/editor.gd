@@ -35,6 +35,8 @@ func _check() -> void:
 			is_right = _duplicate(node, root) and is_right
 			is_right = _is(node is ClamorLevel3D or _has_gizmo(node), "%s has no gizmo" % node.name) and is_right
 	is_right = _take_bake(root) and is_right
+	is_right = _choose_finding(root) and is_right
+	is_right = _check_warnings() and is_right
 	is_right = await _read_help() and is_right
 	var values := _all_values(root)
 	var packed := PackedScene.new()
@@ -90,15 +92,77 @@ func _has_gizmo(node: Node3D) -> bool:
 func _take_bake(root: Node) -> bool:
 	var level: ClamorLevel3D = root.get_node("Level")
 	var before := level.bake
-	for plugin in get_tree().root.find_children("*", "EditorPlugin", true, false):
-		if plugin.get_script() != null and plugin.get_script().resource_path.ends_with("clamor/editor/plugin.gd"):
-			plugin._take(level, load("res://room.clamor"))
+	_addon().call("_take", level, load("res://room.clamor"))
 	var history := get_undo_redo().get_history_undo_redo(get_undo_redo().get_object_history_id(level))
 	var is_right := level.bake != null and level.bake.resource_path == "res://room.clamor"
 	history.undo()
 	is_right = is_right and level.bake == before
 	history.redo()
 	return _is(is_right and level.bake.resource_path == "res://room.clamor", "a bake cannot be undone")
+
+
+# A click on a line of the dock selects the node that the line is about.
+func _choose_finding(root: Node) -> bool:
+	var dock: Tree = _addon().get("_dock")
+	var findings: Array[Array] = [["A finding without a node", null], ["A finding", root.get_node("Floor")]]
+	dock.call("show_findings", findings)
+	dock.get_root().get_child(1).select(0)
+	var selected := EditorInterface.get_selection().get_selected_nodes()
+	return _is(selected == [root.get_node("Floor")], "a finding selects %s" % [selected])
+
+
+func _addon() -> EditorPlugin:
+	for plugin in get_tree().root.find_children("*", "EditorPlugin", true, false):
+		if plugin.get_script() != null and plugin.get_script().resource_path.ends_with("clamor/editor/plugin.gd"):
+			return plugin
+	return null
+
+
+# What the scene tree says of nodes that lack something, and that it says nothing once that is there.
+func _check_warnings() -> bool:
+	var level := ClamorLevel3D.new()
+	var is_right := _warns(level, "There is no bake yet")
+	level.bake = ClamorBake.new()
+	is_right = _warns(level, "a file of its own") and is_right
+	level.bake = load("res://room.clamor")
+	is_right = _warns(level) and is_right
+	var source := ClamorSource3D.new()
+	is_right = _warns(source) and is_right
+	source.autoplay = true
+	is_right = _warns(source, "no stream") and is_right
+	source.stream = AudioStreamGenerator.new()
+	is_right = _warns(source) and is_right
+	var emitter := ClamorEmitter3D.new()
+	is_right = _warns(emitter, "no stream") and is_right
+	emitter.stream = source.stream
+	is_right = _warns(emitter) and is_right
+	var listener := ClamorListener3D.new()
+	is_right = _warns(listener) and is_right
+	listener.scale *= 2
+	is_right = _warns(listener, "scaled") and is_right
+	var leaf := MeshInstance3D.new()
+	var door := ClamorDoor3D.new()
+	is_right = _warns(door, "Leaf") and is_right
+	leaf.add_child(door)
+	is_right = _warns(door, "no meshes") and is_right
+	leaf.mesh = BoxMesh.new()
+	is_right = _warns(door) and is_right
+	var portal := ClamorPortal3D.new()
+	is_right = _warns(portal) and is_right
+	portal.mode = ClamorPortal3D.Mode.ANGLE
+	is_right = _warns(portal, "property Door") and is_right
+	portal.door = leaf
+	is_right = _warns(portal) and is_right
+	for node: Node in [level, source, emitter, listener, leaf, portal]:
+		node.free()
+	return is_right
+
+
+# Whether a node has one warning that contains a text, or none.
+func _warns(node: Node, text := "") -> bool:
+	var warnings: PackedStringArray = node.call("_get_configuration_warnings")
+	var is_right := warnings.is_empty() if text == "" else warnings.size() == 1 and text in warnings[0]
+	return _is(is_right, "%s warns of %s, wanted '%s'" % [node.get_script().resource_path, warnings, text])
 
 
 # F1 of the class that is not a script.
