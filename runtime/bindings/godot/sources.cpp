@@ -122,8 +122,8 @@ void rotate(const Transform& by, const Vector3& v, double* to) {
 }  // namespace
 
 std::shared_ptr<Voice> GameSources::voice(Integer number) const {
-  const auto it = voices_.find(number);
-  return it == voices_.end() ? nullptr : it->second;
+  const auto it = std::ranges::lower_bound(voices_, number, {}, &Voice::number);
+  return it == voices_.end() || (*it)->number != number ? nullptr : *it;
 }
 
 Integer GameSources::play(Object node, const Value& stream, const Value& values, double from_s) {
@@ -134,8 +134,8 @@ Integer GameSources::play(Object node, const Value& stream, const Value& values,
   played->options = sized<clamor_source_options>();
   read_options(values, world_.paused(), played->options);
   begin(*played, from_s, values["pitch"].to_float());
-  const Integer number = ++last_;
-  voices_[number] = played;
+  const Integer number = played->number = ++last_;
+  voices_.push_back(played);
   // The next keyframe may be made before this frame ends, however fast the machine is.
   if (world_.is_offline()) frame(0, 0);
   return number;
@@ -205,16 +205,12 @@ void GameSources::frame(double elapsed_s, double moved_s) {
   now_s_ += elapsed_s;
   std::vector<Integer> ended;
   const bool may_publish = !is_publishing_;
-  for (auto it = voices_.begin(); it != voices_.end();) {
-    Voice& played = *it->second;
-    advance(played, elapsed_s);
-    if (played.is_over && played.node != nullptr) ended.push_back(it->first);
-    if (played.node != nullptr && !played.is_over) follow(played, moved_s);
-    if (may_publish && publish(it->second))
-      it = voices_.erase(it);
-    else
-      ++it;
-  }
+  std::erase_if(voices_, [&](const std::shared_ptr<Voice>& played) {
+    advance(*played, elapsed_s);
+    if (played->is_over && played->node != nullptr) ended.push_back(played->number);
+    if (played->node != nullptr && !played->is_over) follow(*played, moved_s);
+    return may_publish && publish(played);
+  });
   has_new_origin_ = false;
   if (may_publish) {
     is_publishing_ = true;
@@ -228,7 +224,7 @@ void GameSources::frame(double elapsed_s, double moved_s) {
   if (world_.is_offline() && moved_s > 0) {
     const std::lock_guard lock(moving_on_);
     moving_.clear();
-    for (const auto& [number, moved] : voices_)
+    for (const auto& moved : voices_)
       if (!moved->is_over && moves(moved->options.motion))
         moving_.emplace_back(moved->source, moved->options.motion);
   }
@@ -276,7 +272,8 @@ void GameSources::advance(Voice& played, double elapsed_s) {
 }
 
 void GameSources::follow(Voice& moved, double moved_s) const {
-  // Where a node was before its first frame tells no velocity: it may have been put elsewhere since.
+  // Where a node was before its first frame tells no velocity: it may have been put elsewhere
+  // since.
   const bool had_frame = std::exchange(moved.has_frame, moved.has_frame || moved_s > 0);
   const Transform place = global_transform(moved.node);
   clamor_motion& motion = moved.options.motion;

@@ -48,6 +48,7 @@ struct StreamedSound {
 
 // A sound that a node plays.
 struct Voice {
+  Integer number = 0;
   Object node = nullptr;  // null once the node does not play it any more
   Value stream;
   std::shared_ptr<SharedSound> shared;  // or
@@ -103,7 +104,7 @@ class GameSources {
 
   World& world_;
   Integer last_ = 0;
-  std::map<Integer, std::shared_ptr<Voice>> voices_;
+  std::vector<std::shared_ptr<Voice>> voices_;  // by rising numbers
   std::map<std::pair<Integer, bool>, std::shared_ptr<SharedSound>>
       sounds_;  // by stream and looping
   Transform origin_{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {}};
