@@ -95,47 +95,51 @@ Value set_portal(void*, Arguments a) {
 // --------------------------------------------------------------------------------
 
 Value find_part(void*, Arguments a) {
-  clamor_part part = 0;
-  if (const auto level = opened(*a[0]))
-    clamor_find_part(world().context(), level->handle, a[1]->to_text().c_str(), &part);
-  return Integer(part);
+  const auto level = opened(*a[0]);
+  if (level == nullptr) return 0;
+  const auto found = std::ranges::find(level->parts, a[1]->to_text());
+  if (found == level->parts.end()) return 0;
+  return world().keep_part(level->part_handles[std::size_t(found - level->parts.begin())]);
 }
 
 Value add_part(void*, Arguments a) {
   if (!world().open()) return 0;
-  const std::vector<float> vertices = a[0]->to_floats(kPackedVector3Array, 3);
-  std::vector<std::uint32_t> indices(vertices.size() / 3);
-  for (std::uint32_t i = 0; i < indices.size(); ++i) indices[i] = i;
   auto options = sized<clamor_part_options>();
-  options.vertices_m = vertices.data();
-  options.indices = indices.data();
-  options.vertices = std::uint32_t(indices.size());
-  options.triangles = options.vertices / 3;
   std::fill_n(options.transmission, 8, (*a[1])["transmission"].to_float());
   std::fill_n(options.absorption, 8, (*a[1])["absorption"].to_float());
   options.pose = pose_of(*a[2], *a[3]);
-  clamor_part part = 0;
-  clamor_error error;
-  if (clamor_add_part(world().context(), &options, &part, &error) != CLAMOR_OK)
-    world().report((*a[1])["node"].to_text(), error.sentence);
-  return Integer(part);
+  const Integer number = world().keep_part(0);
+  world().change_part(number, [options, vertices = a[0]->to_floats(kPackedVector3Array, 3),
+                               node = (*a[1])["node"].to_text()](clamor_part& handle) mutable {
+    std::vector<std::uint32_t> indices(vertices.size() / 3);
+    std::iota(indices.begin(), indices.end(), 0u);
+    options.vertices_m = vertices.data();
+    options.indices = indices.data();
+    options.vertices = std::uint32_t(indices.size());
+    options.triangles = options.vertices / 3;
+    clamor_error error;
+    if (clamor_add_part(world().context(), &options, &handle, &error) != CLAMOR_OK)
+      world().report(node, error.sentence);
+  });
+  return number;
 }
 
 Value move_part(void*, Arguments a) {
-  world().move_part(a[0]->to_int(), pose_of(*a[1], *a[2]));
+  world().change_part(a[0]->to_int(), [pose = pose_of(*a[1], *a[2])](clamor_part handle) {
+    clamor_move_part(world().context(), handle, &pose);
+  });
   return {};
 }
 
 Value enable_part(void*, Arguments a) {
-  world().publisher().run([part = clamor_part(a[0]->to_int()), is_enabled = a[1]->to_bool()] {
-    clamor_enable_part(world().context(), part, is_enabled);
+  world().change_part(a[0]->to_int(), [is_enabled = a[1]->to_bool()](clamor_part handle) {
+    clamor_enable_part(world().context(), handle, is_enabled);
   });
   return {};
 }
 
 Value remove_part(void*, Arguments a) {
-  world().publisher().run(
-      [part = clamor_part(a[0]->to_int())] { clamor_remove_part(world().context(), part); });
+  world().remove_part(a[0]->to_int());
   return {};
 }
 
@@ -172,9 +176,11 @@ Value free_listener(void*, Arguments a) {
 Value listener_statistics(void*, Arguments a) {
   Value dictionary = Value::empty(kDictionary);
   const auto listener = world().listener(a[0]->to_int());
-  auto statistics = sized<clamor_listener_statistics>();
-  if (listener != nullptr && listener->known != 0)
-    clamor_get_listener_statistics(world().context(), listener->known, &statistics);
+  clamor_listener_statistics statistics{};
+  if (listener != nullptr) {
+    const std::lock_guard lock(listener->telling);
+    statistics = listener->statistics;
+  }
   dictionary.set("voices", Integer(statistics.voices));
   dictionary.set("keyframes", Integer(statistics.keyframes));
   dictionary.set("keyframe_ms", statistics.keyframe_ms);
@@ -184,29 +190,40 @@ Value listener_statistics(void*, Arguments a) {
   return dictionary;
 }
 
-// An array of what is heard loudest: vectors in the listener's frame whose lengths are amplitudes.
-Value loudest_sources(void*, Arguments a) {
-  const Value array = Value::empty(kArray);
-  const auto listener = world().listener(a[0]->to_int());
+// Finds what is heard loudest, on the publisher's thread: vectors in the listener's frame whose
+// lengths are amplitudes.
+void find_loudest(Listener& listener, std::size_t most) {
   std::vector<clamor_voice> voices(20'000);
   auto given = sized<clamor_voices>();
   given.capacity = std::uint32_t(voices.size());
   given.voices = voices.data();
-  if (listener == nullptr || listener->known == 0 ||
-      clamor_get_voices(world().context(), listener->known, &given) != CLAMOR_OK)
-    return array;
+  if (clamor_get_voices(world().context(), listener.known, &given) != CLAMOR_OK) return;
   voices.resize(std::min<std::size_t>(given.count, voices.size()));
   const auto power = [](const clamor_voice& voice) {
     return std::inner_product(voice.band_gains, voice.band_gains + 8, voice.band_gains, 0.0f);
   };
-  const auto count = std::min<std::size_t>(voices.size(), std::size_t(a[1]->to_int()));
+  const std::size_t count = std::min(voices.size(), most);
   std::partial_sort(voices.begin(), voices.begin() + std::ptrdiff_t(count), voices.end(),
                     [&](const auto& x, const auto& y) { return power(x) > power(y); });
+  std::vector<Vector3> loudest;
   for (std::size_t i = 0; i < count; ++i) {
     const float amplitude = std::sqrt(power(voices[i]) / 8);
     const auto& to = voices[i].direction;
-    array.call("append", {Vector3{amplitude * to[0], amplitude * to[1], amplitude * to[2]}});
+    loudest.push_back({amplitude * to[0], amplitude * to[1], amplitude * to[2]});
   }
+  const std::lock_guard lock(listener.telling);
+  listener.loudest.swap(loudest);
+}
+
+// What was found since the last call, as an array.
+Value loudest_sources(void*, Arguments a) {
+  const Value array = Value::empty(kArray);
+  const auto listener = world().listener(a[0]->to_int());
+  if (listener == nullptr || listener->known == 0) return array;
+  const auto most = std::size_t(std::max(a[1]->to_int(), Integer{0}));
+  world().publisher().run([listener, most] { find_loudest(*listener, most); });
+  const std::lock_guard lock(listener->telling);
+  for (const Vector3& one : listener->loudest) array.call("append", {one});
   return array;
 }
 
@@ -270,7 +287,7 @@ std::vector<Method> level_methods() {
 std::vector<Method> part_methods() {
   return {
       {"find_part",
-       "The number of a level's movable part, or 0 if there is none of this name.",
+       "A number for a level's movable part, or 0 if there is none of this name.",
        kInt,
        {{"level", kInt}, {"name", kString}},
        find_part},
@@ -294,8 +311,9 @@ std::vector<Method> part_methods() {
        kNil,
        {{"part", kInt}, {"enabled", kBool}},
        enable_part},
-      {"remove_part", "Removes a part that [method add_part] has added.", kNil, number(),
-       remove_part}};
+      {"remove_part",
+       "Removes a part that [method add_part] has added. A level's part stays where it is.", kNil,
+       number(), remove_part}};
 }
 
 std::vector<Method> listener_methods() {
@@ -328,7 +346,8 @@ std::vector<Method> listener_methods() {
            kDictionary, number(), listener_statistics},
           {"get_loudest_sources",
            "Vectors to the loudest sources, in the frame of a listener's head, whose lengths are "
-           "amplitudes. The listener must have been created with [code]reports_voices[/code].",
+           "amplitudes, as they were found since the last call. The listener must have been "
+           "created with [code]reports_voices[/code].",
            kArray,
            {{"listener", kInt}, {"count", kInt}},
            loudest_sources}};

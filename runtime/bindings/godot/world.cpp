@@ -54,6 +54,7 @@ void read_names(const World& world, Level& level) {
     clamor_get_level_part(world.context(), level.handle, i, &handle);
     clamor_get_part_info(world.context(), handle, &part);
     level.parts.emplace_back(part.name);
+    level.part_handles.push_back(handle);
   }
 }
 
@@ -117,6 +118,7 @@ void World::close() {
   loader_.end();
   publisher_.end();
   levels_.clear();
+  parts_.clear();
   sources_.clear();
   clamor_destroy(context_);
   context_ = nullptr;
@@ -256,8 +258,19 @@ void World::move_listener(Integer number, const Value& position, const Value& ro
   }
 }
 
-void World::move_part(Integer part, const clamor_pose& pose) {
-  publisher_.run([this, part, pose] { clamor_move_part(context_, clamor_part(part), &pose); });
+Integer World::keep_part(clamor_part handle) {
+  parts_[++last_] = std::make_shared<clamor_part>(handle);
+  return last_;
+}
+
+void World::change_part(Integer number, std::function<void(clamor_part&)> change) {
+  if (const auto part = found(parts_, number))
+    publisher_.run([part, change = std::move(change)] { change(*part); });
+}
+
+void World::remove_part(Integer number) {
+  change_part(number, [this](clamor_part& handle) { clamor_remove_part(context_, handle); });
+  parts_.erase(number);
 }
 
 // The time that sounds have played since the last call. Each listener counts its frames.
@@ -281,6 +294,15 @@ void World::frame() {
   const double frame_s = is_offline_ ? moved_s() : 0;
   frame_s_ = frame_s_ + frame_s;
   sources_.frame(elapsed_s(), frame_s);
+  for (const auto& [number, listener] : listeners_)
+    publisher_.run([this, listener] { read_statistics(*listener); });
+}
+
+void World::read_statistics(Listener& listener) const {
+  auto statistics = sized<clamor_listener_statistics>();
+  if (clamor_get_listener_statistics(context_, listener.known, &statistics) != CLAMOR_OK) return;
+  const std::lock_guard lock(listener.telling);
+  listener.statistics = statistics;
 }
 
 void World::make_keyframes(Listener& offline) {

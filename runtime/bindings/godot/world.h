@@ -15,6 +15,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -48,6 +49,7 @@ struct Level {
   clamor_level handle = 0;
   std::uint32_t sources = 0;
   std::vector<std::string> emitters, portals, parts;  // names
+  std::vector<clamor_part> part_handles;
 };
 
 struct Listener {
@@ -65,6 +67,9 @@ struct Listener {
   std::vector<float> block{};
   unsigned untaken = 0;
   std::atomic<double> load = 0;  // share of the audio thread's time, over half a second
+  std::mutex telling;            // of the two below, never held while the library is asked
+  clamor_listener_statistics statistics{};
+  std::vector<Vector3> loudest{};  // what get_loudest_sources() returns next
   clamor_pose pose{};        // the newest; under `rendering` until there is a handle, or offline
   double velocity_mps[3]{};  // of the last frame, offline; under `rendering`
   double began_s = -1;       // on the game's clock, offline; under `rendering`
@@ -95,7 +100,11 @@ class World {
   void move_listener(Integer listener, const Value& position, const Value& rotation);
   std::shared_ptr<Listener> listener(Integer number) const;
 
-  void move_part(Integer part, const clamor_pose& pose);
+  // A number for a movable part, whose handle is the publisher's.
+  Integer keep_part(clamor_part handle);
+  // Has the publisher do something with a part's handle.
+  void change_part(Integer part, std::function<void(clamor_part& handle)> change);
+  void remove_part(Integer part);
 
   GameSources& sources() { return sources_; }
   Worker& loader() { return loader_; }
@@ -112,6 +121,7 @@ class World {
   static void take_pair(Listener& listener, int pair, float* frames, int count);
 
  private:
+  void read_statistics(Listener& listener) const;
   void make_keyframes(Listener& listener);
   double elapsed_s();
   double moved_s() const;
@@ -125,6 +135,7 @@ class World {
   Integer last_ = 0;
   std::map<Integer, std::shared_ptr<Level>> levels_;
   std::map<Integer, std::shared_ptr<Listener>> listeners_;
+  std::map<Integer, std::shared_ptr<clamor_part>> parts_;
   GameSources sources_{*this};
   std::chrono::steady_clock::time_point at_;  // of the last frame
   std::uint64_t at_frames_ = 0;               // `mixed_frames_` of it

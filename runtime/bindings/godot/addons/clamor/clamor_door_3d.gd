@@ -27,7 +27,6 @@ extends Node3D
 		ClamorServer.enable_part(_part, value)
 
 var _part := 0
-var _is_own := false  # added by this node, and not part of the bake
 var _level_number := 0
 var _place := Transform3D()
 
@@ -69,10 +68,8 @@ func _process(_delta: float) -> void:
 
 
 func _exit_tree() -> void:
-	if _is_own:
-		ClamorServer.remove_part(_part)
+	ClamorServer.remove_part(_part)
 	_part = 0
-	_is_own = false
 	_level_number = 0
 
 
@@ -86,11 +83,9 @@ func _get_configuration_warnings() -> PackedStringArray:
 
 # Takes the bake's part of the leaf's name, or adds one.
 func _begin(place: Transform3D) -> void:
-	if _is_own:
-		ClamorServer.remove_part(_part)
+	ClamorServer.remove_part(_part)
 	_part = ClamorServer.find_part(_level_number, get_leaf().name)
-	_is_own = _part == 0
-	if _is_own:
+	if _part == 0:
 		var options := {
 			"transmission": db_to_linear(-2 * transmission_loss_db), "node": str(get_path()),
 			"absorption": maxf(absorption, db_to_linear(-2 * transmission_loss_db)),
