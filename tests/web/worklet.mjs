@@ -14,11 +14,12 @@ globalThis.AudioWorkletProcessor = class {
 globalThis.registerProcessor = (name, processor) => { processors[name] = processor; };
 await import(new URL("worklet.js", pathToFileURL(process.argv[2] + "/")));
 
+const kOptions = {processorOptions: {told_frames: 512}};
 const kChannels = 2, kBlockFrames = 512, kQuantumFrames = 128;
 
 class Played {
   constructor(held) {
-    this.processor = new processors["clamor-listener"]();
+    this.processor = new processors["clamor-listener"](kOptions);
     this.feed = port();
     this.processor.port.onmessage({data: this.feed});
     this.made = 0;
@@ -104,7 +105,7 @@ const context = native.call("clamor_create", {caller_updates: 1});
 const level = native.open(context, readFileSync("room.clamor"), "room.clamor");
 const listener = native.call("clamor_create_listener", context, level,
   {offline: 1, pose: {position_m: [-2, 1.7, 3], orientation: [0, 0, 0, 1]}});
-const rendered = new processors["clamor-listener"](), feed = port(), kStackBytes = 1 << 18;
+const rendered = new processors["clamor-listener"](kOptions), feed = port(), kStackBytes = 1 << 18;
 const planes = native.module._malloc(4 * kChannels * (kQuantumFrames + 1)), table = planes + 4 * kChannels * kQuantumFrames;
 for (let c = 0; c < kChannels; ++c) native.view.setUint32(table + 4 * c, planes + 4 * c * kQuantumFrames, true);
 rendered.port.onmessage({data: feed});

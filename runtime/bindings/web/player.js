@@ -12,7 +12,7 @@
 
 const kOutputs = {binaural: 0, loudspeakers: 1, ambisonics: 2, receivers: 3};
 const kLead_s = 0.08, kKeyframe_s = 0.02;
-const kToldFrames = 512;  // that of worklet.js
+const kToldFrames = 512;  // so often a worklet tells the Worker what it has played
 const kBesideUs = (file) => new URL(file, import.meta.url);
 
 const wakes_up = (audio) => typeof OfflineAudioContext === "undefined" || !(audio instanceof OfflineAudioContext);
@@ -159,7 +159,7 @@ class ClamorListener {
   constructor(context, {handle, channels, latency_s}, port) {
     Object.assign(this, {context, handle, channels, latency_s, missed: 0, queued: 0});
     this.node = new AudioWorkletNode(context.audio, "clamor-listener",
-      {numberOfInputs: 0, outputChannelCount: [channels]});
+      {numberOfInputs: 0, outputChannelCount: [channels], processorOptions: {told_frames: kToldFrames}});
     this.node.port.onmessage = ({data}) => Object.assign(this, data);
     this.node.port.postMessage(port, [port]);
     context.listeners.add(this);

@@ -1,7 +1,5 @@
 // worklet.js: the audio thread's side: renders, or plays what worker.js renders, and hands it what other nodes give.
 
-const kToldFrames = 512;  // so often the Worker hears what has played
-
 // The library's clamor_render_planar(), by an instance of its module on the Worker's memory, with a stack of its own, at
 // whose lower end its thread-local variables lie. It calls nothing that is imported, and waits for nothing.
 class Renderer {
@@ -74,8 +72,9 @@ class Ring {
 }
 
 class ClamorListenerProcessor extends AudioWorkletProcessor {
-  constructor() {
+  constructor({processorOptions: {told_frames}}) {
     super();
+    this.told_frames = told_frames;  // so often the Worker hears what has played
     this.ring = new Ring();
     this.played = this.told = this.missed = 0;
     this.port.onmessage = ({data}) => {
@@ -103,7 +102,7 @@ class ClamorListenerProcessor extends AudioWorkletProcessor {
     if (this.ends) return false;
     this.played = (this.played + (this.renderer ?? this.ring).play(output)) | 0;
     if (this.ring.missed > this.missed) this.port.postMessage({missed: this.missed = this.ring.missed});
-    if (((this.played - this.told) | 0) >= kToldFrames) this.feed.postMessage(this.told = this.played);
+    if (((this.played - this.told) | 0) >= this.told_frames) this.feed.postMessage(this.told = this.played);
     return true;
   }
 }
