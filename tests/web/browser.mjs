@@ -8,7 +8,7 @@ import {compared, samples_of} from "./wav.mjs";
 
 const [program, folder] = process.argv.slice(2);
 const floats = (bytes) => new Float32Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
-const wavs = {headphones: "headphones.wav", paper: "paper.wav", whole: "paper.wav", khr: "khr.wav", msft: "msft.wav"};
+const wavs = {headphones: "headphones.wav", paper: "paper.wav", whole: "paper.wav", khr: "khr.wav", msft: "msft.wav", door: "door.wav"};
 const kWindowFrames = 240;
 
 // Asserts that a render at another rate is that of a WAV file at 48 kHz, at one delay throughout.
