@@ -1,6 +1,7 @@
 #include "runtime/field/field_kernel.h"
 
 #include <array>
+#include <type_traits>
 
 // Highway compiles everything below once per instruction set.
 #undef HWY_TARGET_INCLUDE
@@ -14,7 +15,6 @@ namespace HWY_NAMESPACE {
 namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
-using Eight = hn::CappedTag<float, 8>;
 
 // Adds the gains to successive rows, each time with another weight: a polynomial of the fraction,
 // whose coefficients have a value for each row, those of the highest power first.
@@ -76,29 +76,86 @@ void join_bands_here(const float* HWY_RESTRICT spectrum, const float* HWY_RESTRI
   }
 }
 
-HWY_INLINE void multiply_add_layer(const float* HWY_RESTRICT a, const float* HWY_RESTRICT b,
-                                   std::size_t points, float* HWY_RESTRICT sum) {
-  const hn::CappedTag<float, 16> d;
+using Sixteen = hn::CappedTag<float, 16>;
+using Halves = hn::Rebind<hwy::float16_t, Sixteen>;
+
+HWY_INLINE hn::Vec<Sixteen> load(const std::uint16_t* at) {
+  return hn::PromoteTo(Sixteen(), hn::Load(Halves(), reinterpret_cast<const hwy::float16_t*>(at)));
+}
+
+// Returns the scale. Half precision is right within 2^-11 down to -168 dB of the largest number.
+template <std::size_t kSize>
+HWY_INLINE float pack_layer(const std::array<float, kSize>& from,
+                            std::array<std::uint16_t, kSize>& to) {
+  const Sixteen d;
+  auto largest = hn::Zero(d);
+  for (std::size_t i = 0; i < kSize; i += hn::Lanes(d))
+    largest = hn::Max(largest, hn::Abs(hn::Load(d, from.data() + i)));
+  constexpr float kLargest = 1 << 14;
+  float scale = hn::GetLane(hn::MaxOfLanes(d, largest)) / kLargest;
+  if (scale < 1e-30f) scale = 0;  // whose inverse may be infinite
+  const auto over = hn::Set(d, scale > 0 ? 1 / scale : 0);
+  for (std::size_t i = 0; i < kSize; i += hn::Lanes(d))
+    hn::Store(hn::DemoteTo(Halves(), hn::Mul(hn::Load(d, from.data() + i), over)), Halves(),
+              reinterpret_cast<hwy::float16_t*>(to.data() + i));
+  return scale;
+}
+
+void pack_here(const FieldSums& from, FieldSpectrum& to) {
+  to.high_scale = pack_layer(from.high, to.high);
+  to.low_scale = pack_layer(from.low, to.low);
+}
+
+template <auto kLayer, auto kSum, auto kScale, std::size_t kCount>
+HWY_INLINE void multiply_add_layer(const SpectrumProduct* products, FieldSums& all) {
+  const Sixteen d;
+  const std::size_t points = (all.*kSum).size() / 2;
+  float* HWY_RESTRICT const sum = (all.*kSum).data();
+  std::array<const std::uint16_t*, kCount> a, b;
+  std::array<float, kCount> scales;
+  for (std::size_t k = 0; k < kCount; ++k) {
+    a[k] = (products[k].a->*kLayer).data();
+    b[k] = (products[k].b->*kLayer).data();
+    scales[k] = products[k].a->*kScale * products[k].b->*kScale;
+  }
   for (std::size_t p = 0; p < points; p += hn::Lanes(d)) {
-    const auto ar = hn::Load(d, a + p), ai = hn::Load(d, a + points + p);
-    const auto br = hn::Load(d, b + p), bi = hn::Load(d, b + points + p);
-    const auto real = hn::Load(d, sum + p), imaginary = hn::Load(d, sum + points + p);
-    hn::Store(hn::NegMulAdd(ai, bi, hn::MulAdd(ar, br, real)), d, sum + p);
-    hn::Store(hn::MulAdd(ai, br, hn::MulAdd(ar, bi, imaginary)), d, sum + points + p);
+    auto real = hn::Load(d, sum + p), imaginary = hn::Load(d, sum + points + p);
+    for (std::size_t k = 0; k < kCount; ++k) {
+      const auto scale = hn::Set(d, scales[k]);
+      const auto ar = load(a[k] + p), ai = load(a[k] + points + p);
+      const auto br = hn::Mul(scale, load(b[k] + p)), bi = hn::Mul(scale, load(b[k] + points + p));
+      real = hn::NegMulAdd(ai, bi, hn::MulAdd(ar, br, real));
+      imaginary = hn::MulAdd(ai, br, hn::MulAdd(ar, bi, imaginary));
+    }
+    hn::Store(real, d, sum + p);
+    hn::Store(imaginary, d, sum + points + p);
   }
 }
 
-void multiply_add_here(const FieldSpectrum& a, const FieldSpectrum& b, FieldSpectrum& sum) {
-  multiply_add_layer(a.high.data(), b.high.data(), kHighField.transform, sum.high.data());
-  multiply_add_layer(a.low.data(), b.low.data(), kLowField.transform, sum.low.data());
+// Four products at a time, so that the sum is seldom loaded.
+void multiply_add_here(std::span<const SpectrumProduct> products, FieldSums& sum) {
+  const auto add = [&]<std::size_t kCount>(std::integral_constant<std::size_t, kCount>) {
+    for (; products.size() >= kCount; products = products.subspan(kCount)) {
+      multiply_add_layer<&FieldSpectrum::high, &FieldSums::high, &FieldSpectrum::high_scale,
+                         kCount>(products.data(), sum);
+      multiply_add_layer<&FieldSpectrum::low, &FieldSums::low, &FieldSpectrum::low_scale, kCount>(
+          products.data(), sum);
+    }
+  };
+  add(std::integral_constant<std::size_t, 4>());
+  add(std::integral_constant<std::size_t, 1>());
 }
 
-void correlate_here(const float* HWY_RESTRICT spectrum, const float* HWY_RESTRICT last,
-                    std::size_t points, const SpectrumSums& sums) {
-  const Eight d;
-  for (std::size_t p = 0; p < points; p += hn::Lanes(d)) {
-    const auto ar = hn::LoadU(d, spectrum + p), ai = hn::LoadU(d, spectrum + points + p);
-    const auto br = hn::LoadU(d, last + p), bi = hn::LoadU(d, last + points + p);
+template <std::size_t kSize>
+HWY_INLINE void correlate_layer(const std::array<std::uint16_t, kSize>& now, float scale,
+                                const std::array<std::uint16_t, kSize>& last, float last_scale,
+                                const SpectrumSums& sums) {
+  const Sixteen d;
+  constexpr std::size_t kPoints = kSize / 2;
+  const auto a = hn::Set(d, scale), b = hn::Set(d, last_scale);
+  for (std::size_t p = 0; p < kPoints; p += hn::Lanes(d)) {
+    const auto ar = hn::Mul(a, load(&now[p])), ai = hn::Mul(a, load(&now[kPoints + p]));
+    const auto br = hn::Mul(b, load(&last[p])), bi = hn::Mul(b, load(&last[kPoints + p]));
     const auto add = [&](float* to, const auto& first, const auto& second, const auto& third,
                          const auto& fourth) {
       const auto so_far = hn::LoadU(d, to + p);
@@ -108,6 +165,12 @@ void correlate_here(const float* HWY_RESTRICT spectrum, const float* HWY_RESTRIC
     add(sums.last_power, br, br, bi, bi);
     add(sums.correlation, ar, br, ai, bi);
   }
+}
+
+void correlate_here(const FieldSpectrum& now, const FieldSpectrum& last, const SpectrumSums& high,
+                    const SpectrumSums& low) {
+  correlate_layer(now.high, now.high_scale, last.high, last.high_scale, high);
+  correlate_layer(now.low, now.low_scale, last.low, last.low_scale, low);
 }
 
 }  // namespace
@@ -122,6 +185,7 @@ namespace clamor {
 namespace {
 HWY_EXPORT(add_taps_here);
 HWY_EXPORT(join_bands_here);
+HWY_EXPORT(pack_here);
 HWY_EXPORT(multiply_add_here);
 HWY_EXPORT(correlate_here);
 }  // namespace
@@ -135,14 +199,17 @@ void join_bands(const float* spectrum, const float* filters, std::size_t points,
   HWY_DYNAMIC_DISPATCH(join_bands_here)(spectrum, filters, points, sum, other);
 }
 
-void multiply_add(const FieldSpectrum& a, const FieldSpectrum& b,
-                  FieldSpectrum& sum) noexcept REALTIME {
-  HWY_DYNAMIC_DISPATCH(multiply_add_here)(a, b, sum);
+void pack(const FieldSums& from, FieldSpectrum& to) noexcept REALTIME {
+  HWY_DYNAMIC_DISPATCH(pack_here)(from, to);
 }
 
-void correlate(const float* spectrum, const float* last, std::size_t points,
-               const SpectrumSums& sums) {
-  HWY_DYNAMIC_DISPATCH(correlate_here)(spectrum, last, points, sums);
+void multiply_add(std::span<const SpectrumProduct> products, FieldSums& sum) noexcept REALTIME {
+  HWY_DYNAMIC_DISPATCH(multiply_add_here)(products, sum);
+}
+
+void correlate(const FieldSpectrum& now, const FieldSpectrum& last, const SpectrumSums& high,
+               const SpectrumSums& low) {
+  HWY_DYNAMIC_DISPATCH(correlate_here)(now, last, high, low);
 }
 
 }  // namespace clamor

@@ -35,15 +35,20 @@ void add_taps(std::span<const Tap> taps, float* high, float* low);
 void join_bands(const float* spectrum, const float* filters, std::size_t points, float* sum,
                 float* other);
 
-// Adds the product of two spectra to a third.
-void multiply_add(const FieldSpectrum& a, const FieldSpectrum& b,
-                  FieldSpectrum& sum) noexcept REALTIME;
+// Keeps a spectrum.
+void pack(const FieldSums& from, FieldSpectrum& to) noexcept REALTIME;
 
-// Adds the products of two spectra of `points` points to their power and correlation at each point.
+// Adds products of two spectra each to a sum.
+struct SpectrumProduct {
+  const FieldSpectrum *a, *b;
+};
+void multiply_add(std::span<const SpectrumProduct> products, FieldSums& sum) noexcept REALTIME;
+
+// Adds the products of two spectra to their power and correlation at each point.
 struct SpectrumSums {
   float *power, *last_power, *correlation;
 };
-void correlate(const float* spectrum, const float* last, std::size_t points,
-               const SpectrumSums& sums);
+void correlate(const FieldSpectrum& now, const FieldSpectrum& last, const SpectrumSums& high,
+               const SpectrumSums& low);
 
 }  // namespace clamor

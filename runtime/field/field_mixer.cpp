@@ -21,6 +21,7 @@ FieldMixer::FieldMixer(PlayableSignals signals, int pairs)
       high_(kHighField.transform, kLanes),
       low_(kLowField.transform, kLanes),
       work_(2),
+      spectra_(kLanes),
       window_(kHighField.transform) {
   for (Part& part : parts_) part.pairs.resize(static_cast<std::size_t>(pairs));
 }
@@ -162,19 +163,21 @@ void FieldMixer::transform(const std::array<Wanted, kLanes>& wanted,
     const std::size_t points = fourier.size();
     for (std::size_t lane = 0; lane < count; ++lane) {
       if (spectra[lane] == nullptr) continue;
-      float* const to = layer_of(*spectra[lane]);
+      float* const to = layer_of(spectra_[lane]);
       for (std::size_t i = 0; i < points; ++i) {
         to[i] = work.real[i * kLanes + lane];
         to[points + i] = work.imaginary[i * kLanes + lane];
       }
     }
   };
-  put_in(high_, work_[0], [](FieldSpectrum& all) noexcept REALTIME { return all.high.data(); });
-  put_in(low_, work_[1], [](FieldSpectrum& all) noexcept REALTIME { return all.low.data(); });
+  put_in(high_, work_[0], [](FieldSums& all) noexcept REALTIME { return all.high.data(); });
+  put_in(low_, work_[1], [](FieldSums& all) noexcept REALTIME { return all.low.data(); });
+  for (std::size_t lane = 0; lane < count; ++lane)
+    if (spectra[lane] != nullptr) pack(spectra_[lane], *spectra[lane]);
 }
 
-// Multiplies the next partition, or puts out a part whose partitions are all done. False if no part
-// is left.
+// Multiplies the next partitions, or puts out a part whose partitions are all done. False if no
+// part is left.
 bool FieldMixer::multiply_next() noexcept REALTIME {
   if (progress_.part == kFieldParts) return false;
   Part& part = parts_[progress_.part];
@@ -185,13 +188,7 @@ bool FieldMixer::multiply_next() noexcept REALTIME {
       progress_.partition = 0;
       return true;
     }
-    const FieldPartition& one = some[progress_.partition++];
-    const std::size_t place = one.input->place_of(block_ - one.delay);
-    Pair& pair = part.pairs[one.pair];
-    FieldSpectrum* const sums[] = {&pair.sum_from, &pair.sum_to, &pair.sum_kept};
-    if (one.input->silent[place] == 0)
-      multiply_add(one.input->blocks[place], *one.spectrum, *sums[progress_.role]);
-    ++progress_.done;
+    multiply(some, part.pairs);
     return true;
   }
   output(part, part.pairs[progress_.pair]);
@@ -200,6 +197,25 @@ bool FieldMixer::multiply_next() noexcept REALTIME {
   progress_.role = progress_.partition = progress_.pair = 0;
   ++progress_.part;
   return true;
+}
+
+// Multiplies the next few partitions of the same pair.
+void FieldMixer::multiply(std::span<const FieldPartition> some,
+                          std::span<Pair> pairs) noexcept REALTIME {
+  std::array<SpectrumProduct, kProducts> products;
+  std::size_t count = 0;
+  const std::uint32_t pair = some[progress_.partition].pair;
+  while (count < kProducts && progress_.partition < some.size() &&
+         some[progress_.partition].pair == pair) {
+    const FieldPartition& one = some[progress_.partition++];
+    const std::size_t place = one.input->place_of(block_ - one.delay);
+    if (one.input->silent[place] == 0)
+      products[count++] = {&one.input->blocks[place], one.spectrum};
+    ++progress_.done;
+  }
+  Pair& to = pairs[pair];
+  FieldSums* const sums[] = {&to.sum_from, &to.sum_to, &to.sum_kept};
+  multiply_add(std::span(products).first(count), *sums[progress_.role]);
 }
 
 // Transforms the sums back, four in the lanes of one: both responses with what both have, and what
@@ -243,10 +259,10 @@ void FieldMixer::output(const Part& part, Pair& pair) noexcept REALTIME {
     }
   };
   put_out(
-      high_, kHighField, [](FieldSpectrum& all) noexcept REALTIME { return all.high.data(); },
+      high_, kHighField, [](FieldSums& all) noexcept REALTIME { return all.high.data(); },
       part.to->correction_high.data(), block.high);
   put_out(
-      low_, kLowField, [](FieldSpectrum& all) noexcept REALTIME { return all.low.data(); },
+      low_, kLowField, [](FieldSums& all) noexcept REALTIME { return all.low.data(); },
       part.to->correction_low.data(), block.low);
 }
 

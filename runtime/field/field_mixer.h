@@ -60,6 +60,7 @@ class FieldMixer {
   static constexpr std::size_t kLanes = 4;
   // A step of the convolution, in multiplications of spectra that take as long.
   static constexpr std::size_t kWindowCost = 8, kOutputCost = 40;
+  static constexpr std::size_t kProducts = 4;  // at once
 
   // Output of one part to a pair of channels in one block.
   struct Block {
@@ -68,7 +69,7 @@ class FieldMixer {
     bool is_silent = true;
   };
   struct Pair {
-    FieldSpectrum sum_from{}, sum_to{}, sum_kept{};
+    FieldSums sum_from{}, sum_to{}, sum_kept{};
     std::array<Block, 2> blocks;
   };
   // What fades out, what fades in, and what stays.
@@ -105,6 +106,7 @@ class FieldMixer {
   void transform(const std::array<Wanted, kLanes>& wanted, std::size_t count) noexcept REALTIME;
   bool read(const Wanted& wanted, std::size_t lane) noexcept REALTIME;
   bool multiply_next() noexcept REALTIME;
+  void multiply(std::span<const FieldPartition> some, std::span<Pair> pairs) noexcept REALTIME;
   void output(const Part& part, Pair& pair) noexcept REALTIME;
   void end_block() noexcept REALTIME;
   static void release(FieldResponse*& response) noexcept REALTIME {
@@ -123,7 +125,8 @@ class FieldMixer {
   std::int64_t block_ = 0;        // number of the next block
   std::int64_t first_frame_ = 0;  // read by block 0
   Progress progress_;
-  std::vector<Work> work_;  // of the high layer and of the low one
+  std::vector<Work> work_;          // of the high layer and of the low one
+  std::vector<FieldSums> spectra_;  // by lane
   std::vector<float> window_;
   std::uint64_t late_blocks_ = 0;
 };

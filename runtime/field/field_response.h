@@ -37,9 +37,15 @@ static_assert(2 * (kHighField.partition + kHighField.margin) == kHighField.trans
 static_assert(2 * (kLowField.partition + kLowField.margin) == kLowField.transform);
 
 // Real parts, then imaginary parts, in the order of LaneFourier.
-struct alignas(64) FieldSpectrum {
-  std::array<float, 2 * kHighField.transform> high;
-  std::array<float, 2 * kLowField.transform> low;
+template <class Number>
+struct alignas(64) FieldLayers {
+  std::array<Number, 2 * kHighField.transform> high;
+  std::array<Number, 2 * kLowField.transform> low;
+};
+using FieldSums = FieldLayers<float>;
+// What is kept, over a scale and in half precision: a convolution waits for memory.
+struct FieldSpectrum : FieldLayers<std::uint16_t> {
+  float high_scale = 0, low_scale = 0;
 };
 
 // A signal that taps play. The mixer keeps the spectra of its newest blocks.

@@ -170,11 +170,12 @@ void SparseResponse::transform(const std::array<std::size_t, 2>& partitions,
   const std::span some = std::span(partitions).first(count);
   std::array<float*, 2> high{};
   for (std::size_t i = 0; i < count; ++i) {
-    high[i] = spectra[i]->high.data();
-    low_.transform(some.subspan(i, 1), {spectra[i]->low.data()});
+    high[i] = sums_[i].high.data();
+    low_.transform(some.subspan(i, 1), {sums_[i].low.data()});
     touched_[some[i]] = 0;
   }
   if (count > 0) high_.transform(some, high);
+  for (std::size_t i = 0; i < count; ++i) pack(sums_[i], *spectra[i]);
 }
 
 }  // namespace clamor

@@ -76,7 +76,8 @@ class SparseResponse {
 
   Layer<kHighFieldLanes> high_;
   Layer<kLowFieldLanes> low_;
-  std::vector<char> touched_;  // by partition
+  std::array<FieldSums, 2> sums_{};  // scratch memory
+  std::vector<char> touched_;        // by partition
 };
 
 }  // namespace clamor

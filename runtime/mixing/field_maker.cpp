@@ -406,8 +406,7 @@ void FieldMaker::correlate_with(const FieldSignalResponse* last, const FieldSign
     while (before != all_before.end() && place(*before) < place(one)) ++before;
     const bool has_last = before != all_before.end() && place(*before) == place(one);
     const FieldSpectrum& from = has_last ? *before->spectrum : kNothing;
-    correlate(one.spectrum->high.data(), from.high.data(), kHighField.transform, high_sums_.all());
-    correlate(one.spectrum->low.data(), from.low.data(), kLowField.transform, low_sums_.all());
+    correlate(*one.spectrum, from, high_sums_.all(), low_sums_.all());
   }
 }
 

@@ -1,14 +1,19 @@
 #include "runtime/field/sparse_response.h"
 
 #include <algorithm>
+#include <cmath>
 #include <complex>
+#include <cstdint>
 #include <numbers>
 #include <random>
+#include <span>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "common/crossover.h"
 #include "common/sample_rate.h"
+#include "runtime/field/field_kernel.h"
 #include "runtime/hrtf/hrtf_filters.h"
 #include "runtime/voices/octave_filter_bank.h"
 
@@ -16,6 +21,19 @@ namespace clamor {
 namespace {
 
 using Complex = std::complex<double>;
+
+// Numbers in half precision, as a FieldSpectrum has them, times their scale.
+std::vector<float> unpacked(std::span<const std::uint16_t> halves, float scale) {
+  std::vector<float> numbers;
+  for (const std::uint16_t half : halves) {
+    const int exponent = half >> 10 & 31, fraction = half & 1023;
+    const float size = exponent == 0
+                           ? std::ldexp(static_cast<float>(fraction), -24)
+                           : std::ldexp(static_cast<float>(1024 + fraction), exponent - 25);
+    numbers.push_back(half >> 15 == 0 ? size * scale : -size * scale);
+  }
+  return numbers;
+}
 
 // A spectrum of a layer at a frequency, for both ears.
 std::array<Complex, kEars> ears_at(std::span<const float> spectrum, const LaneFourier& fourier,
@@ -86,6 +104,8 @@ TEST_P(SparseResponseOf, TapsEqualsTheirSumThroughTheFilterBank) {
 
   const LaneFourier high(kHighField.transform, kHighFieldLanes),
       low(kLowField.transform, kLowFieldLanes);
+  const auto high_numbers = unpacked(spectrum.high, spectrum.high_scale),
+             low_numbers = unpacked(spectrum.low, spectrum.low_scale);
   double worst = 0;
   for (std::size_t bin = 3; bin < 300; bin += 3) {
     const double frequency_hz = static_cast<double>(bin) * kSampleRate_hz / kHighField.transform;
@@ -94,9 +114,9 @@ TEST_P(SparseResponseOf, TapsEqualsTheirSumThroughTheFilterBank) {
     const auto split = [&](Side side) {
       return crossover_magnitude(kLowBands - 1, kSampleRate_hz, side, frequency_hz);
     };
-    const auto heard_high = ears_at(spectrum.high, high, bin);
+    const auto heard_high = ears_at(high_numbers, high, bin);
     // The low layer has frequencies up to 6 kHz, and nothing of its signal above 3 kHz.
-    const auto heard_low = ears_at(spectrum.low, low, std::min<std::size_t>(2 * bin, 511));
+    const auto heard_low = ears_at(low_numbers, low, std::min<std::size_t>(2 * bin, 511));
     // Spline coefficients of the high layer are halved, and their spline is the mixer's.
     const double spline = (2 + std::cos(w)) / 3;
     for (std::size_t e = 0; e < kEars; ++e) {
@@ -121,6 +141,24 @@ TEST_P(SparseResponseOf, TapsEqualsTheirSumThroughTheFilterBank) {
   EXPECT_LT(worst, 0.005);
 }
 INSTANTIATE_TEST_SUITE_P(Banks, SparseResponseOf, ::testing::Bool());
+
+// Loud or quiet, and also where low frequencies are 100 dB above high ones.
+TEST(FieldSpectrum, IsKeptWithin66DbBelowEachOfItsNumbers) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  for (const float loudest : {1e-9f, 1.0f, 1e9f}) {
+    FieldSums sums{};
+    for (std::size_t i = 0; i < sums.high.size(); ++i)
+      sums.high[i] = loudest * uniform(random) * (i % 2 == 0 ? 1 : 1e-5f);
+    FieldSpectrum spectrum;
+    pack(sums, spectrum);
+    const auto kept = unpacked(spectrum.high, spectrum.high_scale);
+    // Half of the last of 11 bits, and the rounding of the scale.
+    for (std::size_t i = 0; i < kept.size(); ++i)
+      ASSERT_NEAR(kept[i], sums.high[i], 0.00049f * std::abs(sums.high[i]) + 1e-9f * loudest) << i;
+    for (const float silent : unpacked(spectrum.low, spectrum.low_scale)) ASSERT_EQ(silent, 0);
+  }
+}
 
 }  // namespace
 }  // namespace clamor
