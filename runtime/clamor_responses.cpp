@@ -41,8 +41,7 @@ extern "C" clamor_result clamor_measure_responses(clamor_context* context, clamo
     for (clamor::Source& source : all->sources) source.emitter = all->stored_as[source.emitter];
     const auto mesh = clamor::read_mesh_at_rest(*file);
     if (!mesh.ok()) return fail(error, CLAMOR_ERROR_FILE, mesh.error().message);
-    clamor::OcclusionGeometry surfaces(*mesh, file->materials());
-    surfaces.set_images(all->sources);
+    const clamor::OcclusionGeometry surfaces(*mesh, file->materials(), all->sources);
     const clamor::LevelExtent extent(*file, *mesh);
     std::size_t longest = 0, outside = 0;
     for (std::uint32_t i = 0; i < places; ++i) {

@@ -36,7 +36,9 @@ Result<void> read_occluders(const BakeFile& file, AuralizerInput& input) {
   Result<void> read;
   input.surfaces = file.surfaces().get<LevelSurfaces>([&]() -> std::shared_ptr<LevelSurfaces> {
     auto mesh = file.read_mesh();
-    if (mesh.ok()) return std::make_shared<LevelSurfaces>(std::move(*mesh));
+    if (mesh.ok())
+      return std::make_shared<LevelSurfaces>(std::move(*mesh),
+                                             image_sources(file.images(), file.emitters()));
     read = mesh.error();
     return nullptr;
   });

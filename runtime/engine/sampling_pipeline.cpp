@@ -136,9 +136,9 @@ SamplingPipeline::~SamplingPipeline() = default;
 
 void SamplingPipeline::add_surfaces(AuralizerInput& input, BvhQuality quality) {
   if (input.surfaces == nullptr)
-    input.surfaces = std::make_shared<LevelSurfaces>(std::move(input.mesh));
+    input.surfaces = std::make_shared<LevelSurfaces>(
+        std::move(input.mesh), input.images.empty() ? input.sources : input.images);
   surfaces_ = std::make_unique<OcclusionGeometry>(input.surfaces, input.materials, quality);
-  surfaces_->set_images(input.images);
 }
 
 void SamplingPipeline::add_occlusion(AuralizerInput& input, const RadiationModel& radiation,

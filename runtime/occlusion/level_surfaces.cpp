@@ -30,7 +30,9 @@ bool is_ready(const Future& future) {
 
 }  // namespace
 
-LevelSurfaces::LevelSurfaces(Mesh mesh) : mesh_(std::move(mesh)) {
+LevelSurfaces::LevelSurfaces(Mesh mesh, std::span<const Source> sources) : mesh_(std::move(mesh)) {
+  for (const Source& source : sources)
+    if (source.is_image) images_.push_back(source);
   planes_.reserve(mesh_.triangles.size());
   for (const auto& triangle : mesh_.triangles) planes_.push_back(plane_of(mesh_, triangle));
 }
@@ -40,19 +42,16 @@ LevelSurfaces::~LevelSurfaces() = default;
 std::shared_ptr<const EmbreeMesh> LevelSurfaces::bvh(BvhQuality quality) {
   if (mesh_.triangles.empty()) return nullptr;
   const std::lock_guard lock(building_);
-  if (!has_edges_) edges_ = DiffractingEdges(mesh_);
-  has_edges_ = true;
+  if (mirrors_ == nullptr) {
+    edges_ = DiffractingEdges(mesh_);
+    mirrors_ = std::make_unique<const ImageMirrors>(planes_, std::exchange(images_, {}));
+  }
   if (quality == BvhQuality::kFast && is_ready(better_) && better_.get() != nullptr)
     return better_.get();
   std::weak_ptr<const EmbreeMesh>& built = bvhs_[static_cast<std::size_t>(quality)];
   std::shared_ptr<const EmbreeMesh> bvh = built.lock();
   if (bvh == nullptr) built = bvh = build_bvh(mesh_, quality);
   return bvh;
-}
-
-void LevelSurfaces::set_images(std::span<const Source> sources) {
-  const std::lock_guard lock(building_);
-  if (mirrors_ == nullptr) mirrors_ = std::make_unique<const ImageMirrors>(planes_, sources);
 }
 
 std::span<const MirrorSeries> LevelSurfaces::mirrors_of(const Vec3f& image_m,

@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/bake_file/source.h"
 #include "formats/level/mesh.h"
 #include "runtime/occlusion/diffracting_edges.h"
 #include "runtime/occlusion/occluder_plane.h"
@@ -22,7 +23,6 @@ namespace clamor {
 class EmbreeMesh;
 class ImageMirrors;   // image_mirrors.h
 struct MirrorSeries;  // image_mirrors.h
-struct Source;
 
 // kHigh is the best BVH. kFast takes a third of the time and has rays that take a third longer,
 // until better_bvh() replaces it. kHighAlone is kHigh without any other thread than the caller's.
@@ -32,21 +32,21 @@ enum class BvhQuality { kHigh, kFast, kHighAlone, kPortable };
 
 class LevelSurfaces {
  public:
-  explicit LevelSurfaces(Mesh mesh);
+  // The images among the sources are those whose mirrors are looked for.
+  explicit LevelSurfaces(Mesh mesh, std::span<const Source> sources = {});
   ~LevelSurfaces();  // waits for the thread that builds the better BVH
 
   const Mesh& mesh() const { return mesh_; }
   const std::vector<OccluderPlane>& planes() const { return planes_; }  // per triangle
   const DiffractingEdges& edges() const { return edges_; }              // none before bvh()
 
-  // Looks for the mirrors of the images among the sources. Later calls change nothing.
-  void set_images(std::span<const Source> sources);
-  // The series of mirrors that lead to an image; none if it is unknown.
+  // The series of mirrors that lead to an image; none if it is unknown, and before bvh().
   std::span<const MirrorSeries> mirrors_of(const Vec3f& image_m, const Vec3f& original_m) const;
 
   // The BVH of that quality, built by the first caller, or a better one instead of kFast. Null in a
-  // free field. The first of all calls looks for the edges, too: while a listener is made, that
-  // comes after its sounds have begun to load. Throws std::bad_alloc if Embree runs out of memory.
+  // free field. The first of all calls looks for the edges and the mirrors, too: while a listener
+  // is made, that comes after its sounds have begun to load. Throws std::bad_alloc if Embree runs
+  // out of memory.
   std::shared_ptr<const EmbreeMesh> bvh(BvhQuality quality);
 
   // kHigh for those who took kFast, which a thread builds from the first call on. Nothing until it
@@ -57,11 +57,11 @@ class LevelSurfaces {
   const Mesh mesh_;
   std::vector<OccluderPlane> planes_;
   std::mutex building_;
-  bool has_edges_ = false;
+  std::vector<Source> images_;  // until their mirrors are found
   DiffractingEdges edges_;
   std::array<std::weak_ptr<const EmbreeMesh>, 4> bvhs_;  // by quality
   std::shared_future<std::shared_ptr<const EmbreeMesh>> better_;
-  std::unique_ptr<const ImageMirrors> mirrors_;
+  std::unique_ptr<const ImageMirrors> mirrors_;  // null before bvh()
 };
 
 }  // namespace clamor

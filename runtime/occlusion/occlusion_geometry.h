@@ -45,9 +45,10 @@ class OcclusionGeometry {
   // Throws std::bad_alloc if Embree runs out of memory.
   OcclusionGeometry(std::shared_ptr<LevelSurfaces> level, std::span<const Material> materials,
                     BvhQuality quality = BvhQuality::kHigh);
+  // The mirrors are those of the images among the sources.
   OcclusionGeometry(const Mesh& mesh, std::span<const Material> materials,
-                    BvhQuality quality = BvhQuality::kHigh)
-      : OcclusionGeometry(std::make_shared<LevelSurfaces>(mesh), materials, quality) {}
+                    std::span<const Source> sources = {}, BvhQuality quality = BvhQuality::kHigh)
+      : OcclusionGeometry(std::make_shared<LevelSurfaces>(mesh, sources), materials, quality) {}
 
   // Parts that occlude besides the mesh; null: none. They must outlive this or be replaced. Must
   // not run while other threads cast rays.
@@ -104,9 +105,6 @@ class OcclusionGeometry {
   void find_edges_in(const MirrorPlane& plane, const Vec3& from_m, const Vec3& to_m,
                      std::size_t count, double longest_m, std::vector<EdgeBetween>& found) const;
 
-  // Tells which of the sources are images in the level. Their mirrors are looked for once, by the
-  // first listener in it.
-  void set_images(std::span<const Source> sources) { level_->set_images(sources); }
   // The series of mirrors that lead to an image; none if it is unknown.
   std::span<const MirrorSeries> mirrors_of(const Vec3f& image_m, const Vec3f& original_m) const;
 

@@ -162,7 +162,7 @@ TEST(CoupledRooms, HaveTheLevelOfAnIndependentTracerBeyondTheDoorway) {
     std::vector<Source> sources = baked->octree.sources;
     const auto images = image_sources(baked->images, baked->emitters);
     sources.insert(sources.end(), images.begin(), images.end());
-    const OcclusionGeometry surfaces(baked->mesh, baked->materials);
+    const OcclusionGeometry surfaces(baked->mesh, baked->materials, sources);
     for (std::size_t p = 0; p < kFarPlaces_m.size(); ++p) {
       TracedBands heard{};
       for (const Arrival& arrival : energy_response(sources, baked->emitters, baked->materials,
@@ -285,10 +285,10 @@ Level rooms_with_a_closed_door() {
 
 // Energy at some places, far from walls and from the emitter.
 Bands energy_in(const BakeContents& contents, double room_x_m) {
-  const OcclusionGeometry surfaces(contents.mesh, contents.materials);
   std::vector<Source> sources = contents.octree.sources;
   const auto images = image_sources(contents.images, contents.emitters);
   sources.insert(sources.end(), images.begin(), images.end());
+  const OcclusionGeometry surfaces(contents.mesh, contents.materials, sources);
   Bands sum{};
   for (const Vec3& place_m : {Vec3(3, 1.2, 3), Vec3(3.6, 1.7, 2.9), Vec3(2.5, 1.4, 3.2)})
     for (const Arrival& arrival :

@@ -165,7 +165,7 @@ struct Played {
     auto stored = file->read_mesh();
     EXPECT_TRUE(stored.ok());
     mesh = std::move(*stored);
-    surfaces = std::make_unique<OcclusionGeometry>(mesh, file->materials());
+    surfaces = std::make_unique<OcclusionGeometry>(mesh, file->materials(), sources);
   }
   std::vector<Arrival> arrivals(const Vec3& listener_m) const {
     return energy_response(sources, file->emitters(), file->materials(), level.air, listener_m,

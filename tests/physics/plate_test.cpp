@@ -207,11 +207,11 @@ std::vector<double> exact_reflections(PlateSeries of, double hz) {
 // Bounds for what is above -10 dB, and for what is above -20 dB.
 void expect_exact_series(const PlateSeries& of, const Mesh& mesh, double within_db,
                          double quiet_within_db) {
-  OcclusionGeometry geometry(mesh, std::vector{testing::uniform_material(0, 0, kMirrorExponent)});
   std::vector<MirrorPlane> planes;
   for (const ScreenSheet& sheet : of.sheets) planes.push_back(sheet.plane());
   const std::vector<Source> images = testing::images_by(planes, of.from_m);
-  geometry.set_images(images);
+  const OcclusionGeometry geometry(
+      mesh, std::vector{testing::uniform_material(0, 0, kMirrorExponent)}, images);
   for (std::size_t b = 0; b < of.bands; ++b) {
     const double hz = 62.5 * std::exp2(static_cast<double>(b));
     const auto exact = exact_reflections(of, hz);

@@ -279,7 +279,7 @@ TEST(Reciprocity, OfDirectSoundsAndImagesInAFurnishedRoomIsOffWhereEdgesAreBetwe
   std::vector<Source> sources = image_sources(baked->images, baked->emitters);
   for (const Source& source : baked->octree.sources)
     if (source.is_emitter) sources.push_back(source);
-  const OcclusionGeometry surfaces(baked->mesh, baked->materials);
+  const OcclusionGeometry surfaces(baked->mesh, baked->materials, sources);
   // By kind, emitter, listener and band.
   using Energies = std::vector<std::vector<Exchanged::Energy>>;
   const std::vector<Exchanged::Energy> none(places_m.size());

@@ -193,7 +193,7 @@ TEST(RoomModes, HaveTheMeanEnergyOfPhotonsAboveTheSchroederFrequency) {
   std::vector<Source> sources = baked->octree.sources;
   const auto images = image_sources(baked->images, baked->emitters);
   sources.insert(sources.end(), images.begin(), images.end());
-  const OcclusionGeometry surfaces(baked->mesh, baked->materials);
+  const OcclusionGeometry surfaces(baked->mesh, baked->materials, sources);
   const Bands at_10m = free_field_energy_at_10m(level.emitters[0]);
 
   std::array<std::vector<double>, kModalBands> g_db, corner_g_db, energy_g_db, t30_ratio, alike;

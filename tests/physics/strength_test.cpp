@@ -60,7 +60,7 @@ TEST(Strength, OfTheViolinRoomMatchesBarronsRevisedTheory) {
   sources.insert(sources.end(), images.begin(), images.end());
   const Emitter& violin = room.emitters[0];
   const Vec3 aside = glm::normalize(Vec3(violin.axis.z, 0, -violin.axis.x));
-  const OcclusionGeometry surfaces(baked->mesh, baked->materials);
+  const OcclusionGeometry surfaces(baked->mesh, baked->materials, sources);
   std::array<double, kBandCount> off_db{};
   constexpr int kPlaces = 4;
   for (int i = 0; i < kPlaces; ++i) {
@@ -130,7 +130,7 @@ std::vector<RoomParameters> heard_in(const Level& hall, std::span<const SeatedPl
   std::vector<Source> sources = baked->octree.sources;
   const auto images = image_sources(baked->images, baked->emitters);
   sources.insert(sources.end(), images.begin(), images.end());
-  const OcclusionGeometry surfaces(baked->mesh, baked->materials);
+  const OcclusionGeometry surfaces(baked->mesh, baked->materials, sources);
   std::vector<RoomParameters> found;
   for (const SeatedPlace& place : places)
     found.push_back(room_parameters(energy_response(sources, baked->emitters, baked->materials,

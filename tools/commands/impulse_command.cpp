@@ -96,7 +96,7 @@ class Measurement {
       if (!read) return read.error().in(options_.level);
       mesh = std::move(*read);
     }
-    surfaces_.emplace(mesh, file_.materials());
+    surfaces_.emplace(mesh, file_.materials(), sources_);
     return {};
   }
 

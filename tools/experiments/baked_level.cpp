@@ -57,13 +57,14 @@ Result<BakedEnergies> BakedEnergies::bake_level(const Level& level, const BakeSe
   const auto images = image_sources(contents->images, contents->emitters);
   baked.sources_.insert(baked.sources_.end(), images.begin(), images.end());
   baked.contents_ = std::move(*contents);
+  baked.surfaces_ =
+      std::make_unique<const OcclusionGeometry>(level.mesh, level.materials, baked.sources_);
   return baked;
 }
 
-std::vector<Arrival> BakedEnergies::at(const Vec3& place_m, std::uint32_t emitter,
-                                       const OcclusionGeometry& surfaces) const {
+std::vector<Arrival> BakedEnergies::at(const Vec3& place_m, std::uint32_t emitter) const {
   return energy_response(sources_, contents_.emitters, contents_.materials, contents_.settings.air,
-                         place_m, emitter, &surfaces);
+                         place_m, emitter, surfaces_.get());
 }
 
 }  // namespace clamor

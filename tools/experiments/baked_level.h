@@ -9,12 +9,11 @@
 #include "formats/bake_file/bake_contents.h"
 #include "formats/bake_file/bake_metadata.h"
 #include "formats/level/level.h"
+#include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/response/energy_response.h"
 #include "tools/experiments/experiment_scene.h"
 
 namespace clamor {
-
-class OcclusionGeometry;
 
 struct BakedLevel {
   Level level;
@@ -38,13 +37,12 @@ class BakedEnergies {
 
   // All arrivals of an emitter's impulse: its direct sound, its secondary and its image sources,
   // behind the level's surfaces.
-  std::vector<Arrival> at(const Vec3& place_m, std::uint32_t emitter,
-                          const OcclusionGeometry& surfaces) const;
-  const std::vector<Source>& sources() const { return sources_; }
+  std::vector<Arrival> at(const Vec3& place_m, std::uint32_t emitter) const;
 
  private:
   BakeContents contents_;
   std::vector<Source> sources_;  // with images
+  std::unique_ptr<const OcclusionGeometry> surfaces_;
 };
 
 }  // namespace clamor

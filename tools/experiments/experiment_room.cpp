@@ -6,11 +6,12 @@
 // several seeds, and the energies of all sources are measured at every pair.
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
+#include <cstdint>
 #include <optional>
 #include <ostream>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -25,7 +26,6 @@
 #include "formats/level/emitter_spec.h"
 #include "formats/level/level_origin.h"
 #include "formats/level/sidecar.h"
-#include "runtime/occlusion/occlusion_geometry.h"
 #include "tools/analysis/room_parameters.h"
 #include "tools/experiments/baked_level.h"
 #include "tools/experiments/experiments.h"
@@ -42,7 +42,7 @@ constexpr int kQuickBakes = 2;
 
 struct MeasuredRoom {
   std::string name, source;
-  Level level;
+  Level level;  // emitters are the sources
   std::vector<ListenerSpec> receivers;
   std::vector<RoomFigures> figures;
 
@@ -121,9 +121,15 @@ Result<ListenerSpec> read_receiver(const Json& json, const std::string& where,
   JsonFields fields(json, where);
   const auto name = fields.string("name");
   const auto at_m = fields.vector("at", kMaxWorldCoordinate_m);
-  if (!at_m || !name) fields.fail("needs 'name' and 'at'");
+  if (!at_m || !name || name->empty()) fields.fail("needs 'name' and 'at'");
   if (auto read = fields.result_without_unknown(); !read.ok()) return read.error();
   return ListenerSpec{*name, *at_m - room.level.origin_m};
+}
+
+// Values beyond these are in another unit.
+std::pair<double, double> range_of(const ParameterKind& kind) {
+  if (kind.unit == std::string_view("s")) return {kShortestDecay_s, kLongestDecay_s};
+  return kind.unit == std::string_view("dB") ? std::pair(-100.0, 100.0) : std::pair(0.0, 1.0);
 }
 
 Result<RoomFigures> read_figures(const Json& json, const std::string& where,
@@ -137,17 +143,22 @@ Result<RoomFigures> read_figures(const Json& json, const std::string& where,
         (!receiver || room.receivers[pair % room.receivers.size()].name == *receiver))
       figures.pairs.push_back(pair);
   if (figures.pairs.empty()) fields.fail("names a source or a receiver that the room has not");
-  const auto hz = fields.numbers("bandsHz").value_or(
-      std::vector(kBandCentres_hz.begin(), kBandCentres_hz.end()));
   for (const ParameterKind& kind : kParameterKinds) {
-    const auto values = fields.numbers(kind.key);
-    if (values && values->size() != hz.size())
-      fields.fail(fmt::format("'{}' must have a value for each of 'bandsHz'", kind.key));
-    else if (values)
-      figures.values.*kind.value = octave_means(hz, *values);
+    const auto [low, high] = range_of(kind);
+    if (const auto octaves = octaves_member(fields, kind.key, low, high))
+      figures.values.*kind.value = *octaves;
   }
   if (auto read = fields.result_without_unknown(); !read.ok()) return read.error();
   return figures;
+}
+
+// Whether an element of a list has the name of one before it. Figures have none.
+template <class T>
+bool is_named_twice(std::span<const T> list) {
+  if constexpr (requires { list[0].name; })
+    for (const T& one : list.first(list.size() - 1))
+      if (one.name == list.back().name) return true;
+  return false;
 }
 
 // Appends what `read` makes of each element of a list.
@@ -160,6 +171,9 @@ Result<void> read_list(const Json& json, const std::string& path, const char* ke
     auto one = read(item, fmt::format("{}: {} {}", path, key, list.size() + 1));
     if (!one.ok()) return one.error();
     list.push_back(std::move(*one));
+    if (is_named_twice<T>(list))
+      return Error(fmt::format("{}: {} {} has the name of another; give each its own", path, key,
+                               list.size()));
   }
   return {};
 }
@@ -204,15 +218,13 @@ Result<MeasuredRoom> read_room(const std::string& path) {
   return room;
 }
 
-Result<AtPairs> baked_and_measured(const MeasuredRoom& room, OcclusionGeometry& surfaces,
-                                   const BakeSettings& settings) {
+Result<AtPairs> baked_and_measured(const MeasuredRoom& room, const BakeSettings& settings) {
   const auto baked = BakedEnergies::bake_level(room.level, settings);
   if (!baked.ok()) return baked.error();
-  surfaces.set_images(baked->sources());
   AtPairs measured;
   for (std::uint32_t s = 0; s < room.level.emitters.size(); ++s)
     for (const ListenerSpec& receiver : room.receivers)
-      measured.push_back(room_parameters(baked->at(receiver.at_m, s, surfaces),
+      measured.push_back(room_parameters(baked->at(receiver.at_m, s),
                                          free_field_energy_at_10m(room.level.emitters[s])));
   return measured;
 }
@@ -222,7 +234,6 @@ Result<AtPairs> baked_and_measured(const MeasuredRoom& room, OcclusionGeometry& 
 Result<ReportPage> room_experiment(const ExperimentOptions& options, std::ostream& err) {
   const auto room = read_room(options.level);
   if (!room.ok()) return room.error();
-  OcclusionGeometry surfaces(room->level.mesh, room->level.materials);
   BakeSettings settings;
   settings.longest_path_s = 0;
   settings.air = room->level.air;
@@ -231,7 +242,7 @@ Result<ReportPage> room_experiment(const ExperimentOptions& options, std::ostrea
   std::vector<AtPairs> by_seed;
   for (int seed = 1; seed <= bakes; ++seed) {
     settings.seed = static_cast<std::uint64_t>(seed);
-    auto measured = baked_and_measured(*room, surfaces, settings);
+    auto measured = baked_and_measured(*room, settings);
     if (!measured.ok()) return measured.error();
     by_seed.push_back(std::move(*measured));
     err << fmt::format("  seed {} of {}\n", seed, bakes);

@@ -84,15 +84,13 @@ std::vector<Arrival> decaying_noise(const RoomParameters& room, std::uint64_t se
 }
 
 Result<std::vector<SeedResult>> baked_with(const Level& level, const BakeSettings& settings,
-                                           OcclusionGeometry& surfaces,
                                            std::span<const Vec3> places_m) {
   const auto baked = BakedEnergies::bake_level(level, settings);
   if (!baked.ok()) return baked.error();
-  surfaces.set_images(baked->sources());
   const Bands at_10m = free_field_energy_at_10m(level.emitters[0]);
   std::vector<SeedResult> results(places_m.size());
   for (std::size_t p = 0; p < places_m.size(); ++p) {
-    const auto arrivals = baked->at(places_m[p], 0, surfaces);
+    const auto arrivals = baked->at(places_m[p], 0);
     const auto waveform = impulse_response(arrivals, whole_response_frames(arrivals));
     const RoomParameters room = room_parameters(arrivals, at_10m);
     const auto noise = decaying_noise(room, settings.seed, p);
@@ -168,7 +166,7 @@ Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostre
   auto read = BakedLevel::open(options.level);
   if (!read.ok()) return read.error();
   const Level& level = read->level;
-  OcclusionGeometry surfaces(level.mesh, level.materials);
+  const OcclusionGeometry surfaces(level.mesh, level.materials);
   const std::vector<Vec3> places_m =
       options.listener_m ? std::vector<Vec3>{*options.listener_m}
                          : listening_places(surfaces, level.mesh, level.emitters[0].position_m,
@@ -186,7 +184,7 @@ Result<ReportPage> seeds_experiment(const ExperimentOptions& options, std::ostre
     settings.photons = photons[n];
     for (int seed = 1; seed <= bakes; ++seed) {
       settings.seed = static_cast<std::uint64_t>(seed);
-      auto result = baked_with(level, settings, surfaces, places_m);
+      auto result = baked_with(level, settings, places_m);
       if (!result.ok()) return result.error();
       by_photons[n].push_back(std::move(*result));
       err << fmt::format("  {} photons, seed {} of {}\n", photons[n], seed, bakes);

@@ -36,8 +36,7 @@ Result<Room> Room::read(const BakeFile& file, std::size_t max_sources) {
   auto mesh = read_mesh_at_rest(file);
   if (!mesh.ok()) return mesh.error();
   room.mesh = std::move(*mesh);
-  room.surfaces = std::make_unique<OcclusionGeometry>(room.mesh, file.materials());
-  room.surfaces->set_images(room.sources);
+  room.surfaces = std::make_unique<OcclusionGeometry>(room.mesh, file.materials(), room.sources);
   return room;
 }
 

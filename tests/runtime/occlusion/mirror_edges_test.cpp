@@ -234,13 +234,12 @@ TEST(ImageDiffraction, OfTwoAndThreeReflectionsHasNoStepsOnAWalkPastTheirMirrors
       {plates, {{left, right}}, {1.5, -1.5, 0.6}, {1, -1, 0.4}, {1, 6, 0.4}},
       {corner, {{left, floor}, {floor, left}}, {2, 1, 1}, {0.3, 3, 1.6}, {3, 0.3, 1.6}}};
   for (const Case& one : cases) {
-    OcclusionGeometry geometry(one.mesh, mirrors());
     std::vector<Source> images;
     for (const auto& series : one.series) {
       const auto more = testing::images_by(series, one.source_m);
       images.insert(images.end(), more.begin(), more.end());
     }
-    geometry.set_images(images);
+    const OcclusionGeometry geometry(one.mesh, mirrors(), images);
     std::uint64_t rays = 0;
     Bands last{};
     const int steps = static_cast<int>(length(one.to_m - one.from_m) / 0.004);

@@ -87,7 +87,7 @@ TEST(OcclusionGeometry, ThatIsBuiltFastGivesTheSameAnswersBeforeAndAfterItsRefin
   std::vector<Material> materials(1);
   materials[0].absorption = materials[0].transmission = same_in_all_bands(0.5f);
   const OcclusionGeometry whole(mesh, materials);
-  OcclusionGeometry soon(mesh, materials, BvhQuality::kFast);
+  OcclusionGeometry soon(mesh, materials, {}, BvhQuality::kFast);
   const auto answers_alike = [&] {
     std::uint32_t blocked = 0;
     for (std::uint32_t i = 0; i < 5000; ++i) {
@@ -116,7 +116,7 @@ TEST(OcclusionGeometry, ThrowsWithoutMemory_NoAsan) {
     ChildLimits limits;
     limits.memory_bytes = megabytes << 20;
     const auto built = in_child_process(limits, [&] {
-      const OcclusionGeometry geometry(mesh, materials, BvhQuality::kFast);
+      const OcclusionGeometry geometry(mesh, materials, {}, BvhQuality::kFast);
       return std::vector<std::byte>(1);
     });
     has_built = built.ok();

@@ -52,8 +52,8 @@ TEST(SampledResponse, WithPriorityHasEachImageExactlyWithTwoThousandVoices) {
     const auto baked =
         bake(level, {.settings = {.seed = seed, .photons = 5000, .sources = 20'000}});
     ASSERT_TRUE(baked.ok()) << baked.error().message;
-    const OcclusionGeometry surfaces(baked->mesh, baked->materials);
     const auto images = image_sources(baked->images, baked->emitters);
+    const OcclusionGeometry surfaces(baked->mesh, baked->materials, images);
     ASSERT_EQ(images.size(), 62u);
     std::vector<Source> sources = baked->octree.sources;
     sources.insert(sources.end(), images.begin(), images.end());

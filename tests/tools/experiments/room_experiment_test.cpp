@@ -86,6 +86,12 @@ TEST_F(RoomExperiment, NamesWhatIsWrongWithADescription) {
   for (const auto& [from, to, says] :
        {std::tuple("\"walls\"", "\"wals\"", "no material 'wals'; the nearest name is 'walls'"),
         std::tuple("\"t30_s\": [0.4]", "\"t30_s\": [0.4, 1]", "measured 2: 't30_s' must have"),
+        std::tuple("\"t30_s\": [0.4]", "\"t30_s\": [0]",
+                   "measured 2: 't30_s' must have values from 0.001 to 100"),
+        std::tuple("\"t30_s\": [0.4]", "\"d50\": [55]",
+                   "measured 2: 'd50' must have values from 0 to 1"),
+        std::tuple("\"name\": \"B\"", "\"name\": \"A\"",
+                   "receivers 2 has the name of another; give each its own"),
         std::tuple("\"receiver\": \"B\"", "\"receiver\": \"C\"", "measured 2: names a source or"),
         std::tuple("\"bandsHz\": [1000], \"t30_s\": [0.4]", "\"t30\": [1]", "'t30'"),
         std::tuple("box.gltf", "none.gltf", "none.gltf")}) {
