@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/maths.h"
+#include "runtime/occlusion/path_over_edges.h"
 
 namespace clamor {
 
@@ -26,7 +27,6 @@ constexpr double kMinAngle_rad = 1e-4;  // to the boundary of a shadow
 // The sound reflected by a wedge's face is diffracted where the face's plane is this far behind.
 constexpr double kFade_rad = pi / 18;
 constexpr double kThird = 0.2316;       // of an octave, relative to the frequency in its middle
-constexpr int kPathIterations = 6;      // to find the shortest path over two edges
 constexpr double kMinBetween_m = 1e-4;  // nearer edges are one
 // Weights of the four terms of beta: the two of the direct sound, and those that the first and the
 // second face reflect.
@@ -267,12 +267,6 @@ double share_of_direction(const DiffractingEdge& edge, const Vec3& path_m) {
   return over * over / std::max(over * over + beside * beside, 1e-12);
 }
 
-// Where a path from one point to another passes the edge.
-double crossing_m(const EdgeInAir& edge, const Vec3& from_m, const Vec3& to_m) {
-  const PointsAroundEdge points(edge.edge(), from_m, to_m);
-  return points.is_singular() ? 0 : std::clamp(points.apex_m(), 0.0, edge.length_m());
-}
-
 // Returns whether the edge bends sound from one point to the other: both are in the air, or one of
 // them on a face.
 bool bends(const DiffractingEdge& edge, const Vec3& from_m, const Vec3& to_m, const Vec3& on_edge) {
@@ -401,11 +395,7 @@ EdgeSound sound_over_edges(const EdgeInAir& first, const EdgeInAir& second, cons
   if (first.edge().is_sheet != second.edge().is_sheet && std::isfinite(first.edge().width_m) &&
       std::isfinite(second.edge().width_m))
     return sound;
-  double z1 = 0.5 * first.length_m(), z2 = 0.5 * second.length_m();
-  for (int i = 0; i < kPathIterations; ++i) {
-    z1 = crossing_m(first, from_m, second.point_m(z2));
-    z2 = crossing_m(second, first.point_m(z1), to_m);
-  }
+  const auto [z1, z2] = path_over_edges(first, second, from_m, to_m);
   const Vec3 a = first.point_m(z1), b = second.point_m(z2);
   const double before_m = length(a - from_m), between_m = length(b - a), after_m = length(to_m - b);
   if (!(before_m > 0 && between_m > kMinBetween_m && after_m > 0)) return sound;
