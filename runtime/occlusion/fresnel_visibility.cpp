@@ -7,6 +7,12 @@
 
 namespace clamor {
 
+LineOfSight either_way(const LineOfSight& line) {
+  const Vec3f &a = line.from_m, &b = line.to_m;
+  const bool is_first = a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z <= b.z;
+  return is_first ? line : LineOfSight{b, a, line.speed_of_sound_mps};
+}
+
 float diffracted_amplitude(float free_fraction) {
   constexpr float kFraction[] = {0, 0.01f, 0.06f, 0.275f, 0.375f, 0.5f, 0.74f};
   constexpr float kAmplitude[] = {0, 0.15f, 0.185f, 0.295f, 0.39f, 0.59f, 1};

@@ -40,6 +40,10 @@ struct LineOfSight {
   double speed_of_sound_mps = 343.2;
 };
 
+// The line or its reverse, the same for both. Direct sounds take its zone, so that they are the
+// same there and back: paths that are reflected differ with the end that they begin at.
+LineOfSight either_way(const LineOfSight& line);
+
 // The curve above: amplitude that an unoccluded fraction of the zone lets pass.
 float diffracted_amplitude(float free_fraction);
 

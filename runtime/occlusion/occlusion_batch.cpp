@@ -85,7 +85,7 @@ std::vector<Bands> fine_visibility(const OcclusionGeometry& geometry, double spe
   for (std::size_t i = 0; i < sources.size(); ++i) {
     if (!line_of[i] || sources[i]->is_image) continue;
     estimate_of[i] = lines.size();
-    lines.push_back(*line_of[i]);
+    lines.push_back(sources[i]->is_emitter ? either_way(*line_of[i]) : *line_of[i]);
   }
   std::vector<VisibilityEstimate> estimates =
       estimate_visibilities(geometry, lines, kMediumPaths, kFinePaths, threads);

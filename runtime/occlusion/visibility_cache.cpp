@@ -364,7 +364,8 @@ std::vector<Bands> VisibilityCache::estimate_now(std::span<const Wanted> sources
     if (known != kUnknown && is_current(entry, *one.source)) continue;
     follow(entry, *one.source);
     needs_estimate.push_back(indices.size() - 1);
-    if (is_in_batch(entry)) lines.push_back(line_to(entry));
+    if (is_in_batch(entry))
+      lines.push_back(entry.is_direct ? either_way(line_to(entry)) : line_to(entry));
   }
   const std::vector<VisibilityEstimate> estimates =
       estimate_visibilities(geometry_, lines, kMediumPaths);

@@ -35,8 +35,8 @@ VisibilityEstimate estimate_visibility(const OcclusionGeometry& geometry, const 
              estimate);
     return estimate;
   }
-  estimate.diffracted =
-      fresnel_visibility(geometry, line, paths_per_ring, estimate.rays, &estimate.line_is_free);
+  estimate.diffracted = fresnel_visibility(geometry, is_over_edges ? either_way(line) : line,
+                                           paths_per_ring, estimate.rays, &estimate.line_is_free);
   if (is_over_edges) add_edges(geometry, line, estimate);
   return estimate;
 }
