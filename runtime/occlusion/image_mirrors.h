@@ -11,6 +11,7 @@
 // Cost: building takes 2 to 5 ms for an emitter with 512 images.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -28,6 +29,12 @@ namespace clamor {
 
 // Planes in the order in which they reflect, with normals to the side of the path.
 struct MirrorSeries {
+  void add_before(const MirrorPlane& plane) {
+    std::shift_right(planes.begin(), planes.end(), 1);
+    planes[0] = plane;
+    ++order;
+  }
+
   std::array<MirrorPlane, kMaxImageOrder> planes{};
   std::size_t order = 0;
 };

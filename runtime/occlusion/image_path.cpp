@@ -33,67 +33,10 @@ std::array<double, 2> disc_point(int i) {
   return {radius * std::cos(turn), radius * std::sin(turn)};
 }
 
-// The share of the amplitude that arrives around the listener, and by the straight path itself.
-class DiscView {
- public:
-  DiscView(const OcclusionGeometry& geometry, const PathEnd& image, const Vec3& place,
-           std::uint64_t& rays)
-      : geometry_(geometry), image_(image), place_(place), rays_(rays) {
-    if (const auto path = look_from(place)) {
-      is_straight_ = true;
-      order_ = static_cast<std::size_t>(path->order);
-      straight_ = sum_;
-    }
-  }
-
-  bool is_straight() const { return is_straight_; }
-  std::size_t order() const { return order_; }  // of the straight path
-
-  const Bands& straight() const { return straight_; }
-
-  // The mean, with a share of the straight path's.
-  Bands amplitude(const Bands& straight, double straight_share) {
-    if (straight_share >= 1) return straight;
-    look_around();
-    Bands amplitude{};
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      const float mean = sum_[b] / static_cast<float>(counted_);
-      amplitude[b] = mean + static_cast<float>(straight_share) * (straight[b] - mean);
-    }
-    return amplitude;
-  }
-
- private:
-  std::optional<MirrorPath> look_from(const Vec3& point_m) {
-    const auto path = mirror_path(geometry_, point_m, image_, rays_);
-    ++counted_;
-    if (!path) return path;
-    for (std::size_t b = 0; b < kBandCount; ++b) sum_[b] += std::sqrt(path->reflected[b]);
-    ++heard_;
-    return path;
-  }
-
-  void look_around() {
-    if (counted_ > 1) return;
-    const Basis basis = basis_around(normalize(image_.seen_m - place_));
-    for (int i = 0; i < kRimPoints + kInnerPoints; ++i) {
-      if (i == kRimPoints && (heard_ == 0 || heard_ == counted_)) break;
-      const auto [u, v] = disc_point(i);
-      const Vec3 point_m = place_ + (basis.tangent * u + basis.bitangent * v) * kDiscRadius_m;
-      ++rays_;
-      if (geometry_.is_free(Vec3f(place_), Vec3f(point_m))) look_from(point_m);
-    }
-  }
-
-  const OcclusionGeometry& geometry_;
-  const PathEnd& image_;
-  const Vec3 place_;
-  std::uint64_t& rays_;
-  bool is_straight_ = false;
-  std::size_t order_ = 0;
-  Bands sum_{}, straight_{};
-  int counted_ = 0, heard_ = 0;
-};
+// Which of the ends of a path is asked, so that the path is the same there and back.
+bool comes_first(const Vec3& a, const Vec3& b) {
+  return a.z != b.z ? a.z < b.z : a.y != b.y ? a.y < b.y : a.x < b.x;
+}
 
 // A path that a series of mirrors reflects, and what each of these sees of both ends.
 class UnfoldedPath {
@@ -111,6 +54,9 @@ class UnfoldedPath {
   }
 
   std::size_t order() const { return series_.order; }
+  std::span<const MirrorPlane> planes() const {
+    return std::span(series_.planes).first(series_.order);
+  }
 
   // How far all points are before the planes that the path meets before and after; less than zero
   // where it cannot meet them in this order.
@@ -125,9 +71,14 @@ class UnfoldedPath {
     return depth_m;
   }
 
-  // The source, by way of all planes.
-  PathEnd source() const {
-    return {sources_m_[order()], sources_m_[0], std::span(back_).first(order())};
+  // Whether the path by all planes is free, as seen from the end that comes_first().
+  bool is_free(const OcclusionGeometry& geometry, std::uint64_t& rays) const {
+    const Vec3 &source_m = sources_m_[0], &listener_m = listeners_m_[order()];
+    const PathEnd source(sources_m_[order()], source_m, std::span(back_).first(order())),
+        listener(listeners_m_[0], listener_m, planes());
+    return (comes_first(source_m, listener_m) ? mirror_path(geometry, source_m, listener, rays)
+                                              : mirror_path(geometry, listener_m, source, rays))
+        .has_value();
   }
   Reflection reflection(std::size_t k, bool is_in_part) const {
     const auto before = std::span(back_).first(order()).last(k), after = planes().subspan(k + 1);
@@ -145,10 +96,6 @@ class UnfoldedPath {
   }
 
  private:
-  std::span<const MirrorPlane> planes() const {
-    return std::span(series_.planes).first(series_.order);
-  }
-
   MirrorSeries series_;
   std::array<MirrorPlane, kMaxImageOrder> back_{};  // the planes from the last on
   std::array<Vec3, kMaxImageOrder + 1> sources_m_{}, listeners_m_{};
@@ -169,6 +116,80 @@ UnfoldedPath unfolded(const OcclusionGeometry& geometry, const Source& image, co
       best = path;
   return best;
 }
+
+// The share of the amplitude that arrives where the ends of the straight path are moved across it,
+// together and as far, and by the straight path itself.
+class DiscView {
+ public:
+  // `planes` reflect the path, from the source on.
+  DiscView(const OcclusionGeometry& geometry, const PathEnd& image, const Vec3& place,
+           std::span<const MirrorPlane> planes, const std::optional<MirrorPath>& straight,
+           std::uint64_t& rays)
+      : geometry_(geometry), image_(image), place_(place), planes_(planes), rays_(rays) {
+    add(straight);
+    straight_ = sum_;
+  }
+
+  const Bands& straight() const { return straight_; }
+
+  // The mean, with a share of the straight path's.
+  Bands amplitude(const Bands& straight, double straight_share) {
+    if (straight_share >= 1) return straight;
+    look_around();
+    Bands amplitude{};
+    for (std::size_t b = 0; b < kBandCount; ++b) {
+      const float mean = sum_[b] / static_cast<float>(counted_);
+      amplitude[b] = mean + static_cast<float>(straight_share) * (straight[b] - mean);
+    }
+    return amplitude;
+  }
+
+ private:
+  void add(const std::optional<MirrorPath>& path) {
+    ++counted_;
+    if (!path) return;
+    for (std::size_t b = 0; b < kBandCount; ++b) sum_[b] += std::sqrt(path->reflected[b]);
+    ++heard_;
+  }
+
+  Vec3 by_mirrors(Vec3 direction) const {
+    for (const MirrorPlane& plane : planes_) direction = plane.mirrored(direction);
+    return direction;
+  }
+  Vec3 back_by_mirrors(Vec3 direction) const {
+    for (std::size_t k = planes_.size(); k-- > 0;) direction = planes_[k].mirrored(direction);
+    return direction;
+  }
+
+  // The disc is the same from either end.
+  void look_around() {
+    if (counted_ > 1) return;
+    const Vec3 to_image = normalize(image_.seen_m - place_);
+    const bool is_first = comes_first(place_, image_.real_m);
+    const Basis basis = basis_around(is_first ? to_image : back_by_mirrors(-to_image));
+    for (int i = 0; i < kRimPoints + kInnerPoints; ++i) {
+      if (i == kRimPoints && (heard_ == 0 || heard_ == counted_)) break;
+      const auto [u, v] = disc_point(i);
+      const Vec3 offset_m = (basis.tangent * u + basis.bitangent * v) * kDiscRadius_m;
+      const Vec3 here_m = is_first ? offset_m : by_mirrors(offset_m);
+      const Vec3 point_m = place_ + here_m;
+      const Vec3 source_m = image_.real_m + back_by_mirrors(here_m);
+      rays_ += 2;
+      if (geometry_.is_free(Vec3f(place_), Vec3f(point_m)) &&
+          geometry_.is_free(Vec3f(image_.real_m), Vec3f(source_m)))
+        add(mirror_path(geometry_, point_m,
+                        PathEnd(image_.seen_m + here_m, source_m, image_.is_in_part), rays_));
+    }
+  }
+
+  const OcclusionGeometry& geometry_;
+  const PathEnd& image_;
+  const Vec3 place_;
+  const std::span<const MirrorPlane> planes_;
+  std::uint64_t& rays_;
+  Bands sum_{}, straight_{};
+  int counted_ = 0, heard_ = 0;
+};
 
 // The sound of a path after its mirrors: the product of what each makes of it, as if the others had
 // no borders.
@@ -260,24 +281,23 @@ DirectSound image_sound(const OcclusionGeometry& geometry, const Source& image,
   const Vec3 place(line.to_m);
   const PathEnd end(Vec3(line.from_m), Vec3(image.original_m), image.is_in_part);
   if (!end.is_image() || end.seen_m == place) return sound;
-  DiscView disc(geometry, end, place, rays);
-  const UnfoldedPath path = unfolded(geometry, image, end, place);
-  if (!disc.is_straight() || disc.order() == path.order()) {
-    ReflectedSound reflected(geometry, path, image.is_in_part, !disc.is_straight(),
-                             line.speed_of_sound_mps, rays);
-    if (reflected.is_over_edges()) {
-      // Rays may miss one of several mirrors at its border.
-      const bool is_free = path.order() == 1
-                               ? disc.is_straight()
-                               : mirror_path(geometry, place, path.source(), rays).has_value();
-      const Bands amplitude =
-          path.order() == 1 ? disc.amplitude(disc.straight(), reflected.nearness())
-                            : disc.amplitude(reflected.whole(), is_free ? reflected.nearness() : 0);
-      reflected.multiply(amplitude, line, sound);
-      sound.is_over_edges = true;
-      if (!disc.is_straight()) sound.bent = mean_path(line, reflected.sounds());
-      return sound;
-    }
+  MirrorSeries met;
+  const auto straight = mirror_path(geometry, place, end, rays, &met);
+  const UnfoldedPath path =
+      straight ? UnfoldedPath(met, end.real_m, place) : unfolded(geometry, image, end, place);
+  DiscView disc(geometry, end, place, path.planes(), straight, rays);
+  ReflectedSound reflected(geometry, path, image.is_in_part, !straight, line.speed_of_sound_mps,
+                           rays);
+  if (reflected.is_over_edges()) {
+    // Rays may miss one of several mirrors at its border.
+    const bool is_free = path.order() == 1 ? straight.has_value() : path.is_free(geometry, rays);
+    const Bands amplitude =
+        path.order() == 1 ? disc.amplitude(disc.straight(), reflected.nearness())
+                          : disc.amplitude(reflected.whole(), is_free ? reflected.nearness() : 0);
+    reflected.multiply(amplitude, line, sound);
+    sound.is_over_edges = true;
+    if (!straight) sound.bent = mean_path(line, reflected.sounds());
+    return sound;
   }
   const Bands amplitude = disc.amplitude({}, 0);
   for (std::size_t i = 0; i < kTones; ++i)

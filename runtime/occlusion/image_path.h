@@ -14,9 +14,12 @@
 // where it is hidden.
 //
 // Where a mirror ends without an edge, as it does where the material changes, and where obstacles
-// hide a path with more reflections, an image fades: a disc of kDiscRadius_m around the listener,
-// across the straight line, sees a share of it, which is that of the amplitude. At the end of the
-// mirror this is one half, as behind a half-plane.
+// hide a path with more reflections, an image fades: where its ends move across it, together and by
+// up to kDiscRadius_m, a share of the paths is free, which is that of the amplitude. At the end of
+// the mirror this is one half, as behind a half-plane.
+//
+// Both ends count alike, so that exchanging source and listener changes little
+// (tests/physics/reciprocity_test.cpp).
 //
 // Movable parts reflect as the level does. An image in one of their faces (part_images.h) is
 // reflected by parts alone, and one in the level by the level alone: where a door closes an opening
@@ -34,7 +37,7 @@
 
 namespace clamor {
 
-inline constexpr double kDiscRadius_m = 0.15;
+inline constexpr double kDiscRadius_m = 0.075;
 
 // Returns the sound of an image that reaches the end of `line`, which begins at the image.
 // Adds the rays cast to `rays`.

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "runtime/occlusion/diffraction_paths.h"
@@ -156,11 +157,23 @@ class EdgesOfMirror {
     const bool in_part = reflection_.is_in_part;
     const PathEnd listener(place_m_), source(source_m_), image(image_m_, source_m_, in_part);
     std::vector<EdgeBetween> after = search(image, listener);
-    add_borders(after);
-    if (height_m < 0 || !reflection_.is_only) return std::move(made_);
+    if (height_m < 0 || !reflection_.is_only) {
+      add_borders(after);
+      return std::move(made_);
+    }
+    const double reach_after_m = reach_m_;
     const PathEnd mirrored_listener(plane_.image_of(place_m_), place_m_, in_part);
+    std::vector<EdgeBetween> before = search(source, mirrored_listener);
+    const double reach_before_m = reach_m_;
+    // Borders are those of both searches, so that they are the same from either end.
+    std::vector<EdgeBetween> both = after;
+    both.insert(both.end(), before.begin(), before.end());
+    reach_m_ = std::max(reach_after_m, reach_before_m);
+    add_borders(both);
+    reach_m_ = reach_after_m;
     add_obstacles(image, listener, std::move(after), false);
-    add_obstacles(source, mirrored_listener, search(source, mirrored_listener), true);
+    reach_m_ = reach_before_m;
+    add_obstacles(source, mirrored_listener, std::move(before), true);
     return std::move(made_);
   }
 
@@ -194,11 +207,15 @@ class EdgesOfMirror {
     return found;
   }
 
-  // Takes the mirror's borders out of `found`.
-  void add_borders(std::vector<EdgeBetween>& found) {
-    for (const EdgeBetween& one : found)
-      if (const auto border = as_border(one.edge, plane_)) edges_.push_back(*border);
-    remove_borders(found);
+  void add_borders(std::span<const EdgeBetween> found) {
+    for (const EdgeBetween& one : found) {
+      const auto border = as_border(one.edge, plane_);
+      const auto is_same = [&](const DiffractingEdge& other) {
+        return other.from_m == border->from_m && other.to_m == border->to_m &&
+               other.face == border->face;
+      };
+      if (border && std::ranges::none_of(edges_, is_same)) edges_.push_back(*border);
+    }
     borders_.reserve(edges_.size());
     for (const DiffractingEdge& edge : edges_) add_border(edge);
     for (const Heard& first : borders_)

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "formats/bake_file/image_source.h"
+#include "runtime/occlusion/image_mirrors.h"
 
 namespace clamor {
 
@@ -30,7 +31,8 @@ std::optional<MirrorPath> path_by_planes(const OcclusionGeometry& geometry, cons
 }  // namespace
 
 std::optional<MirrorPath> mirror_path(const OcclusionGeometry& geometry, const Vec3& from_m,
-                                      const PathEnd& end, std::uint64_t& rays) {
+                                      const PathEnd& end, std::uint64_t& rays,
+                                      MirrorSeries* mirrors) {
   if (!end.planes.empty()) return path_by_planes(geometry, from_m, end, rays);
   MirrorPath path;
   Vec3 start_m = from_m, target_m = end.seen_m;
@@ -52,6 +54,7 @@ std::optional<MirrorPath> mirror_path(const OcclusionGeometry& geometry, const V
     const Vec3 point_m = start_m + (target_m - start_m) * static_cast<double>(hit->fraction);
     Vec3 normal(hit->normal);
     if (dot(start_m - point_m, normal) < 0) normal = -normal;
+    if (mirrors != nullptr) mirrors->add_before({normal, dot(normal, point_m)});
     target_m += normal * (2 * dot(point_m - target_m, normal));
     start_m = point_m + normal * OcclusionGeometry::kStartOffset_m;
   }

@@ -44,7 +44,9 @@ struct MirrorPath {
 };
 
 // The path from a place to an end; nothing if no path leads there. Adds the rays cast to `rays`.
+// The mirrors that a path to an image meets are added to `mirrors`, in the order from the image.
 std::optional<MirrorPath> mirror_path(const OcclusionGeometry& geometry, const Vec3& from_m,
-                                      const PathEnd& end, std::uint64_t& rays);
+                                      const PathEnd& end, std::uint64_t& rays,
+                                      MirrorSeries* mirrors = nullptr);
 
 }  // namespace clamor

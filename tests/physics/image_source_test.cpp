@@ -173,9 +173,9 @@ struct Played {
   }
 };
 
-bool has(const std::vector<Reflection>& paths, const Vec3& image_m) {
+bool has(const std::vector<Reflection>& paths, const Vec3& image_m, double within_m = 0.01) {
   return std::ranges::any_of(
-      paths, [&](const Reflection& one) { return length(one.image_m - image_m) < 0.01; });
+      paths, [&](const Reflection& one) { return length(one.image_m - image_m) < within_m; });
 }
 
 // Compares what arrives before any path with more reflections than kOrder could.
@@ -185,16 +185,24 @@ void expect_reflections(const Played& played, const Vec3& listener_m) {
   auto arrivals = played.arrivals(listener_m);
   const auto expected = reflections_of(played.level, listener_m);
   ASSERT_GT(expected.size(), 20u);
-  // At the edges of mirrors, images fade within 0.15 m.
-  std::vector<std::vector<Reflection>> nearby;
-  for (int corner = 0; corner < 8; ++corner)
-    nearby.push_back(reflections_of(
-        played.level,
-        listener_m + 0.15 * Vec3(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1)));
+  // At the edges of mirrors, images fade where both ends move by 0.075 m: as much at a mirror half
+  // way as the listener alone by 0.15 m, and nearer to the source less.
+  constexpr double kFade_m = 0.15, kSourceFade_m = 0.075;
+  std::vector<std::vector<Reflection>> nearby, from_nearby;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3 aside(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+    nearby.push_back(reflections_of(played.level, listener_m + kFade_m * aside));
+    Level moved = played.level;
+    moved.emitters[0].position_m += kSourceFade_m * aside;
+    from_nearby.push_back(reflections_of(moved, listener_m));
+  }
   std::vector<bool> is_matched(arrivals.size());
   std::size_t compared = 0;
   for (const Reflection& one : expected) {
-    if (!std::ranges::all_of(nearby, [&](const auto& paths) { return has(paths, one.image_m); }))
+    if (!std::ranges::all_of(nearby, [&](const auto& paths) { return has(paths, one.image_m); }) ||
+        !std::ranges::all_of(from_nearby, [&](const auto& paths) {
+          return has(paths, one.image_m, std::sqrt(3) * kSourceFade_m + 0.01);
+        }))
       continue;
     ++compared;
     Bands energy{};

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <cstdio>
 #include <numbers>
+#include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +21,7 @@
 #include "formats/bake_file/expanded_sources.h"
 #include "formats/gltf/level_import.h"
 #include "runtime/occlusion/fresnel_visibility.h"
+#include "runtime/occlusion/image_mirrors.h"
 #include "runtime/occlusion/occlusion_geometry.h"
 #include "runtime/propagation/received_intensity.h"
 #include "runtime/response/energy_response.h"
@@ -261,61 +264,106 @@ TEST(Reciprocity, OfFresnelZonesIsOffByWhatTheyPassMoreInOnePlaceThanInAnother) 
   }
 }
 
-// Direct sounds and image sources have no noise. Sums over several edges differ with the end that
-// is asked, and what is an image from one end may be left to photons from the other.
-TEST(Reciprocity, OfDirectSoundsAndImagesInAFurnishedRoomIsOffWhereEdgesAreBetween) {
-  Level level = violin_room();
-  const std::vector<Vec3>& places_m = kPlacesOfViolinRoom_m;
-  const std::uint32_t signal = level.emitters.at(0).signal;
-  level.emitters.clear();
-  for (std::size_t i = 0; i < places_m.size(); ++i) {
-    Emitter& emitter = level.emitters.emplace_back();
-    emitter.name = "place " + std::to_string(i);
-    emitter.position_m = places_m[i];
-    emitter.signal = signal;
+// Where the image of another source would be, whose path to the listener of this one is the same.
+std::vector<Vec3> exchanged_images_m(const OcclusionGeometry& surfaces, const Source& image,
+                                     Vec3 listener_m) {
+  std::vector<Vec3> all_m;
+  for (const MirrorSeries& series : surfaces.mirrors_of(image.position_m, image.original_m)) {
+    Vec3& image_m = all_m.emplace_back(listener_m);
+    for (std::size_t k = series.order; k-- > 0;) image_m = series.planes[k].image_of(image_m);
   }
-  const auto baked = bake(level, {.settings = {.photons = 1000, .sources = 1000}});
-  ASSERT_TRUE(baked.ok());
-  std::vector<Source> sources = image_sources(baked->images, baked->emitters);
-  for (const Source& source : baked->octree.sources)
-    if (source.is_emitter) sources.push_back(source);
-  const OcclusionGeometry surfaces(baked->mesh, baked->materials, sources);
-  // By kind, emitter, listener and band.
-  using Energies = std::vector<std::vector<Exchanged::Energy>>;
-  const std::vector<Exchanged::Energy> none(places_m.size());
-  std::array<Energies, 2> energy = {Energies(places_m.size(), none),
-                                    Energies(places_m.size(), none)};
-  for (std::size_t from = 0; from < places_m.size(); ++from)
-    for (std::size_t to = 0; to < places_m.size(); ++to)
-      for (const bool is_image : {false, true}) {
-        std::vector<Source> some;
-        for (const Source& source : sources)
-          if (source.is_image == is_image && source.emitter == from && from != to)
-            some.push_back(source);
-        for (const Arrival& arrival : energy_response(some, baked->emitters, baked->materials,
-                                                      level.air, places_m[to], {}, &surfaces))
-          for (std::size_t b = 0; b < kBandCount; ++b)
-            energy[is_image ? 1 : 0][from][to][b] += static_cast<double>(arrival.energy[b]);
-      }
-  for (std::size_t kind = 0; kind < energy.size(); ++kind) {
-    std::printf("| %s |", kind == 0 ? "direct" : "images");
-    for (std::size_t b = 0; b < kBandCount; ++b) {
-      double squares = 0, worst_db = 0;
-      for (std::size_t i = 0; i < places_m.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j) {
-          const double db = 10 * std::log10(energy[kind][i][j][b] / energy[kind][j][i][b]);
-          squares += db * db / 10;
-          worst_db = std::max(worst_db, std::abs(db));
-        }
-      std::printf(" %.2f, %.2f |", std::sqrt(squares), worst_db);
-      EXPECT_LT(std::sqrt(squares), kind == 0 ? 1.0 : 1.4) << "kind " << kind << ", band " << b;
-      EXPECT_LT(worst_db, 2.6) << "kind " << kind << ", band " << b;
+  return all_m;
+}
+
+// Direct sounds and image sources have no noise. An image that is one from both ends is heard alike
+// from both, but for the rounding of its place; where it is left to photons from one end, only sums
+// with these could be compared.
+class RoomOfFivePlaces {
+ public:
+  RoomOfFivePlaces() : level_(violin_room()) {
+    const std::uint32_t signal = level_.emitters.at(0).signal;
+    level_.emitters.clear();
+    for (std::size_t i = 0; i < places_m_.size(); ++i) {
+      Emitter& emitter = level_.emitters.emplace_back();
+      emitter.name = "place " + std::to_string(i);
+      emitter.position_m = places_m_[i];
+      emitter.signal = signal;
     }
-    std::printf("\n");
+    baked_ = std::move(*bake(level_, {.settings = {.photons = 1000, .sources = 1000}}));
+    images_ = image_sources(baked_.images, baked_.emitters);
+    surfaces_.emplace(baked_.mesh, baked_.materials, images_);
   }
-  // The first two places see each other.
-  for (std::size_t b = 0; b < kBandCount; ++b)
-    EXPECT_NEAR(energy[0][1][0][b] / energy[0][0][1][b], 1, 1e-3) << "band " << b;
+
+  const std::vector<Vec3>& places_m() const { return places_m_; }
+
+  Source direct(std::size_t from) const {
+    return *std::ranges::find_if(baked_.octree.sources, [&](const Source& source) {
+      return source.is_emitter && source.emitter == from;
+    });
+  }
+  // The images by the same mirrors of each of two places.
+  std::vector<std::array<const Source*, 2>> images_of_both(std::size_t i, std::size_t j) const {
+    std::vector<std::array<const Source*, 2>> pairs;
+    std::set<const Source*> known;
+    for (const Source& image : images_) {
+      if (image.emitter != i) continue;
+      const auto all_m = exchanged_images_m(*surfaces_, image, places_m_[j]);
+      const auto same = std::ranges::find_if(images_, [&](const Source& other) {
+        return other.emitter == j && !known.contains(&other) &&
+               std::ranges::any_of(all_m, [&](const Vec3& image_m) {
+                 return length(Vec3(other.position_m) - image_m) < 0.03;
+               });
+      });
+      if (same == images_.end()) continue;
+      known.insert(&*same);
+      pairs.push_back({&image, &*same});
+    }
+    return pairs;
+  }
+  Exchanged::Energy heard(const Source& source, std::size_t to) const {
+    Exchanged::Energy energy{};
+    for (const Arrival& arrival : energy_response({&source, 1}, baked_.emitters, baked_.materials,
+                                                  level_.air, places_m_[to], {}, &*surfaces_))
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        energy[b] += static_cast<double>(arrival.energy[b]);
+    return energy;
+  }
+
+ private:
+  const std::vector<Vec3>& places_m_ = kPlacesOfViolinRoom_m;
+  Level level_;
+  BakeContents baked_;
+  std::vector<Source> images_;
+  std::optional<OcclusionGeometry> surfaces_;
+};
+
+TEST(Reciprocity, OfDirectSoundsAndImagesHoldsInAFurnishedRoom) {
+  // Root mean square over ten pairs. Next to the rim of a rug, a path meets it from one end and the
+  // floor from the other, which makes 1.9 dB at 8 kHz at one pair.
+  constexpr Exchanged::Energy kWithin_db = {0.2, 0.2, 0.2, 0.2, 0.3, 0.4, 0.45, 0.6};
+  const RoomOfFivePlaces room;
+  Exchanged::Energy squares{}, worst_db{};
+  for (std::size_t i = 0; i < room.places_m().size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      Exchanged::Energy there = room.heard(room.direct(i), j), back = room.heard(room.direct(j), i);
+      for (std::size_t b = 0; b < kBandCount; ++b)
+        EXPECT_NEAR(there[b] / back[b], 1, 1e-3) << i << " and " << j << ", band " << b;
+      for (const auto& [image, same] : room.images_of_both(i, j)) {
+        const auto one = room.heard(*image, j), other = room.heard(*same, i);
+        for (std::size_t b = 0; b < kBandCount; ++b) there[b] += one[b], back[b] += other[b];
+      }
+      for (std::size_t b = 0; b < kBandCount; ++b) {
+        const double db = 10 * std::log10(there[b] / back[b]);
+        squares[b] += db * db / 10;
+        worst_db[b] = std::max(worst_db[b], std::abs(db));
+      }
+    }
+  std::printf("| direct and images |");
+  for (std::size_t b = 0; b < kBandCount; ++b) {
+    std::printf(" %.2f, %.2f |", std::sqrt(squares[b]), worst_db[b]);
+    EXPECT_LT(std::sqrt(squares[b]), kWithin_db[b]) << "band " << b;
+  }
+  std::printf("\n");
 }
 
 }  // namespace
