@@ -96,7 +96,7 @@ Level sponza() {
   return std::move(imported->level);
 }
 
-struct Walk {
+struct PhotonWalk {
   std::uint64_t bounces = 0, legs = 0;  // legs lead from surface to surface
   double legs_m = 0, own_s = 0;
 };
@@ -131,10 +131,10 @@ std::uint64_t checksum_of(std::span<const Deposit> deposits) {
 }
 
 // Moves all photons from one surface to the next, with Lambertian reflection only.
-Walk plain_walk(const Scene& scene, const Vec3f& start, std::uint32_t photons,
-                std::uint32_t bounces, std::vector<Ray>* record) {
+PhotonWalk plain_walk(const Scene& scene, const Vec3f& start, std::uint32_t photons,
+                      std::uint32_t bounces, std::vector<Ray>* record) {
   const double start_s = thread_time_s();
-  Walk walk;
+  PhotonWalk walk;
   std::vector<Ray> rays(photons);
   std::vector<SurfaceHit> hits(photons);
   const auto direction = [](const Vec3f& axis, const RandomBits& bits, bool sphere) {
@@ -178,9 +178,9 @@ constexpr std::uint32_t kRuns = 6;
 
 // Results go into memory that is reused from run to run, as in a bake. `traced` holds the last run
 // in the end.
-Walk full_trace(const PhotonTracer& tracer, std::uint64_t first, TracedRuns& traced) {
+PhotonWalk full_trace(const PhotonTracer& tracer, std::uint64_t first, TracedRuns& traced) {
   const double start_s = thread_time_s();
-  Walk walk;
+  PhotonWalk walk;
   for (std::uint32_t i = 0; i < kRuns; ++i) {
     const PhotonRun run{0, first + std::uint64_t{i} * kRunPhotons, kRunPhotons};
     traced.clear();
@@ -195,12 +195,14 @@ Walk full_trace(const PhotonTracer& tracer, std::uint64_t first, TracedRuns& tra
   return walk;
 }
 
-double rate_M(const Walk& walk) { return static_cast<double>(walk.bounces) / walk.own_s / 1e6; }
+double rate_M(const PhotonWalk& walk) {
+  return static_cast<double>(walk.bounces) / walk.own_s / 1e6;
+}
 
 // Results of each round.
 struct Rounds {
   std::vector<double> bare_M, plain_M, full_M, ratio, two, two_own;
-  Walk plain, full;  // sums of legs
+  PhotonWalk plain, full;  // sums of legs
 
   void report(benchmark::State& state) const {
     state.counters["bare_M"] = median(bare_M);
@@ -217,7 +219,7 @@ struct Rounds {
 bool trace_on_one_and_two(const PhotonTracer& tracer, std::uint64_t first,
                           std::array<TracedRuns, 2>& kept, Rounds& rounds) {
   auto from = Clock::now();
-  const Walk one = full_trace(tracer, first, kept[0]);
+  const PhotonWalk one = full_trace(tracer, first, kept[0]);
   const double one_clock_M = static_cast<double>(one.bounces) / seconds_since(from) / 1e6;
   const std::uint64_t alone = checksum_of(kept[0].deposits());
   rounds.full_M.push_back(rate_M(one));
@@ -225,7 +227,7 @@ bool trace_on_one_and_two(const PhotonTracer& tracer, std::uint64_t first,
   rounds.full.legs_m += one.legs_m;
 
   from = Clock::now();
-  Walk left, right;
+  PhotonWalk left, right;
   std::thread other([&] { left = full_trace(tracer, first, kept[0]); });
   right = full_trace(tracer, first + std::uint64_t{kRuns} * kRunPhotons, kept[1]);
   other.join();
@@ -258,7 +260,7 @@ void tracing(benchmark::State& state, const Level& level, bool closed) {
   std::uint64_t first = 0;
   for (auto _ : state) {
     rounds.bare_M.push_back(static_cast<double>(rays.size()) / bare.seconds(rays) / 1e6);
-    const Walk plain = plain_walk(scene, start, 1024, 60, nullptr);
+    const PhotonWalk plain = plain_walk(scene, start, 1024, 60, nullptr);
     rounds.plain_M.push_back(rate_M(plain));
     rounds.plain.legs += plain.legs;
     rounds.plain.legs_m += plain.legs_m;
@@ -270,7 +272,7 @@ void tracing(benchmark::State& state, const Level& level, bool closed) {
   // The standard error of a million legs is 0.1 %. Within the hollows of bumps the field becomes
   // diffuse only after some bounces.
   if (closed)
-    for (const Walk* walk : {&rounds.plain, &rounds.full})
+    for (const PhotonWalk* walk : {&rounds.plain, &rounds.full})
       if (std::abs(walk->legs_m / static_cast<double>(walk->legs) / mean_chord_m(level.mesh) - 1) >
           0.02)
         state.SkipWithError("the mean free path is not 4V/S");
