@@ -29,6 +29,10 @@ class SignalHandlers {
   std::vector<Saved> saved_;
 };
 
+// From now on, writing to a connection whose other end is gone raises no signal in the calling
+// thread, nor in threads that it starts: the write fails.
+void block_broken_pipes();
+
 // Signal handlers may call these.
 [[noreturn]] void end_program(std::string_view message, int exit_code);  // to standard error
 void end_program_by(SystemSignal signal);

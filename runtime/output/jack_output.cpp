@@ -8,6 +8,7 @@
 
 #include <jack/jack.h>
 
+#include "common/platform/signals.h"
 #include "common/platform/thread.h"
 #include "runtime/output/audio_thread.h"
 #include "runtime/output/device_selection.h"
@@ -22,12 +23,16 @@ constexpr std::size_t kMaxPeriod_frames = 8192;
 // Serialises the use of libjack. The library maps the memory of one server for the whole process
 // and replaces the mapping when a client opens on another server. A client left over from a dead
 // server must be closed before that and not during it, or the process crashes.
+//
+// libjack writes to its server, which may be gone. It blocks the signal of that in the thread that
+// opens its first client, but not where another thread opens, uses or closes one.
 struct Library {
   std::mutex calls;          // serialises opening and closing
   std::atomic<int> dead{0};  // clients to be closed whose server has stopped
 };
 Library& library() {
   static auto* const one = new Library;  // never destroyed: threads that hang may still use it
+  block_broken_pipes();
   return *one;
 }
 
@@ -102,6 +107,7 @@ class JackOutput final : public AudioOutput {
   }
 
   Result<void> start() override {
+    block_broken_pipes();
     const bool complete = std::ranges::find(ports_, nullptr) == ports_.end();
     if (!complete || ::jack_activate(client_.get()) != 0) return refused("it takes no client");
     for (std::size_t i = 0; i < channels_.size(); ++i)

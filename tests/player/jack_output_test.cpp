@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <thread>
 
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include "tests/player/fake_devices.h"
 #include "tests/player/jack.h"
@@ -57,6 +59,24 @@ struct CountingOutput {
   std::string problem;
   std::unique_ptr<AudioOutput> output;
 };
+
+// Otherwise SIGPIPE ends the process if the server dies while another thread than the first to
+// open a client asks it.
+TEST_F(JackDevice, BlocksTheSignalOfABrokenConnectionInEachThread) {
+  const testing::Jack server;
+  ASSERT_TRUE(server.ready());
+  const testing::JackListener first("first");
+  std::thread other([] {
+    sigset_t broken, mask;
+    ::sigemptyset(&broken);
+    ::sigaddset(&broken, SIGPIPE);
+    ::pthread_sigmask(SIG_UNBLOCK, &broken, nullptr);
+    EXPECT_FALSE(jack_devices().empty());
+    ::pthread_sigmask(SIG_BLOCK, nullptr, &mask);
+    EXPECT_EQ(::sigismember(&mask, SIGPIPE), 1);
+  });
+  other.join();
+}
 
 TEST_F(JackDevice, IsListedAsTheServerHasIt) {
   const testing::Jack server(44100, 128);

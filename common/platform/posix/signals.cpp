@@ -62,6 +62,13 @@ void SignalHandlers::heed_children() {
   ::sigaction(SIGCHLD, &action, &saved_.back().action);
 }
 
+void block_broken_pipes() {
+  sigset_t blocked;
+  ::sigemptyset(&blocked);
+  ::sigaddset(&blocked, SIGPIPE);
+  ::pthread_sigmask(SIG_BLOCK, &blocked, nullptr);
+}
+
 void end_program(std::string_view message, int exit_code) {
   [[maybe_unused]] const auto ignored = ::write(STDERR_FILENO, message.data(), message.size());
   ::_exit(exit_code);

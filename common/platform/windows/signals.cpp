@@ -48,6 +48,8 @@ void SignalHandlers::handle(SystemSignal signal, void (*handler)(SystemSignal)) 
 
 void SignalHandlers::heed_children() {}
 
+void block_broken_pipes() {}
+
 void end_program(std::string_view message, int exit_code) {
   DWORD written = 0;
   ::WriteFile(::GetStdHandle(STD_ERROR_HANDLE), message.data(), static_cast<DWORD>(message.size()),
