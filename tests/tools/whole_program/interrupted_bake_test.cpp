@@ -81,13 +81,14 @@ TEST(KilledBake, GoesOnToTheSameBytesAfterKillsAtAnyMoment_NoAsan) {
   const std::string whole = read(folder / "whole.clamor");
 
   std::mt19937 random(1);
-  constexpr int kKills = 20;
+  constexpr int kKills = 20, kWithJournal = 5;  // at least, of which so many once tracing began
   // The moments of the kills spread over a little more than a whole bake: starting, importing,
   // tracing, sorting, writing. The range adapts to the load of the machine: it shrinks with each
   // bake that ended before its kill.
   double last_moment = 1.1 * whole_time.count();
   int kills = 0, with_journal = 0;
-  for (int tries = 0; kills < kKills && tries < 4 * kKills; ++tries) {
+  for (int tries = 0; (kills < kKills || with_journal < kWithJournal) && tries < 4 * kKills;
+       ++tries) {
     std::uniform_real_distribution<double> moments(0, last_moment);
     const Ended ended = run_bake(bake_of(violin_room(), folder / "cut.clamor"), log,
                                  std::chrono::microseconds(static_cast<long>(moments(random))));
@@ -105,8 +106,8 @@ TEST(KilledBake, GoesOnToTheSameBytesAfterKillsAtAnyMoment_NoAsan) {
       std::filesystem::remove(folder / "cut.clamor");
     }
   }
-  EXPECT_EQ(kills, kKills);
-  EXPECT_GT(with_journal, kKills / 5);
+  EXPECT_GE(kills, kKills);
+  EXPECT_GE(with_journal, kWithJournal);
   ASSERT_EQ(run_bake(bake_of(violin_room(), folder / "cut.clamor"), log).code, 0) << read(log);
   EXPECT_TRUE(read(folder / "cut.clamor") == whole);
   // Temporary files of killed bakes are removed.
