@@ -83,6 +83,18 @@ HWY_INLINE hn::Vec<Sixteen> load(const std::uint16_t* at) {
   return hn::PromoteTo(Sixteen(), hn::Load(Halves(), reinterpret_cast<const hwy::float16_t*>(at)));
 }
 
+// Rounds to the nearest number of half precision. Highway's conversion does that where processors
+// have one, and cuts elsewhere.
+HWY_INLINE hn::Vec<Sixteen> rounded(hn::Vec<Sixteen> number) {
+  const hn::RebindToUnsigned<Sixteen> du;
+  constexpr int kDropped = 13;  // bits of the mantissa
+  constexpr std::uint32_t kHalf = 1u << (kDropped - 1);
+  const auto bits = hn::BitCast(du, number);
+  const auto is_odd = hn::And(hn::ShiftRight<kDropped>(bits), hn::Set(du, 1u));
+  const auto raised = hn::Add(bits, hn::Add(is_odd, hn::Set(du, kHalf - 1)));
+  return hn::BitCast(Sixteen(), hn::And(raised, hn::Set(du, ~(2 * kHalf - 1))));
+}
+
 // Returns the scale. Half precision is right within 2^-11 down to -168 dB of the largest number.
 template <std::size_t kSize>
 HWY_INLINE float pack_layer(const std::array<float, kSize>& from,
@@ -96,8 +108,8 @@ HWY_INLINE float pack_layer(const std::array<float, kSize>& from,
   if (scale < 1e-30f) scale = 0;  // whose inverse may be infinite
   const auto over = hn::Set(d, scale > 0 ? 1 / scale : 0);
   for (std::size_t i = 0; i < kSize; i += hn::Lanes(d))
-    hn::Store(hn::DemoteTo(Halves(), hn::Mul(hn::Load(d, from.data() + i), over)), Halves(),
-              reinterpret_cast<hwy::float16_t*>(to.data() + i));
+    hn::Store(hn::DemoteTo(Halves(), rounded(hn::Mul(hn::Load(d, from.data() + i), over))),
+              Halves(), reinterpret_cast<hwy::float16_t*>(to.data() + i));
   return scale;
 }
 
