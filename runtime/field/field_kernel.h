@@ -35,7 +35,7 @@ void add_taps(std::span<const Tap> taps, float* high, float* low);
 void join_bands(const float* spectrum, const float* filters, std::size_t points, float* sum,
                 float* other);
 
-// Keeps a spectrum.
+// Turns a spectrum into the form in which it is kept.
 void pack(const FieldSums& from, FieldSpectrum& to) noexcept REALTIME;
 
 // Adds products of two spectra each to a sum.

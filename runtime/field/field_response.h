@@ -43,7 +43,8 @@ struct alignas(64) FieldLayers {
   std::array<Number, 2 * kLowField.transform> low;
 };
 using FieldSums = FieldLayers<float>;
-// What is kept, over a scale and in half precision: a convolution waits for memory.
+// A spectrum as it is kept: each layer in half precision over a scale of its own, because a
+// convolution waits for memory.
 struct FieldSpectrum : FieldLayers<std::uint16_t> {
   float high_scale = 0, low_scale = 0;
 };

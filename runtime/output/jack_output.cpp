@@ -25,14 +25,14 @@ constexpr std::size_t kMaxPeriod_frames = 8192;
 // server must be closed before that and not during it, or the process crashes.
 //
 // libjack writes to its server, which may be gone. It blocks the signal of that in the thread that
-// opens its first client, but not where another thread opens, uses or closes one.
+// opens its first client, but not where another thread opens, uses or closes one: so each of these
+// calls block_broken_pipes().
 struct Library {
   std::mutex calls;          // serialises opening and closing
   std::atomic<int> dead{0};  // clients to be closed whose server has stopped
 };
 Library& library() {
   static auto* const one = new Library;  // never destroyed: threads that hang may still use it
-  block_broken_pipes();
   return *one;
 }
 
@@ -40,6 +40,7 @@ constexpr auto kPatience = std::chrono::milliseconds(500), kPause = std::chrono:
 
 struct Closing {
   void operator()(jack_client_t* client) const {
+    block_broken_pipes();
     const std::lock_guard lock(library().calls);
     ::jack_deactivate(client);
     ::jack_client_close(client);
@@ -49,6 +50,7 @@ using Client = std::unique_ptr<jack_client_t, Closing>;
 
 // Null if no server answers, or if a client of the last server is not closed in time.
 Client connect(const char* name) {
+  block_broken_pipes();
   // libjack would report to standard error everything that it does not find.
   ::jack_set_error_function([](const char*) {});
   ::jack_set_info_function([](const char*) {});
@@ -118,6 +120,7 @@ class JackOutput final : public AudioOutput {
   }
 
   void stop() override {
+    block_broken_pipes();
     const std::lock_guard lock(library().calls);
     ::jack_deactivate(client_.get());
   }

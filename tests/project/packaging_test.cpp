@@ -44,8 +44,7 @@ TEST(Packaging, GivesVcpkgFieldsThatItKnows) {
 }
 
 TEST(Packaging, GivesConanPythonThatParses) {
-  if (std::system("command -v python3 >/dev/null") != 0)
-    GTEST_SKIP() << "not on this machine: python3";
+  if (!has("python3")) GTEST_SKIP() << "not on this machine: python3";
   for (const char* recipe : {"conanfile.py", "test_package/conanfile.py"}) {
     const std::string path = (kRoot / "tools/packaging/conan" / recipe).string();
     EXPECT_EQ(

@@ -215,7 +215,7 @@ void find_loudest(Listener& listener, std::size_t most) {
   listener.loudest.swap(loudest);
 }
 
-// What was found since the last call, as an array.
+// Returns as an array what was found since the last call, and has the publisher look again.
 Value loudest_sources(void*, Arguments a) {
   const Value array = Value::empty(kArray);
   const auto listener = world().listener(a[0]->to_int());
