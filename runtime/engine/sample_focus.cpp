@@ -20,7 +20,8 @@ std::span<const SampledSource> SampleFocus::apply(std::span<const SampledSource>
   scaled_.assign(sample.begin(), sample.end());
   for (SampledSource& chosen : scaled_) {
     const float part = focus_.parts[static_cast<std::size_t>(part_of(chosen, listener))];
-    for (std::size_t b = 0; b < kBandCount; ++b) chosen.factors.focus[b] = part * focus_.bands[b];
+    for (std::size_t b = 0; b < kBandCount; ++b)
+      chosen.factors.occlusion[b] *= part * focus_.bands[b];
   }
   return scaled_;
 }

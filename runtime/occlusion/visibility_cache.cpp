@@ -279,11 +279,11 @@ LineOfSight VisibilityCache::line_to(const VisibilityEntry& entry) const {
 }
 
 // What is transmitted straight through walls takes its share of the path.
-std::optional<BentPath> VisibilityCache::bent_path(std::uint64_t number) const {
-  const auto found = bent_paths_.find(number);
-  const Index index = find(number);
-  if (found == bent_paths_.end() || index == kUnknown) return std::nullopt;
-  const VisibilityEntry& entry = entries_[index];
+std::optional<BentPath> VisibilityCache::bent_path(Index known) const {
+  const VisibilityEntry& entry = entries_[known];
+  if (!entry.is_direct && !entry.is_image) return std::nullopt;
+  const auto found = bent_paths_.find(entry.number);
+  if (found == bent_paths_.end()) return std::nullopt;
   const double bent = sum_of(entry.diffracted), all = sum_of(entry.visibility);
   return all > 0 ? std::optional(blend(line_to(entry), found->second, bent / all)) : std::nullopt;
 }

@@ -1,6 +1,6 @@
 // visibility_entries.h: the sources that a VisibilityCache knows, found by source number.
 //
-// Threads: the sampler's alone.   Memory: 200 to 280 bytes per source.
+// Threads: the sampler's alone.   Memory: 140 to 220 bytes per source.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,8 @@ namespace clamor {
 // Precision of a visibility, by rising cost (visibility_cache.h).
 enum class VisibilityPrecision : std::uint8_t { kLineTest, kMedium, kFine };
 
-// A source's visibility and when and how it was found. Retesting reads one cache line per source.
+// A source's visibility and when and how it was found. Retesting reads one cache line per source,
+// and the visibility is in the other one.
 struct alignas(64) VisibilityEntry {
   std::uint64_t number = 0;
   Vec3f listener_m{};  // at the last test or estimate
@@ -29,8 +30,8 @@ struct alignas(64) VisibilityEntry {
   // Keyframes of the last test or estimate, of the last estimate, and of the last use.
   std::uint32_t updated = 0, estimated = 0, used = 0;
   VisibilityPrecision precision = VisibilityPrecision::kLineTest;
-  bool has_origin = false, line_is_free = false, occluded = false;
   std::uint8_t step = OcclusionUpperBounds::kUnoccluded;
+  bool has_origin : 1 = false, line_is_free : 1 = false, occluded : 1 = false;
   // The visibility and the last estimate are stale once a movable part has crossed the path. A line
   // test renews the visibility alone.
   bool is_stale : 1 = false, estimate_is_stale : 1 = false;
@@ -41,6 +42,7 @@ struct alignas(64) VisibilityEntry {
   Bands diffracted{};              // share of the power that passes beside the surfaces
   Bands visibility{};              // and what is transmitted through them, too
 };
+static_assert(sizeof(VisibilityEntry) == 128);
 
 // A flat hash map from source numbers to entries. An index stays valid until remove_unused(), and
 // carries the flag kOccluded where nothing of the source is audible.

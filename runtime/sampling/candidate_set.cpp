@@ -254,9 +254,10 @@ double CandidateSet::apply_visibility(std::uint32_t c) {
   candidate.weight = w;
   candidate.priority = w * candidate.priority_per_weight;
   candidate.is_occlusion_applied = true;
-  if (w > 0 && candidate.priority >= threshold_)
-    for (std::size_t b = 0; b < kBandCount; ++b)
-      heard_[b] += scale_at_threshold(w, found) * visible[b];
+  if (w > 0 && candidate.priority >= threshold_) {
+    const double scale = scale_at_threshold(w, found);
+    for (std::size_t b = 0; b < kBandCount; ++b) heard_[b] += scale * visible[b];
+  }
   return candidate.priority;
 }
 

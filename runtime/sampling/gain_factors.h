@@ -13,7 +13,6 @@ struct GainFactors {
   float portals = 1;                       // share that the portals on its path let through
   float emitter = 1;                       // the application's gain of its emitter, squared
   float detour = 1;  // (path / straight distance)^2 around an edge; occlusion holds its inverse
-  Bands focus = same_in_all_bands(1);  // SoloSettings
 };
 
 // The product of all factors, per band. A voice's gain is the square root of its intensity, its
@@ -21,7 +20,7 @@ struct GainFactors {
 inline Bands power_gain(const GainFactors& f) {
   Bands gain;
   for (std::size_t b = 0; b < kBandCount; ++b)
-    gain[b] = f.occlusion[b] * (f.portals * f.emitter) * f.detour * f.focus[b];
+    gain[b] = f.occlusion[b] * (f.portals * f.emitter) * f.detour;
   return gain;
 }
 

@@ -191,12 +191,10 @@ class PrioritySampler final : public Sampler {
   }
 
   void apply_occlusion(SampledSource& sampled, const Candidate& chosen, const Vec3& place_m) {
-    const FoundSource& found = candidates_.source_of(chosen);
-    const Source& source = *found.source;
     sampled.factors.occlusion = inputs_.occlusion->visibility(chosen.visibility);
-    if (!source.is_emitter && found.voice == 0) return;
-    if (const auto path = inputs_.occlusion->bent_path(found.number))
-      bend(sampled, *path, place_m, bent_sources_.emplace_back(source));
+    if (const auto path = inputs_.occlusion->bent_path(chosen.visibility))
+      bend(sampled, *path, place_m,
+           bent_sources_.emplace_back(*candidates_.source_of(chosen).source));
   }
 
   // In a free field the cache is not asked until a movable part is added.

@@ -135,15 +135,15 @@ TEST(ImagePath, IsHiddenByAPartWithinOneKeyframe) {
     return cache.estimate_now(7, panel.image);
   };
   EXPECT_NEAR(heard()[0], 0.4, 1e-6);
-  EXPECT_FALSE(cache.bent_path(7));
+  EXPECT_FALSE(cache.bent_path(cache.find(7)));
   ASSERT_TRUE(parts.move(*door, {.position_m = {2.25, 1, 0}}).ok());
   const Bands hidden = heard();
   EXPECT_LT(hidden.back(), 0.05 * 0.4);
   EXPECT_GT(hidden.front(), hidden.back()) << "diffraction";
-  EXPECT_TRUE(cache.bent_path(7));
+  EXPECT_TRUE(cache.bent_path(cache.find(7)));
   ASSERT_TRUE(parts.move(*door, {.position_m = {20, 0, 0}}).ok());
   EXPECT_NEAR(heard()[0], 0.4, 1e-6);
-  EXPECT_FALSE(cache.bent_path(7));
+  EXPECT_FALSE(cache.bent_path(cache.find(7)));
 }
 
 }  // namespace
