@@ -14,7 +14,7 @@ namespace clamor {
 namespace {
 
 // Increment whenever the tracer's results change, so that older journals no longer match.
-constexpr std::uint64_t kTraceVersion = 4;
+constexpr std::uint64_t kTraceVersion = 5;
 
 class Hasher {
  public:

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -77,7 +76,7 @@ void SourceThinning::add(std::span<const Source> deposits, double threshold) {
   for (const Source& deposit : deposits) {
     const auto path_m = static_cast<float>(deposit.delay_s * speed_mps_);
     const double weight = std::max<double>(weight_.of(deposit.power, path_m), threshold);
-    const double key = std::sqrt(weight) / thinning_random(deposit);
+    const double key = odds_of(weight) / thinning_random(deposit);
     if (key < dropped_) continue;  // too low: the kept sources all have higher keys
     if (keys_.size() == room_) prune();
     (void)sources_.append({&deposit, 1});  // cannot fail, as there is room

@@ -1,14 +1,14 @@
 // source_thinning.h: keeps n of the deposits by unbiased priority sampling.
 //
 // Priority sampling (N. Duffield, C. Lund, M. Thorup, J. ACM 54(6), 2007): deposit i of weight w_i
-// (deposit_weight.h) has a random number v_i in (0, 1] and the key w_i^(1/2) / v_i. The n highest
-// keys are kept, and each kept power is multiplied by max(1, tau / w_i^(1/2)), with tau the
+// (deposit_weight.h) has a random number v_i in (0, 1] and the key w_i^(3/4) / v_i. The n highest
+// keys are kept, and each kept power is multiplied by max(1, tau / w_i^(3/4)), with tau the
 // (n + 1)-th key. The estimate of any sum over deposits is unbiased, and no deposit with
-// w_i^(1/2) above tau is dropped.
+// w_i^(3/4) above tau is dropped.
 //
 // Deposits below the tracer's threshold T have been thinned before, with probabilities that differ
 // as their weights did, and count as if they had the weight T. So the probability of being kept by
-// both is proportional to w^(1/2), too.
+// both is proportional to w^(3/4), too.
 //
 // v is a hash of the deposit and independent of u, which the runtime's sampler uses. The result
 // does not depend on how deposits were grouped.

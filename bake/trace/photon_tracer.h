@@ -53,7 +53,7 @@ struct TraceSettings {
   std::uint32_t max_bounces = 0xffffffff;
 
   // Thins weak deposits without bias: if the weight w of a deposit (deposit_weight.h) is below this
-  // share T of its photon's initial power, it is kept with probability (w / T)^(1/2) and its power
+  // share T of its photon's initial power, it is kept with probability (w / T)^(3/4) and its power
   // is divided by that probability. 0 keeps all.
   double deposit_threshold = 0;
   // Before this path length, only the first `early_photons` of an emitter leave deposits, and those

@@ -15,20 +15,20 @@ namespace {
 
 constexpr std::uint32_t kPilotPhotons = 1024;
 
-// The T for which the sum of min(1, root / T), times `per_root`, equals `wanted`. `roots` ascend.
-double root_threshold(const std::vector<double>& roots, double per_root, double wanted) {
-  // For T equal to a root, smaller ones are thinned and larger ones are kept.
+// The T for which the sum of min(1, odds / T), times `per_one`, equals `wanted`. `odds` ascend.
+double odds_threshold(const std::vector<double>& odds, double per_one, double wanted) {
+  // For T equal to one of the odds, smaller ones are thinned and larger ones are kept.
   double below = 0;
-  for (std::size_t i = 0; i < roots.size(); ++i) {
-    const double above = static_cast<double>(roots.size() - i);
-    if (per_root * (below / roots[i] + above) <= wanted) {
-      // T lies between the previous root and this one: below / T + above = wanted / per_root.
-      const double room = wanted / per_root - above;
-      return room > 0 ? std::min(below / room, roots[i]) : roots[i];
+  for (std::size_t i = 0; i < odds.size(); ++i) {
+    const double above = static_cast<double>(odds.size() - i);
+    if (per_one * (below / odds[i] + above) <= wanted) {
+      // T lies between the odds before and these: below / T + above = wanted / per_one.
+      const double room = wanted / per_one - above;
+      return room > 0 ? std::min(below / room, odds[i]) : odds[i];
     }
-    below += roots[i];
+    below += odds[i];
   }
-  return below / (wanted / per_root);
+  return below / (wanted / per_one);
 }
 
 // The photons of a pilot, as runs of at most `at_once` of them.
@@ -80,14 +80,15 @@ double Pilot::deposits_per_photon() const {
 }
 
 double Pilot::threshold(double photons, double wanted, double from_m) const {
-  std::vector<double> roots;
+  std::vector<double> odds;
   for (const PilotDeposit& deposit : deposits)
-    if (deposit.path_m >= from_m) roots.push_back(std::sqrt(deposit.weight));
-  const double per_root = photons / kPilotPhotons;
-  if (!(wanted > 0) || static_cast<double>(roots.size()) * per_root <= wanted) return 0;
-  std::sort(roots.begin(), roots.end());
-  const double root = root_threshold(roots, per_root, wanted);
-  return root > 0 ? exp2_of(std::floor(4 * log2_of(root)) / 2) : 0;
+    if (deposit.path_m >= from_m) odds.push_back(odds_of(deposit.weight));
+  const double per_one = photons / kPilotPhotons;
+  if (!(wanted > 0) || static_cast<double>(odds.size()) * per_one <= wanted) return 0;
+  std::sort(odds.begin(), odds.end());
+  const double least = odds_threshold(odds, per_one, wanted);
+  // Its weight is least^(4/3).
+  return least > 0 ? exp2_of(std::floor(4 * log2_of(least)) / 3) : 0;
 }
 
 // With energies E1 to E4 of the four quarters of the longest path, E4 / (E3 / E4 - 1) follows

@@ -1,7 +1,6 @@
 // pilot.h: a few photons traced ahead of a bake, to plan it.
 #pragma once
 
-#include <numbers>
 #include <span>
 #include <vector>
 
@@ -27,7 +26,7 @@ struct Pilot {
   // The threshold of TraceSettings for which `photons` leave about `wanted` deposits whose path is
   // longer than `from_m`; 0 if they leave no more anyway. Rounded down to a power of
   // kThresholdStep, so that it stays the same as emitters move a little.
-  static constexpr double kThresholdStep = std::numbers::sqrt2;
+  static constexpr double kThresholdStep = 1.2599210498948732;  // 2^(1/3)
   double threshold(double photons, double wanted, double from_m = 0) const;
 };
 

@@ -177,7 +177,7 @@ CLAMOR_INLINE float weight_of(const DepositWeight& weight, BandVector power, flo
 }
 
 // Thinning of weak deposits: certain to be kept from the threshold on, below it with probability
-// (weight / threshold)^(1/2). Returns the factor for the deposit's power, 0 if it is dropped.
+// (weight / threshold)^(3/4). Returns the factor for the deposit's power, 0 if it is dropped.
 CLAMOR_INLINE float thinning_factor(const DepositWeight& weight, const KernelRun& run,
                                     const KernelPhoton& photon, BandVector power, float draw) {
   if (!(max_of(power) > 0) || !(photon.deposit_times > 0)) return 0;
@@ -187,7 +187,7 @@ CLAMOR_INLINE float thinning_factor(const DepositWeight& weight, const KernelRun
                       weight_of(weight, power, static_cast<float>(photon.travelled_m)) /
                       run.deposit_threshold;
   if (ratio >= 1) return 1;
-  const float odds = std::sqrt(ratio);
+  const float odds = odds_of(ratio);
   return draw < odds ? 1 / odds : 0;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +13,7 @@
 #include "bake/journal/run_key.h"
 #include "bake/journal/shard_note.h"
 #include "bake/trace/deposit.h"
+#include "bake/trace/pilot.h"
 #include "bake/trace/scene.h"
 #include "tests/rooms.h"
 
@@ -159,8 +159,8 @@ TEST(BakePlan, KeepsEstimatesThatDifferByAStepOfTheirRounding) {
     return std::pair(plan.deposit_threshold, plan.decay.late_m[3]);
   };
   const BakePlan earlier = estimated(4, 20);
-  EXPECT_EQ(kept_with(earlier, estimated(2 * std::numbers::sqrt2, 15)), std::pair(4.0, 20.0f));
-  EXPECT_EQ(kept_with(earlier, estimated(4 * std::numbers::sqrt2, 30)), std::pair(4.0, 20.0f));
+  EXPECT_EQ(kept_with(earlier, estimated(4 / Pilot::kThresholdStep, 15)), std::pair(4.0, 20.0f));
+  EXPECT_EQ(kept_with(earlier, estimated(4 * Pilot::kThresholdStep, 30)), std::pair(4.0, 20.0f));
   EXPECT_EQ(kept_with(earlier, estimated(4, 10)), std::pair(4.0, 10.0f)) << "another room";
   EXPECT_EQ(kept_with(earlier, estimated(8, 30)), std::pair(8.0, 30.0f)) << "more photons";
   BakePlan one_band = estimated(4, 20);

@@ -51,7 +51,7 @@ TEST(SourceThinning, KeepsListsThatFitUnchanged) {
   }
 }
 
-double weight(const Source& source) { return std::sqrt(8.0 * source.power[0]); }
+double weight(const Source& source) { return std::pow(8.0 * source.power[0], 0.75); }
 
 TEST(SourceThinning, KeepsTheRequestedNumberAndIsUnbiasedForAnySubset_NoAsan) {
   double whole = 0, part = 0, all_whole = 0, all_part = 0, variance = 0, part_variance = 0;

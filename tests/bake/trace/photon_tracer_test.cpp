@@ -162,7 +162,7 @@ TEST(PhotonTracer, KeepsFewerDepositsWithoutBias) {
   for (const Deposit& deposit : all.deposits) {
     const double power = deposit.power[0], share = power * 4000 / all.emitted[0];
     all_power += power;
-    const double odds = std::min(1.0, std::sqrt(share));
+    const double odds = std::min(1.0, std::pow(share, 0.75));
     expected += odds;
     variance += power * power * (1 / odds - 1);
   }

@@ -163,7 +163,7 @@ double weight_of(const DecayModel& decay, const Bands& power, double path_m) {
     const double lost = before_m / decay.early_m[b] + (path_m - before_m) / decay.late_m[b];
     const double left = std::max(std::exp(-lost), std::exp2(-23));
     weight += power[b] / left;
-    share += std::pow(left, 0.8) / kBandCount;
+    share += std::pow(left, 0.6) / kBandCount;
   }
   return weight * share;
 }
