@@ -10,6 +10,7 @@
 
 #include "common/maths.h"
 #include "runtime/occlusion/mirror_plane.h"
+#include "runtime/occlusion/place_order.h"
 
 namespace clamor {
 
@@ -33,12 +34,7 @@ struct Side {
   Vec3f from_m{}, to_m{}, corner_m{};
 };
 
-bool comes_before(const Vec3f& a, const Vec3f& b) {
-  if (a.x != b.x) return a.x < b.x;
-  return a.y != b.y ? a.y < b.y : a.z < b.z;
-}
-
-bool comes_before(const Side& a, const Side& b) {
+bool is_side_before(const Side& a, const Side& b) {
   if (a.from_m != b.from_m) return comes_before(a.from_m, b.from_m);
   return a.to_m != b.to_m ? comes_before(a.to_m, b.to_m) : comes_before(a.corner_m, b.corner_m);
 }
@@ -54,8 +50,7 @@ using FacesAtEdge = std::span<const Side>;
 // Sorts the sides and calls act(faces) for each edge, in order.
 template <class Act>
 void for_edges(std::vector<Side>& sides, const Act& act) {
-  std::sort(sides.begin(), sides.end(),
-            [](const Side& a, const Side& b) { return comes_before(a, b); });
+  std::sort(sides.begin(), sides.end(), is_side_before);
   for (std::size_t first = 0, end = 0; first < sides.size(); first = end) {
     while (end < sides.size() && sides[end].from_m == sides[first].from_m &&
            sides[end].to_m == sides[first].to_m)
@@ -123,8 +118,7 @@ std::vector<Side> divided(const std::vector<FacesAtEdge>& edges) {
   std::vector<Vec3f> ends_m;
   for (const FacesAtEdge& faces : edges)
     ends_m.insert(ends_m.end(), {faces[0].from_m, faces[0].to_m});
-  std::sort(ends_m.begin(), ends_m.end(),
-            [](const Vec3f& a, const Vec3f& b) { return comes_before(a, b); });
+  std::sort(ends_m.begin(), ends_m.end(), comes_before<float>);
   ends_m.erase(std::unique(ends_m.begin(), ends_m.end()), ends_m.end());
   std::vector<Boundsf> points;
   for (const Vec3f& end_m : ends_m) points.push_back({end_m, end_m});

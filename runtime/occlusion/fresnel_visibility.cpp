@@ -3,14 +3,14 @@
 #include <cmath>
 #include <iterator>
 
+#include "runtime/occlusion/place_order.h"
 #include "runtime/occlusion/zone_estimator.h"
 
 namespace clamor {
 
 LineOfSight either_way(const LineOfSight& line) {
   const Vec3f &a = line.from_m, &b = line.to_m;
-  const bool is_first = a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z <= b.z;
-  return is_first ? line : LineOfSight{b, a, line.speed_of_sound_mps};
+  return comes_before(b, a) ? LineOfSight{b, a, line.speed_of_sound_mps} : line;
 }
 
 float diffracted_amplitude(float free_fraction) {

@@ -13,6 +13,7 @@
 #include "runtime/occlusion/image_mirrors.h"
 #include "runtime/occlusion/mirror_edges.h"
 #include "runtime/occlusion/mirror_path.h"
+#include "runtime/occlusion/place_order.h"
 
 namespace clamor {
 
@@ -31,11 +32,6 @@ std::array<double, 2> disc_point(int i) {
                         std::sqrt((inner + 0.5) / static_cast<double>(kInnerPoints));
   const double turn = 2 * std::numbers::pi * std::numbers::phi * inner;
   return {radius * std::cos(turn), radius * std::sin(turn)};
-}
-
-// Which of the ends of a path is asked, so that the path is the same there and back.
-bool comes_first(const Vec3& a, const Vec3& b) {
-  return a.z != b.z ? a.z < b.z : a.y != b.y ? a.y < b.y : a.x < b.x;
 }
 
 // A path that a series of mirrors reflects, and what each of these sees of both ends.
@@ -71,13 +67,13 @@ class UnfoldedPath {
     return depth_m;
   }
 
-  // Whether the path by all planes is free, as seen from the end that comes_first().
+  // Whether the path by all planes is free, as seen from the end that comes_before() the other.
   bool is_free(const OcclusionGeometry& geometry, std::uint64_t& rays) const {
     const Vec3 &source_m = sources_m_[0], &listener_m = listeners_m_[order()];
     const PathEnd source(sources_m_[order()], source_m, std::span(back_).first(order())),
         listener(listeners_m_[0], listener_m, planes());
-    return (comes_first(source_m, listener_m) ? mirror_path(geometry, source_m, listener, rays)
-                                              : mirror_path(geometry, listener_m, source, rays))
+    return (comes_before(source_m, listener_m) ? mirror_path(geometry, source_m, listener, rays)
+                                               : mirror_path(geometry, listener_m, source, rays))
         .has_value();
   }
   Reflection reflection(std::size_t k, bool is_in_part) const {
@@ -165,7 +161,7 @@ class DiscView {
   void look_around() {
     if (counted_ > 1) return;
     const Vec3 to_image = normalize(image_.seen_m - place_);
-    const bool is_first = comes_first(place_, image_.real_m);
+    const bool is_first = comes_before(place_, image_.real_m);
     const Basis basis = basis_around(is_first ? to_image : back_by_mirrors(-to_image));
     for (int i = 0; i < kRimPoints + kInnerPoints; ++i) {
       if (i == kRimPoints && (heard_ == 0 || heard_ == counted_)) break;

@@ -40,7 +40,7 @@ using testing::ModalRoom;
 constexpr std::size_t kModalBands = 5;  // 63 Hz to 1 kHz
 constexpr Vec3 kModalSource_m(1.3, 0.9, 1.0);
 constexpr double kModalEar_m = 1.7;
-constexpr std::size_t kInside = 20, kCorners = 4;
+constexpr std::size_t kInside = 20;
 
 // The Schroeder frequency of this room is 255 Hz.
 ModalRoom modal_room() { return {{5, 4, 3}, 1.0 / 70, speed_of_sound_mps(Air{})}; }

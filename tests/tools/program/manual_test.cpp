@@ -8,6 +8,7 @@
 
 #include <gmock/gmock.h>
 
+#include "tests/shell.h"
 #include "tests/tools/run_clamor.h"
 
 namespace clamor {
@@ -15,6 +16,7 @@ namespace {
 
 using testing::clamor;
 using testing::Folder;
+using testing::has;
 using testing::read;
 
 const std::vector<std::string> kCommands = {
@@ -36,10 +38,6 @@ std::set<std::string> options_of(const std::string& command) {
   }
   EXPECT_GE(options.size(), 2u) << help;
   return options;
-}
-
-bool has(const std::string& program) {
-  return std::system(("command -v " + program + " >/dev/null").c_str()) == 0;
 }
 
 class Manual : public ::testing::Test {
