@@ -62,7 +62,8 @@ void VisibilityCache::begin_keyframe(const Vec3& place) {
   ++keyframe_;
   // Behind a door, all sources are new and audible in the same keyframe.
   const bool doubled = scene_changed() || has_changed_parts();
-  rays_left_ = (doubled ? 2 : 1) * std::int64_t{options_.rays_per_keyframe};
+  refresh_rays_ = (doubled ? 2 : 1) * std::int64_t{options_.rays_per_keyframe};
+  rays_left_ = served_keyframes_ * refresh_rays_;
   if (entries_.is_crowded()) remove_unused();
   if (has_changed_parts()) mark_stale();
 }

@@ -95,6 +95,9 @@ class VisibilityCache {
   void change_parts(std::span<const PartBounds> bounds) { changed_parts_.add(bounds); }
   bool has_changed_parts() const { return !changed_parts_.empty(); }
 
+  // A sample serves so many keyframes, 1 at first, and new sources have the rays of all of them.
+  void serve(std::size_t keyframes) { served_keyframes_ = static_cast<std::int64_t>(keyframes); }
+
   // Sets the listener's position and renews the budget of rays.
   void begin_keyframe(const Vec3& place);
 
@@ -208,7 +211,8 @@ class VisibilityCache {
   bool is_at_rest_ = false;  // the listener is where it was in the last keyframe, if any
   std::uint32_t keyframe_ = 0;
   std::uint32_t parts_keyframe_ = 0;  // the last in which parts had changed
-  std::int64_t rays_left_ = 0;
+  std::int64_t served_keyframes_ = 1;
+  std::int64_t rays_left_ = 0, refresh_rays_ = 0;  // refresh() has the second at most
   VisibilityStatistics statistics_;
   RefreshState refresh_;
 };
