@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "common/reflection.h"
 #include "runtime/occlusion/occlusion_batch.h"
 #include "runtime/propagation/received_intensity.h"
 
@@ -22,10 +21,9 @@ void dim(std::vector<Arrival>& arrivals, const std::vector<const Source*>& sourc
 
 std::vector<Arrival> energy_response(std::span<const Source> sources,
                                      const std::vector<Emitter>& emitters,
-                                     std::span<const Material> materials, const Air& air,
+                                     const ReflectionLaws& laws, const Air& air,
                                      const Vec3& listener_m, std::optional<std::uint32_t> emitter,
                                      const OcclusionGeometry* surfaces) {
-  const ReflectionLaws laws(materials);
   const Bands loss_per_m = air_loss_per_m(air);
   const double speed_mps = speed_of_sound_mps(air);
 

@@ -16,6 +16,7 @@
 #include "common/air.h"
 #include "common/bands.h"
 #include "common/material.h"
+#include "common/reflection.h"
 #include "common/vec.h"
 #include "formats/bake_file/source.h"
 #include "formats/level/emitter.h"
@@ -35,8 +36,19 @@ struct Arrival {
 // omitted. The order depends on the order of the sources only. Without `surfaces` nothing occludes.
 std::vector<Arrival> energy_response(std::span<const Source> sources,
                                      const std::vector<Emitter>& emitters,
-                                     std::span<const Material> materials, const Air& air,
+                                     const ReflectionLaws& laws, const Air& air,
                                      const Vec3& listener_m, std::optional<std::uint32_t> emitter,
                                      const OcclusionGeometry* surfaces = nullptr);
+
+// For one listener: makes the laws, which takes 0.7 ms for each lobe of a material.
+inline std::vector<Arrival> energy_response(std::span<const Source> sources,
+                                            const std::vector<Emitter>& emitters,
+                                            std::span<const Material> materials, const Air& air,
+                                            const Vec3& listener_m,
+                                            std::optional<std::uint32_t> emitter,
+                                            const OcclusionGeometry* surfaces = nullptr) {
+  return energy_response(sources, emitters, ReflectionLaws(materials), air, listener_m, emitter,
+                         surfaces);
+}
 
 }  // namespace clamor

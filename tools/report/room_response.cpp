@@ -96,14 +96,13 @@ RoomResponse RoomMeter::measure(const Vec3& place_m, std::size_t count) const {
   response.listener_m = place_m;
   response.sources = sample.size();
   response.arrivals =
-      energy_response(sample, room_.emitters(), room_.file->materials(), room_.file->settings().air,
+      energy_response(sample, room_.emitters(), radiation_.laws(), room_.file->settings().air,
                       listener_m, excitation_.emitter, room_.surfaces.get());
   response.parameters = room_parameters(response.arrivals, excitation_.energy_at_10m);
   return response;
 }
 
 RoomParameters RoomMeter::quick(const Vec3& listener_m, std::size_t count) const {
-  const auto& materials = room_.file->materials();
   const Air& air = room_.file->settings().air;
   std::vector<Source> seen = chosen(listener_m, count);
   std::erase_if(seen, [&](const Source& source) {
@@ -126,10 +125,10 @@ RoomParameters RoomMeter::quick(const Vec3& listener_m, std::size_t count) const
     for (std::size_t b = 0; b < kBandCount; ++b) mirrored.power[b] *= path->reflected[b];
   }
   std::vector<Arrival> arrivals =
-      energy_response(direct, room_.emitters(), materials, air, listener_m, excitation_.emitter,
-                      room_.surfaces.get());
-  const std::vector<Arrival> others =
-      energy_response(seen, room_.emitters(), materials, air, listener_m, excitation_.emitter);
+      energy_response(direct, room_.emitters(), radiation_.laws(), air, listener_m,
+                      excitation_.emitter, room_.surfaces.get());
+  const std::vector<Arrival> others = energy_response(seen, room_.emitters(), radiation_.laws(),
+                                                      air, listener_m, excitation_.emitter);
   arrivals.insert(arrivals.end(), others.begin(), others.end());
   std::stable_sort(arrivals.begin(), arrivals.end(),
                    [](const Arrival& a, const Arrival& b) { return a.time_s < b.time_s; });
