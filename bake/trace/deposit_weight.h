@@ -43,7 +43,7 @@ namespace clamor {
 
 struct DecayModel;
 
-// What the probability that a deposit is kept is proportional to.
+// The probability that a deposit is kept is proportional to this.
 template <class Real>
 CLAMOR_INLINE Real odds_of(Real weight) {
   const Real root = std::sqrt(weight);

@@ -87,7 +87,7 @@ double Pilot::threshold(double photons, double wanted, double from_m) const {
   if (!(wanted > 0) || static_cast<double>(odds.size()) * per_one <= wanted) return 0;
   std::sort(odds.begin(), odds.end());
   const double least = odds_threshold(odds, per_one, wanted);
-  // Its weight is least^(4/3).
+  // A deposit at the threshold has the weight least^(4/3).
   return least > 0 ? exp2_of(std::floor(4 * log2_of(least)) / 3) : 0;
 }
 

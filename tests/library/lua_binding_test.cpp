@@ -13,6 +13,7 @@
 
 #include "formats/audio/audio_file.h"
 #include "tests/build_paths.h"
+#include "tests/shell.h"
 #include "tests/temporary_file.h"
 
 namespace clamor {
@@ -43,10 +44,6 @@ class LuaBinding : public ::testing::Test {
   static std::string walk() { return folder_ + "/walk.json"; }
   static std::string examples() { return std::string(testing::kSourceDir) + "/runtime/examples"; }
 
-  static bool is_missing(const std::string& program) {
-    return std::system(("command -v " + program + " >/dev/null").c_str()) != 0;
-  }
-
   // Runs a command that finds the installed binding and returns what it printed.
   static std::string succeeds(const std::string& command) {
     const testing::TemporaryFile output(".txt");
@@ -72,14 +69,14 @@ class LuaBinding : public ::testing::Test {
 };
 
 TEST_F(LuaBinding, RendersTheSamplesOfTheProgram_NoAsan) {
-  if (is_missing("luajit")) GTEST_SKIP() << "not on this machine: luajit";
+  if (!testing::has("luajit")) GTEST_SKIP() << "not on this machine: luajit";
   const std::string ours = folder_ + "/ours.wav";
   succeeds("luajit " + examples() + "/render_walk.lua " + room() + " " + walk() + " " + ours);
   expect_the_programs_samples(ours);
 }
 
 TEST_F(LuaBinding, ReturnsSentencesAndReleasesWhatIsCollected_NoAsan) {
-  if (is_missing("luajit")) GTEST_SKIP() << "not on this machine: luajit";
+  if (!testing::has("luajit")) GTEST_SKIP() << "not on this machine: luajit";
   const std::string script = folder_ + "/misuse.lua";
   std::ofstream(script) << R"(
     local clamor = require "clamor"
@@ -126,7 +123,7 @@ TEST_F(LuaBinding, ReturnsSentencesAndReleasesWhatIsCollected_NoAsan) {
 
 TEST_F(LuaBinding, IsHeardInALoveGameLikeTheProgram_NoAsan) {
   for (const char* const program : {"love", "xvfb-run"})
-    if (is_missing(program)) GTEST_SKIP() << "not on this machine: " << program;
+    if (!testing::has(program)) GTEST_SKIP() << "not on this machine: " << program;
   const std::string ours = folder_ + "/game.wav", picture = folder_ + "/game.png";
   // LÖVE shows an error until a key is pressed.
   succeeds("SDL_AUDIODRIVER=dummy ALSOFT_DRIVERS=null timeout 300 xvfb-run -a love " + examples() +

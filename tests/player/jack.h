@@ -11,6 +11,7 @@
 
 #include "tests/build_paths.h"
 #include "tests/player/program.h"
+#include "tests/shell.h"
 
 namespace clamor::testing {
 
@@ -19,7 +20,7 @@ class Jack {
   static constexpr const char* kDevice = "jack: system";
 
   static std::string missing() {
-    if (!installed("jackd")) return "jackd2 is not installed";
+    if (!has("jackd")) return "jackd2 is not installed";
     std::error_code problem;
     const auto space = std::filesystem::space("/dev/shm", problem);
     const bool fits = !problem && space.available > kShared_bytes;

@@ -109,7 +109,7 @@ class ThroughPulse : public ::testing::Test {
         << "PulseAudio is not built for ThreadSanitizer; the tests of Player have the same "
            "threads without it";
 #endif
-    if (!testing::installed("pulseaudio") || !testing::installed("parec"))
+    if (!testing::has("pulseaudio") || !testing::has("parec"))
       GTEST_SKIP() << "pulseaudio and pulseaudio-utils are not installed";
   }
 

@@ -57,8 +57,4 @@ class Program {
   pid_t id_ = -1;
 };
 
-inline bool installed(const std::string& program) {
-  return std::system(("command -v " + program + " > /dev/null 2>&1").c_str()) == 0;
-}
-
 }  // namespace clamor::testing

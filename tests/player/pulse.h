@@ -20,6 +20,7 @@
 #include <unistd.h>
 
 #include "tests/player/program.h"
+#include "tests/shell.h"
 
 namespace clamor::testing {
 
@@ -29,7 +30,7 @@ class Pulse {
 
   // Returns what must be installed to run a server; empty if everything is.
   static std::string missing() {
-    const bool there = installed("pulseaudio") && installed("parec");
+    const bool there = has("pulseaudio") && has("parec");
     return there ? "" : "pulseaudio and pulseaudio-utils are not installed";
   }
 

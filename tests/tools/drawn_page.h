@@ -7,11 +7,12 @@
 #include <gtest/gtest.h>
 
 #include "tests/build_paths.h"
+#include "tests/shell.h"
 #include "tests/tools/run_clamor.h"
 
 namespace clamor::testing {
 
-inline bool has_node() { return std::system("command -v node > /dev/null 2>&1") == 0; }
+inline bool has_node() { return has("node"); }
 
 // The markup of the page in that file.
 inline std::string drawn(const std::string& page) {

@@ -146,22 +146,19 @@ TEST(VisibilityCache, TestsNewSourcesWithTheRaysOfAllKeyframesThatASampleServes)
   for (const std::int64_t keyframes : {1, 4}) {
     VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = kRays});
     occlusion.serve(static_cast<std::size_t>(keyframes));
-    std::vector<VisibilityCache::Wanted> wanted;
     const auto rays = [&] { return static_cast<std::int64_t>(occlusion.statistics().rays); };
-    const auto test_all = [&](const Vec3& place) {
-      occlusion.begin_keyframe(place);
-      for (;;) {
-        const Source& source = world.sources[wanted.size() % world.sources.size()];
-        const auto index = occlusion.test_new(wanted.size(), source, 1);
-        if (index == VisibilityCache::kUnknown) return;
-        wanted.push_back({1, wanted.size(), index, &source});
-      }
-    };
-    test_all({2, 1, 1.5});
+    occlusion.begin_keyframe({2, 1, 1.5});
+    std::vector<VisibilityCache::Wanted> wanted;
+    for (;;) {
+      const Source& source = world.sources[wanted.size() % world.sources.size()];
+      const auto index = occlusion.test_new(wanted.size(), source, 1);
+      if (index == VisibilityCache::kUnknown) break;
+      wanted.push_back({1, wanted.size(), index, &source});
+    }
     const std::int64_t of_tests = rays();
     EXPECT_NEAR(static_cast<double>(of_tests), static_cast<double>(keyframes * kRays - kRefresh),
                 2);
-    // What new sources leave is for the others, as if the sample served one keyframe.
+    // The other sources have the rays that are left, at most those of one keyframe.
     occlusion.refresh(wanted, 1);
     EXPECT_GT(rays() - of_tests, kRefresh / 2);
     EXPECT_LT(rays() - of_tests, kRefresh + 64 * 9 * 8);  // the last batch may exceed it

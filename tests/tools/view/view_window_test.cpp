@@ -14,6 +14,7 @@
 #include "formats/level/sidecar.h"
 #include "tests/box_level.h"
 #include "tests/door_level.h"
+#include "tests/shell.h"
 #include "tests/tools/run_clamor.h"
 
 namespace clamor::testing {
@@ -56,7 +57,7 @@ class ViewWindow : public ::testing::Test {
   void SetUp() override {
     if (clamor({"view", "missing.glb"}).err.find("without the window") != std::string::npos)
       GTEST_SKIP() << "built without GLFW, OpenGL and Dear ImGui";
-    if (std::system("command -v xvfb-run > /dev/null") != 0) GTEST_SKIP() << "xvfb is missing";
+    if (!testing::has("xvfb-run")) GTEST_SKIP() << "xvfb is missing";
     level_ = box_level(folder_);
     folder_.write("box.acoustics.json", R"({"materials": {"*": "brick"}, "emitters": [
       {"name": "hiss", "signal": "noise", "at": [2, 1.5, 1.5], "facing": [0, 0, 1],

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "tests/player/program.h"
+#include "tests/shell.h"
 #include "tests/tools/whole_program/farm.h"
 
 namespace clamor::testing {
@@ -34,7 +35,7 @@ TEST_F(Farm, TellsSlurmTheNumbersOfShardsAndATimeThatAMergeTakes) {
 
 // Flamenco's Manager runs the script with an object `author`; here a few lines stand in for it.
 TEST(FarmOnFlamenco, HasATaskForEachLineAndTheMergeAfterThem) {
-  if (!installed("node")) GTEST_SKIP() << "node is not installed";
+  if (!has("node")) GTEST_SKIP() << "node is not installed";
   const Folder folder;
   folder.write("author.js", R"(
     const author = {
@@ -57,7 +58,7 @@ TEST(FarmOnFlamenco, HasATaskForEachLineAndTheMergeAfterThem) {
 }
 
 TEST(FarmSimulator, ReadsTheStatusOfAFarmAndKeepsItsOwnRules) {
-  if (!installed("python3")) GTEST_SKIP() << "python3 is not installed";
+  if (!has("python3")) GTEST_SKIP() << "python3 is not installed";
   const std::string simulator = std::string(kSourceDir) + "/tools/farm/simulate.py";
   EXPECT_EQ(sh(simulator + " --self-test").code, 0);
   const auto table =
@@ -121,7 +122,7 @@ class Slurm {
   }
 
   static bool is_installed() {
-    return installed("slurmctld") && installed("slurmd") && installed("munged") && ::geteuid() == 0;
+    return has("slurmctld") && has("slurmd") && has("munged") && ::geteuid() == 0;
   }
   bool is_up() const {
     (void)comes_true([this] { return !all_run() || sh("sinfo -h -t idle -o %D").out == "2\n"; });
