@@ -24,9 +24,7 @@ SampleSchedule::SampleSchedule(SamplingPipeline& pipeline, const AuralizerOption
       has_field_(coarsest > 1),
       spacing_{shares_ ? keyframes : 1,
                shares_ ? std::max(kMaxKeyframesPerSample, coarsest * keyframes) : coarsest},
-      keyframes_(spacing_.least) {
-  pipeline.serve(spacing_.least);
-}
+      keyframes_(spacing_.least) {}
 
 // What nobody foresaw makes a sample due, but no sooner than without a field.
 bool SampleSchedule::is_due(std::uint64_t number, const Listener& listener) const {

@@ -54,11 +54,11 @@ class SampleSchedule {
   // Movable parts must be heard at once, so that their changes need a new sample.
   bool is_due(std::uint64_t number, const Listener& listener) const;
 
-  // A keyframe's part of the time `spent_s`, if the sample was new or not: the time of sampling is
-  // shared among the keyframes that a sample serves.
-  WorkTime part_s(const WorkTime& spent_s, bool sampled) const {
+  // A keyframe's part of the time `spent_s`, if the sample was new or not: `share` of the time of
+  // sampling is shared among the keyframes that a sample serves.
+  WorkTime part_s(const WorkTime& spent_s, bool sampled, double share) const {
     return spent_s - (sampled ? took_s_ : WorkTime()) +
-           took_s_ * (1.0 / static_cast<double>(serves_));
+           took_s_ * (share / static_cast<double>(serves_));
   }
 
   // How many keyframes a sample serves by the requested number of voices, and how many it may.

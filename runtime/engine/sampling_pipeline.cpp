@@ -226,10 +226,6 @@ void SamplingPipeline::forget_removed(std::uint32_t signal) {
   if (moving_list_ != nullptr) moving_list_->forget_removed(signal);
 }
 
-void SamplingPipeline::serve(std::size_t keyframes) {
-  if (occlusion_ != nullptr) occlusion_->serve(keyframes);
-}
-
 void SamplingPipeline::improve_occlusion() {
   if (surfaces_ != nullptr) surfaces_->improve();
 }

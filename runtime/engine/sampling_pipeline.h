@@ -58,9 +58,6 @@ class SamplingPipeline {
 
   Sampler& sampler() const { return *sampler_; }
 
-  // Each sample will serve so many keyframes, 1 at first, and has their rays for new sources.
-  void serve(std::size_t keyframes);
-
   // Sources that the caller moves; null if there are none.
   MovingSources* moving() const { return moving_.get(); }
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "runtime/occlusion/ray_timer.h"
 #include "runtime/occlusion/visibility_estimate.h"
 #include "runtime/propagation/source_number.h"
 #include "runtime/propagation/tolerances.h"
@@ -62,8 +61,7 @@ void VisibilityCache::begin_keyframe(const Vec3& place) {
   ++keyframe_;
   // Behind a door, all sources are new and audible in the same keyframe.
   const bool doubled = scene_changed() || has_changed_parts();
-  refresh_rays_ = (doubled ? 2 : 1) * std::int64_t{options_.rays_per_keyframe};
-  rays_left_ = served_keyframes_ * refresh_rays_;
+  rays_left_ = (doubled ? 2 : 1) * std::int64_t{options_.rays_per_keyframe};
   if (entries_.is_crowded()) remove_unused();
   if (has_changed_parts()) mark_stale();
 }
@@ -326,7 +324,6 @@ VisibilityCache::Index VisibilityCache::test_new(std::uint64_t number, const Sou
     ++statistics_.late;
     return kUnknown;
   }
-  const RayTimer time(statistics_.ray_ms);
   const Index index = add(number, source);
   VisibilityEntry& entry = entries_[index];
   entry.share = share;
@@ -350,7 +347,6 @@ const Bands& VisibilityCache::estimate_now(std::uint64_t number, const Source& s
 }
 
 std::vector<Bands> VisibilityCache::estimate_now(std::span<const Wanted> sources) {
-  const RayTimer time(statistics_.ray_ms);
   const auto is_in_batch = [this](const VisibilityEntry& entry) {
     return entry.has_origin && !entry.is_image && !may_share(entry);
   };

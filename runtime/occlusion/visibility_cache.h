@@ -46,7 +46,7 @@ namespace clamor {
 
 struct VisibilityStatistics {
   std::uint64_t rays = 0, line_tests = 0, estimates = 0, fine_estimates = 0;
-  double ray_ms = 0;  // CPU time
+  double ray_ms = 0;  // CPU time, without exact estimates
   // Sources that counted as occluded, or as before a movable part crossed their path, for want of
   // rays.
   std::uint64_t late = 0;
@@ -87,6 +87,9 @@ class VisibilityCache {
   VisibilityCache(const OcclusionGeometry& geometry, double speed_of_sound_mps,
                   const VisibilityOptions& options);
 
+  // Before the first keyframe: makes room for so many sources.
+  void reserve(std::size_t sources) { entries_.reserve(sources); }
+
   bool exact() const { return options_.exact; }
   // Whether there is anything that occludes, now.
   bool occludes() const { return !geometry_.empty(); }
@@ -94,9 +97,6 @@ class VisibilityCache {
   // Movable parts have changed within these bounds, before the next keyframe.
   void change_parts(std::span<const PartBounds> bounds) { changed_parts_.add(bounds); }
   bool has_changed_parts() const { return !changed_parts_.empty(); }
-
-  // A sample serves so many keyframes, 1 at first, and new sources have the rays of all of them.
-  void serve(std::size_t keyframes) { served_keyframes_ = static_cast<std::int64_t>(keyframes); }
 
   // Sets the listener's position and renews the budget of rays.
   void begin_keyframe(const Vec3& place);
@@ -131,6 +131,9 @@ class VisibilityCache {
 
   // Line test of an unknown source; kUnknown if no rays are left for new sources.
   Index test_new(std::uint64_t number, const Source& source, double priority, float share = 1);
+
+  // For a RayTimer over many calls of test_new(), each of which is too short to ask a clock.
+  double& ray_ms() { return statistics_.ray_ms; }
 
   // Visibility of a source by an estimate that is valid here, made now if need be and without
   // regard to the budget: for samplers that take every source.
@@ -211,8 +214,7 @@ class VisibilityCache {
   bool is_at_rest_ = false;  // the listener is where it was in the last keyframe, if any
   std::uint32_t keyframe_ = 0;
   std::uint32_t parts_keyframe_ = 0;  // the last in which parts had changed
-  std::int64_t served_keyframes_ = 1;
-  std::int64_t rays_left_ = 0, refresh_rays_ = 0;  // refresh() has the second at most
+  std::int64_t rays_left_ = 0;
   VisibilityStatistics statistics_;
   RefreshState refresh_;
 };

@@ -66,7 +66,6 @@ void VisibilityCache::collect_tasks(std::span<const Wanted> wanted, double tau, 
 }
 
 bool VisibilityCache::refresh(std::span<const Wanted> wanted, double tau) {
-  rays_left_ = std::min(rays_left_, refresh_rays_);
   Tasks& tasks = refresh_.tasks;
   tasks.stale.clear();
   tasks.partial.clear();

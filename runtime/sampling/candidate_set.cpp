@@ -5,6 +5,7 @@
 #include <functional>
 #include <numeric>
 
+#include "runtime/occlusion/ray_timer.h"
 #include "runtime/propagation/source_number.h"
 #include "runtime/propagation/source_weight.h"
 
@@ -182,6 +183,7 @@ void CandidateSet::renew_stale() {
 // leaves the others without priority. False if no rays were left.
 bool CandidateSet::test_untested() {
   if (untested_.empty()) return true;
+  const RayTimer time(inputs_.occlusion->ray_ms());
   keep_highest_priorities();
   bool rays_left = true;
   std::size_t next = 0, estimated_end = 0, batch = kMinBatchEstimates;

@@ -14,6 +14,10 @@ constexpr double kStep = 16;
 constexpr double kInaudible = 1e-18;
 // Ratios of two thresholds between which no other is worth a query, without and with occlusion.
 constexpr double kNarrow = 1 + 1e-9, kNarrowWithOcclusion = 1.25;
+// Where the number of sources hardly grows as the threshold falls, small steps would go on for
+// long.
+constexpr int kMaxNearMisses = 2;
+constexpr double kFlat = 1.02;        // growth in a step, after which all that is left is taken
 constexpr double kCostGrowth = 1.25;  // of a query, relative to the fall of its threshold
 constexpr std::size_t kMaxExamined = 100'000;
 constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
@@ -64,7 +68,7 @@ ThresholdSearch::Result ThresholdSearch::search(const SamplingMoment& moment) {
     else if (too_low > 0 && !is_unlimited)
       threshold = std::sqrt(too_low * too_high);
     else if (predictor_.is_known() &&
-             near_misses++ < (2 * candidates_.size() > inputs_.voices ? 2 : 1))
+             near_misses++ < (2 * candidates_.size() > inputs_.voices ? kMaxNearMisses : 1))
       threshold = lowered_after_miss(threshold);
     else
       threshold = lowered(threshold);
@@ -78,6 +82,8 @@ ThresholdSearch::Result ThresholdSearch::search_within_budget(const SamplingMome
   const std::uint64_t whole = work_per_keyframe(inputs_.voices), end = budget.spent() + whole;
   double threshold = first_threshold();
   double completed = kInfinity, too_low = 0;
+  int near_misses = 0;
+  last_found_ = 0;
   std::uint64_t completed_cost = 0;  // of the completed query with the lowest threshold
   std::uint64_t allowed = whole / 4 * 3;
   for (;;) {
@@ -94,7 +100,8 @@ ThresholdSearch::Result ThresholdSearch::search_within_budget(const SamplingMome
     if (all) {
       completed = threshold;
       completed_cost = cost;
-      next = predictor_.is_known() && too_low == 0 && 2 * candidates_.size() > inputs_.voices
+      next = predictor_.is_known() && too_low == 0 && 2 * candidates_.size() > inputs_.voices &&
+                     near_misses++ < kMaxNearMisses
                  ? lowered_after_miss(threshold)
                  : lowered(threshold);
       if (next <= too_low) next = std::sqrt(too_low * completed);
@@ -108,9 +115,11 @@ ThresholdSearch::Result ThresholdSearch::search_within_budget(const SamplingMome
           (kCostGrowth * static_cast<double>(std::max<std::uint64_t>(cost, 1)));
       const bool is_narrow = completed <= too_low * kNarrowWithOcclusion;
       const bool is_near_miss = threshold <= next * kNarrowWithOcclusion;
-      if (is_narrow || affordable < (is_near_miss ? threshold / next : kNarrowWithOcclusion))
+      const bool takes_all = next <= kInaudible;  // which is few more
+      if (is_narrow ||
+          (!takes_all && affordable < (is_near_miss ? threshold / next : kNarrowWithOcclusion)))
         return {threshold, true};
-      next = std::max(next, threshold / affordable);
+      if (!takes_all) next = std::max(next, threshold / affordable);
       allowed = left - completed_cost;
     } else if (std::isinf(completed)) {
       // This threshold is too low, and no more is known: a far higher one costs little.
@@ -157,6 +166,8 @@ double ThresholdSearch::lowered(double threshold) {
                              : 1;
     step = std::pow(std::clamp(growth, kNarrowWithOcclusion, kMaxOcclusionStep),
                     1 / std::clamp(power, 0.4, 1.0));
+  } else if (last_found_ < kFlat * previously_found) {
+    return kInaudible;
   }
   last_step_ = step;
   return std::max(threshold / step, kInaudible);

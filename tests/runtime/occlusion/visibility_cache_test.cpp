@@ -140,35 +140,6 @@ TEST(VisibilityCache, ConvergesForAListenerAtRestAndThenCostsNothing) {
   EXPECT_GT(compared, 50u);
 }
 
-TEST(VisibilityCache, TestsNewSourcesWithTheRaysOfAllKeyframesThatASampleServes) {
-  const World world(two_rooms(true), 10);
-  constexpr std::int64_t kRays = 1000, kRefresh = kRays / 2;
-  for (const std::int64_t keyframes : {1, 4}) {
-    VisibilityCache occlusion(world.surfaces, kSpeed_mps, {.rays_per_keyframe = kRays});
-    occlusion.serve(static_cast<std::size_t>(keyframes));
-    const auto rays = [&] { return static_cast<std::int64_t>(occlusion.statistics().rays); };
-    occlusion.begin_keyframe({2, 1, 1.5});
-    std::vector<VisibilityCache::Wanted> wanted;
-    for (;;) {
-      const Source& source = world.sources[wanted.size() % world.sources.size()];
-      const auto index = occlusion.test_new(wanted.size(), source, 1);
-      if (index == VisibilityCache::kUnknown) break;
-      wanted.push_back({1, wanted.size(), index, &source});
-    }
-    const std::int64_t of_tests = rays();
-    EXPECT_NEAR(static_cast<double>(of_tests), static_cast<double>(keyframes * kRays - kRefresh),
-                2);
-    // The other sources have the rays that are left, at most those of one keyframe.
-    occlusion.refresh(wanted, 1);
-    EXPECT_GT(rays() - of_tests, kRefresh / 2);
-    EXPECT_LT(rays() - of_tests, kRefresh + 64 * 9 * 8);  // the last batch may exceed it
-    occlusion.begin_keyframe({4, 3, 1.5});
-    const std::int64_t before = rays();
-    occlusion.refresh(wanted, 1);
-    EXPECT_LT(rays() - before, kRays + 64 * 9 * 8);
-  }
-}
-
 TEST(VisibilityCache, ChangesTheGainOfAVoiceSmoothly) {
   const World world(two_rooms(true), 10);
   KeyframeMaker maker(world.radiation, 10);

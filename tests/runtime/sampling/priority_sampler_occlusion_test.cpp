@@ -192,6 +192,21 @@ TEST(OccludedListener, AsksForAllSourcesAtOnceAfterASampleThatHadTooFew) {
   EXPECT_LE(work_of_a_step(sources.size() - 1), 1.1 * work_of_a_step(sources.size()));
 }
 
+// A load control may ask for more sources than there are that can be heard.
+TEST(OccludedListener, TakesAllThatIsLeftWhereALowerThresholdFindsHardlyMore) {
+  const World world(box_with_pillar({6, 4, 5}), 200);
+  std::vector<Source> sources = world.sources;
+  for (std::size_t i = 0; i < sources.size(); i += 2) sources[i].power = same_in_all_bands(1e-25f);
+  OccludedListener listener(world, sources, sources.size() - 1, false);
+  listener.sampler().set_voice_count(sources.size() / 3);
+  for (int keyframe = 0; keyframe < 20; ++keyframe)
+    listener.power_at(stroll({2, 1.7, 3}, keyframe), 0.02 * keyframe);
+  listener.sampler().set_voice_count(sources.size() - 1);
+  listener.power_at(stroll({2, 1.7, 3}, 20), 0.4);
+  EXPECT_LT(listener.work(), work_per_keyframe(sources.size() - 1) / 2);
+  EXPECT_EQ(listener.sampler().bounded_keyframes(), 0u);
+}
+
 TEST(OccludedListener, StopsSearchingWhenAsked) {
   const World world(box_with_pillar({6, 4, 5}), 200);
   for (const bool exact : {false, true}) {

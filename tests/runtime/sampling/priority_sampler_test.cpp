@@ -113,6 +113,29 @@ TEST(PrioritySampler, TakesEverythingWhenThereIsRoom) {
   for (const SampledSource& chosen : sample) EXPECT_EQ(chosen.power_scale, 1);
 }
 
+// A load control may ask for more sources than those that are about as loud as each other.
+TEST(PrioritySampler, LeapsToSourcesThatAreFarQuieterThanTheRest) {
+  Room room(400);
+  const std::size_t count = room.sources().size();
+  for (std::size_t i = 0; i < count; i += 2)
+    for (float& power : room.input.sources[i].power) power *= 1e-9f;
+  SourceList list = room.list();
+  const auto sampler = make_priority_sampler(room.radiation, room.weights, list, count, nullptr,
+                                             SearchBound::kBounded);
+  const auto work_of = [&](std::size_t voices) {
+    const std::uint64_t before = sampler->work();
+    sampler->set_voice_count(voices);
+    EXPECT_EQ(sampler->sample(Vec3(3, 4, 1.5)).size(), voices);
+    return sampler->work() - before;
+  };
+  std::size_t audible = 0;
+  for (std::uint32_t i = 1; i < count; i += 2) audible += room.weight_of(i, {3, 4, 1.5}) > 0;
+  const std::uint64_t of_one_query = work_of(audible / 2);
+  for (int keyframe = 0; keyframe < 5; ++keyframe) work_of(audible - 10);
+  EXPECT_LT(work_of(audible + 10), 20 * of_one_query);
+  EXPECT_EQ(sampler->bounded_keyframes(), 0u);
+}
+
 TEST(AllSampler, TakesEverySourceUnscaled) {
   const Room room(400);
   const SourceList list = room.list();
