@@ -303,13 +303,13 @@ void Auralizer::make_keyframe(const Listener& at) {
     sample = state.schedule.sample(state.made, listener, reception, keyframe_s, tested);
   }
   auto voices = state.focus.apply(sample, listener);
-  WorkTime field_s;  // with its voices, which are few
-  if (state.field == nullptr) {
-    state.maker.make(voices, listener, *keyframe, reception, state.held_frames);
-  } else {
-    const WorkTime before_s = state.pacing.now_s();
+  WorkTime before_s, field_s;  // a field's, with its voices, which are few
+  if (state.field != nullptr) {
+    before_s = state.pacing.now_s();
     voices = state.field->divide(voices, samples, listener, keyframe_s);
-    state.maker.make(voices, listener, *keyframe, reception, state.held_frames);
+  }
+  state.maker.make(voices, listener, *keyframe, reception, state.held_frames);
+  if (state.field != nullptr) {
     state.field->make(listener, reception, *keyframe);
     field_s = state.pacing.now_s() - before_s;
   }
@@ -320,11 +320,10 @@ void Auralizer::make_keyframe(const Listener& at) {
   if (samples) state.pipeline.improve_occlusion();
   const WorkTime spent_s = state.pacing.now_s() - start_s;
   const WorkTime part_s =
-      state.schedule.part_s(spent_s - field_s, samples, state.pacing.unanswered(samples)) +
-      state.pacing.mean_s(field_s);
+      state.schedule.part_s(spent_s - field_s, samples) + state.pacing.mean_s(field_s);
   if (state.pacing.made(state.made, spent_s, part_s, state.mixer)) {
     state.pipeline.sampler().set_voice_count(state.pacing.load().voices());
-    state.schedule.space(state.pacing.load().spacing());
+    state.schedule.space(state.pacing.load().spacing(), state.pacing.kept());
     if (state.field != nullptr) state.field->coarsen(state.pacing.coarseness());
   }
   state.count_keyframe(keyframe->voices.size(), part_s);

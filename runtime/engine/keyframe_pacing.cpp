@@ -15,9 +15,8 @@ bool KeyframePacing::made(std::uint64_t number, const WorkTime& spent_s, const W
   };
   const double before = rate();
   load_.keyframe_took(part_s * (1 / kKeyframe_s), mixer.shed_share(), mixer.is_full());
-  const double kept = std::min(1.0, rate() / before);
-  unanswered_ *= kept;
-  mean_s_ = mean_s_ * kept;
+  kept_ = std::min(1.0, rate() / before);
+  mean_s_ = mean_s_ * kept_;
   return true;
 }
 

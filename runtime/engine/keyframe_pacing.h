@@ -40,11 +40,11 @@ class KeyframePacing {
   const SamplerLoadControl& load() const { return load_; }
   // How many times less often than at first samples are taken, at least.
   std::size_t coarseness() const { return load_.spacing() / least_spacing_; }
-  // What remains of the newest sample's load, for a keyframe that is sampled or not, since the load
-  // control has answered the rest: its time is shared among the keyframes that it serves, each of
-  // which would be answered again.
-  double unanswered(bool sampled) { return unanswered_ = sampled ? 1 : unanswered_; }
-  // The mean of work that some keyframes have much of and others none, without what is answered.
+  // The share of the work so far that is left to answer after the newest keyframe: where the load
+  // control reduced the work by a factor, the work before it counts by that factor from then on.
+  double kept() const { return kept_; }
+  // The mean of work that some keyframes have much of and others none, as far as it is not
+  // answered.
   WorkTime mean_s(const WorkTime& newest_s) {
     return mean_s_ = mean_s_ + (newest_s - mean_s_) * (1.0 / kMeanKeyframes);
   }
@@ -58,7 +58,7 @@ class KeyframePacing {
   const std::size_t least_spacing_;
   SamplerLoadControl load_;
   WorkTime mean_s_;
-  double unanswered_ = 1;
+  double kept_ = 1;
   KeyframeLead lead_;
   double max_lead_s_ = 0;
 };

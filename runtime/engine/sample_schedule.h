@@ -54,16 +54,21 @@ class SampleSchedule {
   // Movable parts must be heard at once, so that their changes need a new sample.
   bool is_due(std::uint64_t number, const Listener& listener) const;
 
-  // A keyframe's part of the time `spent_s`, if the sample was new or not: `share` of the time of
-  // sampling is shared among the keyframes that a sample serves.
-  WorkTime part_s(const WorkTime& spent_s, bool sampled, double share) const {
+  // A keyframe's part of the time `spent_s`, if the sample was new or not: the time of sampling is
+  // shared among the keyframes that a sample serves.
+  WorkTime part_s(const WorkTime& spent_s, bool sampled) const {
     return spent_s - (sampled ? took_s_ : WorkTime()) +
-           took_s_ * (share / static_cast<double>(serves_));
+           took_s_ * (1.0 / static_cast<double>(serves_));
   }
 
   // How many keyframes a sample serves by the requested number of voices, and how many it may.
   SamplerLoadControl::Spacing spacing() const { return spacing_; }
-  void space(std::size_t keyframes) { keyframes_ = shares_ ? keyframes : 1; }
+  // A sample serves `keyframes` from the next one on, and of the newest one's time only the share
+  // `kept` counts in the keyframes that are left to it (keyframe_pacing.h).
+  void space(std::size_t keyframes, double kept) {
+    keyframes_ = shares_ ? keyframes : 1;
+    took_s_ = took_s_ * kept;
+  }
 
   void stop_when(const std::atomic<bool>* stop);
 
@@ -91,7 +96,7 @@ class SampleSchedule {
   std::uint64_t next_ = 0;                 // keyframe with the next sample
   std::uint64_t soonest_ = 0;              // that may have it, or with renewed voices
   std::size_t serves_ = 1;                 // keyframes
-  WorkTime took_s_;                        // if it serves several
+  WorkTime took_s_;                        // if it serves several, as far as it counts
 };
 
 }  // namespace clamor

@@ -46,7 +46,7 @@ namespace clamor {
 
 struct VisibilityStatistics {
   std::uint64_t rays = 0, line_tests = 0, estimates = 0, fine_estimates = 0;
-  double ray_ms = 0;  // CPU time, without exact estimates
+  double ray_ms = 0;  // CPU time of the sampler's thread for tests, renewals and refreshes
   // Sources that counted as occluded, or as before a movable part crossed their path, for want of
   // rays.
   std::uint64_t late = 0;
@@ -86,9 +86,6 @@ class VisibilityCache {
   // The geometry must outlive the cache.
   VisibilityCache(const OcclusionGeometry& geometry, double speed_of_sound_mps,
                   const VisibilityOptions& options);
-
-  // Before the first keyframe: makes room for so many sources.
-  void reserve(std::size_t sources) { entries_.reserve(sources); }
 
   bool exact() const { return options_.exact; }
   // Whether there is anything that occludes, now.

@@ -3,7 +3,6 @@
 // Threads: the sampler's alone.   Memory: 140 to 220 bytes per source.
 #pragma once
 
-#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -54,13 +53,6 @@ class VisibilityEntries {
 
   VisibilityEntry& operator[](Index index) { return entries_[index & ~kOccluded]; }
   const VisibilityEntry& operator[](Index index) const { return entries_[index & ~kOccluded]; }
-
-  // While nothing is known: makes room for so many numbers, so that a keyframe need not.
-  void reserve(std::size_t count) {
-    assert(entries_.empty());
-    indices_.clear(count);
-    entries_.reserve(count);
-  }
 
   // Prefetches what find() reads.
   void prefetch(std::uint64_t number) const { indices_.prefetch(number); }

@@ -51,8 +51,6 @@ class PrioritySampler final : public Sampler {
         candidates_(inputs_),
         search_(inputs_, candidates_, bound) {
     pool.charge(&inputs_.budget);
-    sample_.reserve(capacity());
-    if (occlusion != nullptr) occlusion->reserve(capacity());
   }
   ~PrioritySampler() override { inputs_.pool.charge(nullptr); }
   PrioritySampler(const PrioritySampler&) = delete;

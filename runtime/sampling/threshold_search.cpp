@@ -33,6 +33,7 @@ void ThresholdSearch::restart(bool has_moved) {
 
 ThresholdSearch::Result ThresholdSearch::run(const SamplingMoment& moment) {
   predictor_ = restarted_predictor_;
+  if (!paused_) last_found_ = 0;
   Result result = bound_ == SearchBound::kBounded ? search_within_budget(moment) : search(moment);
   const bool starved = candidates_.size() <= inputs_.voices;
   if (!starved) result.threshold = candidates_.keep_highest(inputs_.voices);
@@ -47,7 +48,6 @@ bool ThresholdSearch::waits_for_pages() const {
 ThresholdSearch::Result ThresholdSearch::search(const SamplingMoment& moment) {
   Bracket bracket = paused_.value_or(Bracket{.threshold = first_threshold()});
   auto& [threshold, too_high, too_low, is_unlimited, near_misses] = bracket;
-  if (!paused_) last_found_ = 0;
   const double narrow = inputs_.occlusion == nullptr ? kNarrow : kNarrowWithOcclusion;
   for (;;) {
     // Many sources share one priority; or, with occlusion, testing so many is worth while.
@@ -83,7 +83,6 @@ ThresholdSearch::Result ThresholdSearch::search_within_budget(const SamplingMome
   double threshold = first_threshold();
   double completed = kInfinity, too_low = 0;
   int near_misses = 0;
-  last_found_ = 0;
   std::uint64_t completed_cost = 0;  // of the completed query with the lowest threshold
   std::uint64_t allowed = whole / 4 * 3;
   for (;;) {

@@ -31,10 +31,10 @@ struct PacedSampler {
   // for `field` of a period in the first one.
   void sample(double share, double field) {
     for (std::size_t k = 0; k < kLeastSpacing; ++k) {
-      const bool sampled = k == 0;
-      const WorkTime part_s = WorkTime(share * kKeyframe_s) * pacing.unanswered(sampled) +
-                              pacing.mean_s(WorkTime((sampled ? field : 0) * kKeyframe_s));
+      const WorkTime part_s = WorkTime(share * kKeyframe_s) +
+                              pacing.mean_s(WorkTime((k == 0 ? field : 0) * kKeyframe_s));
       pacing.made(number++, part_s, part_s, mixer);
+      share *= pacing.kept();
     }
   }
 };
